@@ -37,7 +37,7 @@ FOLDER ?= control
 quick: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal -x tests/$(FOLDER)
 
-# Hostile and random cases against everything; further runs add to build/soak/<commit>.json. `make soak PARTS=files`.
+# Hostile and random cases against everything; further runs add to build/soak/<commit>.jsonl. `make soak PARTS=files`.
 MINUTES ?= 60
 
 soak: setup
@@ -83,9 +83,10 @@ speed: setup
 ratios: setup
 	$(BIN)/python -m tests.speed --check
 
-# The process model beside published and measured numbers.
+# The process model beside published and measured numbers, and which of these notice that a law of it is changed.
 validate: setup
 	$(BIN)/python -m grind_env.validation
+	$(BIN)/python -m grind_env.validation --mutate
 
 # Those that the package or themselves have outdated, executed into build/notebooks.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))

@@ -192,7 +192,7 @@ def run(
 ) -> None:
     """Simulate a program: time, size, Ra, power and cost of each part.
 
-    Jobs: docs/howto/job-file.md; columns of tables and of --record: docs/reference/columns.md.
+    Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
     Exit status 1: a part is more likely scrap than good, or not judged.
     """
     from grind_env.control.options import variables_of
@@ -277,7 +277,7 @@ def tasks(
     """
     from dataclasses import asdict
 
-    from grind_env.envs.blocks.program import check_task
+    from grind_env.envs.blocks.job import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text

@@ -79,14 +79,14 @@ def evaluate(
     """
     from grind_env.errors import GrindError, printable
     from grind_env.policies.judging import evaluate as judge
-    from grind_env.policies.naming import FALLBACK, usual_name
+    from grind_env.policies.naming import usual_name
     from grind_env.policies.problem import find_problem
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
-    with progress(problem.simulation().most_steps) as advance:
+    with progress(problem.simulation().task.blocks) as advance:
         found = judge(
             chosen,
             problem,
@@ -101,8 +101,7 @@ def evaluate(
     if submit is not None:
         from grind_env.policies.rows import row_of, write_row
 
-        usual = FALLBACK if usual_name(problem.simulation()) == FALLBACK else "shipped"
-        write_row(submit, row_of(found, problem, policy or usual))
+        write_row(submit, row_of(found, problem, policy or usual_name(problem.simulation())))
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:

@@ -56,9 +56,9 @@ def hostile(tmp_path: Path) -> Path:
         ("run", "--job", ESCAPE),
         ("report",),
         ("report", "-o", "no/such/folder.html"),
-        ("play", "--policy", "E12D0", "--no-window", "--program"),
+        ("play", "--policy", "E12000D0", "--no-window", "--program"),
         ("play", "--policy", ESCAPE, "--no-window", "--program"),
-        ("evaluate", "--policy", "E12D0", "--episodes", "2", "--program"),
+        ("evaluate", "--policy", "E12000D0", "--episodes", "2", "--program"),
     ],
 )
 def test_no_command_prints_them(

@@ -64,7 +64,7 @@ def making(cell: BenchmarkCell, request: Request) -> float:
 
 def running(cell: BenchmarkCell, request: Request) -> float:
     """CPU-seconds in which the policy of a cell is judged."""
-    steps = cell.problem.simulation().most_steps
+    steps = cell.problem.simulation().task.blocks
     if cell.base == REFERENCE and cell.variant:
         # the plan that sweeps begin with takes about as long as one
         return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)

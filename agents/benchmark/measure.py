@@ -59,7 +59,7 @@ def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, di
 
         runs = request.runs / cell.apart / base
         # a search ends with a generation
-        configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps) - GENERATION
+        configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.task.blocks) - GENERATION
         tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
     blocks = tuned_on(base, simulation, configs)
     policy = make_policy(base, simulation, configs)

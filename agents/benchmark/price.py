@@ -48,7 +48,7 @@ def model_of(cell: BenchmarkCell) -> str:
 def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -> int:
     """Blocks that were ground to tune a policy, without those of validation; 0 if nothing of it is tuned."""
     tuned = read_tuned(simulation.task.name, tuned_folder(simulation.task, configs)).get(RULE.get(policy, policy))
-    return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.most_steps
+    return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.task.blocks
 
 
 def price_of(policy: Policy, simulation: Simulation) -> Price:

@@ -182,7 +182,7 @@ def result_of(
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
-        E_mean=run.speed,
+        E_mean=run.speed / 1000.0,
         E_p10=float(low),
         E_p90=float(high),
         D_mean=run.dresses,

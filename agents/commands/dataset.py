@@ -87,7 +87,7 @@ def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EV
         scrap = {"cost": np.array([0.0, *(each["cost"] for each in infos)])}
         numbers = np.stack([first, *seen]), actions, np.array(rewards), np.array(over), np.array(cut)
         buffers.append(EpisodeBuffer(k, seed, None, *numbers, scrap))
-    known = None if SPLITS[split].beyond else find_reference(problem.id)
+    known = None if SPLITS[split].leaves_task else find_reference(problem.id)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         size = sum(20_000 + 2 * each.observations.nbytes for each in buffers)

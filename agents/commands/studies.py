@@ -15,7 +15,7 @@ from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts, Plant
-from grind_env.envs.names import OTHERS, task_names
+from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.terminal import table_console
 
@@ -128,7 +128,7 @@ COMMANDS = {
         "agents.reference.scores",
         "Tune missing policies and measure the reference scores of all.",
         "--task power_limited",
-        tasks=",".join(name for name in (*task_names(), *OTHERS) if name != "job"),
+        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
@@ -136,7 +136,7 @@ COMMANDS = {
         "Measure the value of adapting E, D or both.\n\n"
         "The fixed plan needs no sensors; the planner knows the wheel state; hindsight also knows the future.",
         "--tasks power_limited,rush",
-        tasks=",".join(name for name in (*task_names(), *OTHERS) if name != "job"),
+        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=GAP_EPISODES,
     ),
     "plants": StudyCommand(

@@ -17,7 +17,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
-from grind_env.policies.choices import speed_bounds, speed_grid
+from grind_env.policies.choices import speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
@@ -78,7 +78,7 @@ class DressFinding:
 
 def intervals(simulation: Simulation) -> list[int]:
     """The intervals that fit in an episode."""
-    return [every for every in INTERVALS if every <= simulation.most_steps]
+    return [every for every in INTERVALS if every <= simulation.task.blocks]
 
 
 def dressers(problem: Problem) -> list[tuple[str, Dress]]:
@@ -109,7 +109,7 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     best = plans[int(costs.argmin())]
     if task.action.speed_levels is not None:
         return best
-    low, high = (0.001 * bound for bound in speed_bounds(task))
+    low, high = (0.001 * bound for bound in task.action.speed_ends)
     start = BestPoint(best.E, float(costs.min()), len(plans))
     found = refine(lambda E: float(mean_costs([replace(best, E=E)], simulation, episodes)[0]), start, low, high)
     return replace(best, E=found.point)
@@ -117,7 +117,7 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
 
 def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episodes) -> Array:
     """Mean cost of an episode under each of the plans, $, shape (plans,); the episodes are left as they are."""
-    n, steps = len(episodes.block), simulation.most_steps
+    n, steps = len(episodes.block), simulation.task.blocks
     decided = []
     for plan in plans:
         plan.begin(simulation, 1)
@@ -145,7 +145,7 @@ def finding(
         depth=dress.depth,
         passes=dress.passes,
         overlap=new_overlap(simulation),
-        E=run.speed,
+        E=run.speed / 1000.0,
         D=run.dresses,
         cost=cost.value,
         cost_low=cost.low,

@@ -80,7 +80,7 @@ def find(trial: DressTrial) -> dict[str, object]:
     if trial.dress is not None:
         assert isinstance(simulation, BlockSimulation)
         simulation = type(simulation)(replace(simulation.task, dress=trial.dress), plants=simulation.plants)
-    plan = best_plan(simulation, [interval for interval in trial.what if interval <= simulation.most_steps])
+    plan = best_plan(simulation, [interval for interval in trial.what if interval <= simulation.task.blocks])
     run = run_seeds(plan, simulation, seeds)
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
 

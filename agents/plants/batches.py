@@ -23,7 +23,7 @@ def cost_of(found: Sequence[BatchResult]) -> float:
 
 def numbers_of(batch: BatchResult, simulation: JobSimulation) -> dict[str, float]:
     """Return what tables show of a batch; `late` is what parts cost from the 15th on."""
-    job, lowest = simulation.job, 1000.0 * simulation.task.action.speed_ends[0]
+    job, lowest = simulation.job, simulation.task.action.speed_ends[0]
     power = np.array([(each.peak_power or 0.0) / job.limits.power for each in batch.readings])
     # of each part the size error or Ra over its limit, whichever is more, and whether E and D can do no more for it
     gauged, slowest = np.zeros(simulation.parts), np.zeros(simulation.parts, bool)

@@ -51,7 +51,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
     for policy in policies:
         run = results[policy.name]
         score = run.first(planned).score(fixed.first(planned), planner)
-        speed, executions = run.speed, run.dresses
+        speed, executions = run.speed / 1000.0, run.dresses
         rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 

@@ -16,7 +16,7 @@ import numpy as np
 from agents.track.adapter import TrackShift
 from grind_env.arrays import Array
 from grind_env.belief.hidden import Belief
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Simulation, with_start_of
 from grind_env.plants import Plant
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.policies.watch import Watch, WatchedReading
@@ -82,7 +82,7 @@ def changed(model: Simulation, z: Array) -> Simulation:
     task = replace(made.task, factors={**before, **factors})
     own = CORRECTED.own(**exponents)
     plant = Plant(name="fitted", process=CORRECTED, own=tuple(own))
-    held: Simulation = type(made)(task, process=CORRECTED).holding(plant)
+    held: Simulation = with_start_of(type(made)(task, process=CORRECTED), plant)
     return held
 
 

@@ -63,7 +63,7 @@ class TrackMachine:
             chosen.append([each[0] for each in step.choice[:2]])
             came.append(step.outcomes[0])
         seen.append(self.simulation.observe(episodes)[0])
-        self.remembers, self.shifts = episodes.own(0), self.shifts + 1
+        self.remembers, self.shifts = episodes.extra_state(0), self.shifts + 1
         outcomes, (speeds, executions) = np.array(came), np.array(chosen).T
         bad, cost = found(outcomes, np.random.default_rng([number, 1]))
         shift = TrackShift(observations=np.array(seen), speeds=speeds, executions=executions, cost=cost, bad=bad)

@@ -44,7 +44,7 @@ SHOWN = (
 def rows(found: Found) -> Iterator[list[object]]:
     """Yield a row for every run and every time that it is judged."""
     for cell, run in found.items():
-        shift = cell.problem.simulation().most_steps
+        shift = cell.problem.simulation().task.blocks
         for blocks in cell.blocks:
             cost, good, finished = np.array(run.judged[f"{blocks}"])
             before = [sum(values[: blocks // shift]) for values in (run.costs, run.scrap)]

@@ -70,7 +70,7 @@ def run(cell: TrackTrial) -> TrackRun:
     floor, knows = TrackMachine(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
     adapter: Adapter = Known(cell.adapter, json.loads(cell.tuned)) if knows else made(cell.adapter)
     policy = adapter.start(on(cell.problem, cell.plant) if knows else cell.problem)
-    result, ground, shift = TrackRun(), 0, floor.simulation.most_steps
+    result, ground, shift = TrackRun(), 0, floor.simulation.task.blocks
     for blocks in cell.blocks:
         while ground < blocks:
             done = floor.grind(_checked(policy, knows), knows=knows)

@@ -76,7 +76,7 @@ def scored(found: Found) -> list[Scored]:
 
 
 def _scored(cells: Sequence[TrackTrial], runs: Runs, blocks: int) -> Scored:
-    one, shifts = cells[0], blocks // cells[0].problem.simulation().most_steps
+    one, shifts = cells[0], blocks // cells[0].problem.simulation().task.blocks
     ours, fixed = ([runs[_of(replace(cell, adapter=name))] for cell in cells] for name in (one.adapter, FIXED))
     costs = np.stack([_by_machine(runs, cells, name, blocks) for name in (one.adapter, FIXED, PLANNER)])
     values, draws = machine_scores(costs), resampled(costs)
@@ -98,7 +98,7 @@ def _scored(cells: Sequence[TrackTrial], runs: Runs, blocks: int) -> Scored:
         learning_scrap=float(bad.sum() / parts.sum()) if shifts else math.nan,
         violations=int((bad > np.maximum(LEAST_SCRAP, SCRAP_SHARE * parts)).sum()),
         runs=len(cells),
-        beaten=one.problem.simulation().most_steps * float(np.median(after)),
+        beaten=one.problem.simulation().task.blocks * float(np.median(after)),
         cpu_seconds=float(np.mean([run.cpu_seconds for run in ours])),
     )
 

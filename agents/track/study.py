@@ -91,7 +91,7 @@ def cells_asked(
 
 def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
     """Return blocks on a machine, ascending, of numbers with commas between them: whole shifts."""
-    shift = problem.simulation().most_steps
+    shift = problem.simulation().task.blocks
     for number in text.split(","):
         if not number.strip().isdecimal() or int(number) % shift:
             raise GrindError(
@@ -122,4 +122,4 @@ def seconds(cell: TrackTrial) -> float:
     """CPU-seconds that a cell takes at most, by measurement."""
     if cell.adapter == TUNING:
         return TUNING_SECONDS
-    return SHIFT * cell.blocks[-1] / cell.problem.simulation().most_steps + JUDGING * len(cell.blocks)
+    return SHIFT * cell.blocks[-1] / cell.problem.simulation().task.blocks + JUDGING * len(cell.blocks)

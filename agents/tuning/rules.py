@@ -21,7 +21,7 @@ from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, re
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
-from grind_env.policies.choices import Decision, speed_bounds, speed_grid
+from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
@@ -123,7 +123,7 @@ class Tuner:
     def _refine(self, cost: Callable[[float], float], found: BestPoint) -> BestPoint:
         if self.task.action.speed_levels is not None:
             return found
-        low, high = speed_bounds(self.task)
+        low, high = self.task.action.speed_ends
         return refine(cost, found, low / 1000.0, high / 1000.0)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:

@@ -32,7 +32,7 @@ def still(name: str) -> Image.Image:
     simulation = problem.simulation()
     policy = named_policy(usual_name(simulation), simulation)
     views = watch(policy, problem, SEEDS["evaluation"], 1)
-    at = round(SHARE * simulation.most_steps)
+    at = round(SHARE * simulation.task.blocks)
     *_, view = islice(views, at + 1)
     return Image.fromarray(render(replace(view, extent=replace(view.extent, title=simulation.task.title))))
 

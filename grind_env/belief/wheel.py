@@ -11,7 +11,7 @@ of an episode it knows the measured observation alone. It draws no random number
 Latin hypercube, so that the belief is a function of what was measured, and the same in every form of environment.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from statistics import NormalDist
 from typing import Any, NamedTuple, Protocol
 
@@ -44,32 +44,21 @@ class Model(Protocol):
     """Log convection that the coolant loses with every part."""
     noise: float
     """Factor on the noise of the sensors."""
+    simulation: Any
+    """Steps the members; `read` says observations in physical units, `clear` lets members begin."""
+    branches: Any
+    """Of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
     dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
 
-    def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
-        """What observations say in physical units, by name, each shape (N,)."""
-
-    def rows(self, seen: Mapping[str, Table]) -> Numbers:
-        """Row of the coming block in the table of kinds, shape (N,)."""
-
     def base_rows(self, rows: Numbers) -> Numbers:
-        """Its row in `base`."""
+        """Rows in `base` of blocks of these rows in the table of kinds, shape (N,)."""
 
     def judged(self, rows: Numbers) -> Table:
         """What such a block is judged by, shape (N, fields of `Judged`)."""
 
-    def first_wheels(self, members: int) -> Table:
-        """Wheels with which an episode may begin, shape (members, fields of `WheelState`)."""
-
     def room(self, n: int) -> Any:
         """Room for N members: episodes of one block, with `wheels` and more."""
-
-    def begin(self, members: Any, index: Numbers) -> None:
-        """Let those at `index` begin, with nothing ground."""
-
-    def load(self, members: Any, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """Give those at `index` their next block, with its stock over the nominal one."""
 
     def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
         """Write their factors `FACTORS`, shape (index, factors)."""
@@ -126,7 +115,7 @@ class WheelBelief:
             raise BeliefError(f"members is {members}, but must be at least 2: their spread is what they know")
         self.model, self.size = model, members
         self.draws = hypercube(DRAWS, members)
-        self.first = model.first_wheels(members)
+        self.first = model.branches.first_wheels(members)
         self.begin(0)
 
     def begin(self, n: int) -> None:
@@ -167,12 +156,12 @@ class WheelBelief:
         """
         model, n = self.model, len(observation)
         chosen = np.ones(n, bool) if mask is None else mask
-        seen = model.read(observation)
+        seen = model.simulation.read(observation)
         new = np.flatnonzero(chosen & self.fresh)
         self.updates[new] = 0
         self.ground[new] = 0.0
         self.wheels[new, :, : self.first.shape[1]] = self.first
-        model.begin(self.members, self._of(new))
+        model.simulation.clear(self.members, self._of(new))
         self.hidden[new] = self.draws[0]
         signals = Signals(
             mean_power=seen["mean_power"],
@@ -210,9 +199,9 @@ class WheelBelief:
         self.fresh &= ~chosen
         # the next observation speaks of the coming block as the last one
         coming = np.flatnonzero(chosen)
-        self.rows[coming] = model.rows(seen)[coming]
+        self.rows[coming] = model.branches.coming_rows(seen)[coming]
         stocks = np.repeat(seen["stock"][coming], self.size)
-        model.load(self.members, self._of(coming), np.repeat(self.rows[coming], self.size), stocks)
+        model.branches.load(self.members, self._of(coming), np.repeat(self.rows[coming], self.size), stocks)
         return Belief(*self.beliefs.T.copy())
 
     def _of(self, episodes: Numbers) -> Numbers:

@@ -99,12 +99,11 @@ class ActionCodec:
             raise ActionError(f"out_of_range is {out_of_range!r}, but must be one of {', '.join(OUT_OF_RANGE)}")
         self.clips = out_of_range == "clip" or (out_of_range is None and action == "box")
         self._warns = self.clips
-        low, high = task.action.speed_ends
-        self.low, self.high = 1000.0 * low, 1000.0 * high
+        self.low, self.high = task.action.speed_ends
         self.task, self.action = task, action
         self.executions = task.action.executions
         self.names = KEYS if predress else KEYS[:2]
-        self.levels = 1000.0 * np.array(task.action.speed_levels or (), np.float64)
+        self.levels = np.array(task.action.speed_levels or (), np.float64)
         if self.levels.size == 0 and action in ("multidiscrete", "discrete"):
             self.levels = np.floor(np.geomspace(self.low, self.high, SPEED_LEVELS) + 0.5)
         self.sizes = (len(self.levels), self.executions + 1, 2)[: len(self.names)]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.arguments import check_flags, is_full
-from grind_env.envs.blocks.program import check_task
+from grind_env.envs.blocks.job import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.docstrings import meanings
@@ -36,10 +36,9 @@ def usual_cost(task: Task) -> float:
     One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
     """
     simulation = BlockSimulation(replace(task, reference_cost=1.0))
-    low, high = task.action.speed_ends
-    tried = [float(round(speed)) for speed in np.geomspace(1000.0 * low, 1000.0 * high, SPEEDS)]
+    tried = [float(round(speed)) for speed in np.geomspace(*task.action.speed_ends, SPEEDS)]
     if task.action.speed_levels is not None:
-        tried = [1000.0 * speed for speed in task.action.speed_levels]
+        tried = [*task.action.speed_levels]
     plans = np.array(list(product(tried, (0, *INTERVALS))))
     speeds, every = np.repeat(plans, EPISODES, axis=0).T
     episodes = simulation.start([np.random.default_rng(k % EPISODES) for k in range(len(speeds))])

@@ -113,7 +113,7 @@ class BlockBranches(Branches):
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
         task = self._task
         kinds = self.kind_of_row[rows].tolist()
-        return np.array([task.nominal_seconds(task.kinds[k], E / 1000.0) for k, E in zip(kinds, speeds, strict=True)])
+        return np.array([task.nominal_seconds(task.kinds[k], E) for k, E in zip(kinds, speeds, strict=True)])
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
         task, names = self._task, self._task.materials

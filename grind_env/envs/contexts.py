@@ -235,7 +235,7 @@ def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
     return list(options.items())
 
 
-def apart(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
+def distinct(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
     """What is given, each object once, and which of these is given of each of M episodes, shape (M,)."""
     once = {id(each): each for each in given}
     numbers = {key: number for number, key in enumerate(once)}

@@ -82,7 +82,24 @@ class Outcome(NamedTuple):
     """Ratio of Ra of the surface to its limit; 0 where there is none."""
 
 
-read_shop, write_outcome = column_reader(Shop), column_writer(Outcome)
+class Found(NamedTuple):
+    """What a block has come to besides its `Tally`."""
+
+    good: float
+    """Probability that the part is good so far; of several parts finished in one block their mean."""
+    size_error: float
+    """Stock left where the part is farthest from its size, um."""
+    change: float
+    """1 if the wheel is changed, else 0."""
+    handover: float
+    """Price of handing over the wheel, $."""
+    pick: float
+    """By how much a stroke has gone deeper at most, mm."""
+    taper: float = 0.0
+    """Of the part as gauged, um."""
+
+
+read_shop, write_outcome, read_found = column_reader(Shop), column_writer(Outcome), column_reader(Found)
 
 
 def shop_row(task: Task) -> Shop:
@@ -135,11 +152,7 @@ def outcome_of(
     result: Tally,
     clock: float,
     diameter: float,
-    size_error: float,
-    rise: float,
-    good: float,
-    change: float,
-    handover: float,
+    found: Found,
 ) -> Outcome:
     """Return the costs of a block and the state of its part.
 
@@ -151,21 +164,18 @@ def outcome_of(
         result: of its cycle, with all its time but a wheel change's.
         clock: before it, s.
         diameter: true one of the wheel before it, mm.
-        size_error: stock left on the part, um.
-        rise: highest temperature rise that counts, K.
-        good: probability that the part is still good.
-        change: 1 if the wheel is changed after the block.
-        handover: price of handing over the wheel, $.
+        found: after it.
 
     No more of a wheel can be worn and dressed off than is left of it.
     """
+    change, handover = found.change, found.handover
     seconds = result.seconds + change * shop.change_seconds
     clock += seconds
     finished = kind.ends_part
     removed = min(result.worn + result.dressed_off, volume_left(diameter, shop.wheel_width))
     rates = rates_of(shop)
     time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
-    scrap_cost = finished * kind.scrap * (1.0 - good)
+    scrap_cost = finished * kind.scrap * (1.0 - found.good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
     change_cost = change * shop.change_price
     roughness_ratio = part.Rs / kind.roughness if kind.roughness > NO_LIMIT else 0.0
@@ -180,15 +190,15 @@ def outcome_of(
         change_cost=change_cost,
         cost=cost,
         reward=-cost / shop.reference_cost,
-        good=finished * good,
+        good=finished * found.good,
         finished=finished,
         seconds=seconds,
         burn_ratio=result.burn_ratio,
-        rise=rise,
+        rise=counted_rise(kind, result),
         peak_power=min(result.peak_load, kind.power),
         peak_torque=result.peak_torque,
         roughness=part.Rs,
-        size_error=size_error,
+        size_error=found.size_error,
         power_ratio=result.peak_load / kind.power,
         roughness_ratio=roughness_ratio,
     )

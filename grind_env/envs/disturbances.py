@@ -1,5 +1,6 @@
 """Random disturbances: the noise tape of each episode, drawn from its key, of tasks and of users' programs."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -7,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.envs.contexts import Fixed, Given, apart
-from grind_env.envs.drawing import ORDER, words_of
+from grind_env.envs.contexts import Fixed, Given, distinct
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.random_numbers import ORDER, words_of
 from grind_env.envs.splits import Draws, draws_of
 from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
-from grind_env.envs.tasks.others import OtherWheel
+from grind_env.envs.tasks.foreign_entries import OtherWheel
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform
@@ -76,7 +77,7 @@ def begin_episodes(
     draw_rows(tape, block, source, schedule, kinds, spreads, index)
 
 
-class Disturbances:
+class Disturbances(ABC):
     """Draws what is random in episodes.
 
     Attributes:
@@ -109,7 +110,7 @@ class Disturbances:
             rngs: their generators.
             given: what is given of each.
         """
-        each, which = apart(given)
+        each, which = distinct(given)
         fixed, splits = np.array([one.fixed for one in each]), np.array([self.draws(one) for one in each])
         begin_episodes(
             episodes.tape,
@@ -134,9 +135,9 @@ class Disturbances:
         """Return the distributions that a split draws from."""
         return draws_of(given.split)
 
+    @abstractmethod
     def mount(self, episodes: Episodes, index: NDArray[np.int64], which: NDArray[np.int64], fixed: Table) -> None:
         """Write the first wheels of the episodes at `index`; the other arguments are as for `begin_episodes`."""
-        raise NotImplementedError
 
     def draw(self, episodes: Episodes) -> None:
         """Draw the rows that the tapes have room for."""

@@ -16,9 +16,9 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading
+from grind_env.envs.program_writer import Written
 from grind_env.envs.shown import shown_space
-from grind_env.envs.simulation import Simulation, Written
-from grind_env.machine.job import Job
+from grind_env.envs.simulation import Simulation
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import ansi, frames
 from grind_env.render.view import EpisodePicture
@@ -57,7 +57,7 @@ class EpisodeLength:
             limit = (
                 made.kwargs.get("max_episode_steps") or made.max_episode_steps
             )  # `gym.make_vec` gives the argument precedence
-            made = replace(made, max_episode_steps=limit or self.simulation.most_steps + 1)
+            made = replace(made, max_episode_steps=limit or self.simulation.task.blocks + 1)
         self._spec = made
 
 
@@ -127,7 +127,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             gymnasium.error.ResetNeeded: before the first step of the episode.
             GrindError: no one text says what was chosen.
         """
-        written = self.simulation.written(self._ground(), 0, self.blocks)
+        written = self.simulation.writer.written(self._ground(), 0, self.blocks)
         return written._replace(job=replace(written.job, plant=self.plant))
 
     def part_program(self) -> str:
@@ -141,23 +141,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         """
         if self.episodes is None:
             raise gym.error.ResetNeeded("no episode has begun: call reset() first")
-        return self.simulation.program(self.blocks)
-
-    def part_job(self) -> Job:
-        """The job of that program: `machine.grind` makes of both what the episode was, with its wheel, lots and stocks.
-
-        Raises:
-            gymnasium.error.ResetNeeded: before the first step of the episode.
-        """
-        return self.written().job
-
-    def operator_dress_at(self) -> tuple[float, ...]:
-        """Times of the control, s, at which the operator asks for a dress when that program runs.
-
-        Raises:
-            gymnasium.error.ResetNeeded: before the first step of the episode.
-        """
-        return self.written().requests
+        return self.simulation.writer.program(self.blocks)
 
     def record(self) -> GrindingRecord:
         """Strokes, dresses and finished parts since the last reset, as `machine.grind` records them.
@@ -165,7 +149,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
         """
-        record = self.simulation.record(self._ground(), 0, self.blocks)
+        record = self.simulation.writer.record(self._ground(), 0, self.blocks)
         return replace(record, job=replace(record.job, plant=self.plant))
 
     def reset(
@@ -213,7 +197,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
         chosen = [values.item() for values in choice]
-        block = simulation.block(episodes, 0, *chosen)
+        block = simulation.writer.block(episodes, 0, *chosen)
         outcomes, _ = simulation.step(episodes, *choice)
         outcome = Outcome(*outcomes[0].tolist())
         self.blocks.append(block)
@@ -222,7 +206,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         observation = simulation.observe(episodes)[0]
         info = self.infos.single(outcome, observation, chosen)
         if self.show_block:
-            info["block"] = simulation.text(block)
+            info["block"] = simulation.writer.text(block)
         self.over = simulation.over(episodes).item()
         return observation, outcome.reward, self.over, False, info
 
@@ -234,7 +218,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         """
         if self.episodes is None:
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
-        return self.simulation.view(self.episodes, 0, self.blocks, self.outcomes)
+        return self.simulation.viewer.view(self.episodes, 0, self.blocks, self.outcomes)
 
     def render(self) -> Any:
         """Show the state after the last step: a picture, uint8 of shape (540, 960, 3), or text; None for a human."""

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Table
 from grind_env.envs.disturbances import DEALT, Disturbances, read_fixed
-from grind_env.envs.drawing import EPISODE, unless, words_of
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.random_numbers import EPISODE, unless, words_of
 from grind_env.envs.tape import KEY_0, KEY_1, DrawnKind, Sigmas, read_sigmas
 from grind_env.envs.tasks import Task
-from grind_env.envs.tasks.others import OtherWheel, other_materials, other_wheels
+from grind_env.envs.tasks.foreign_entries import OtherWheel, other_materials, other_wheels
 from grind_env.kernel import entry
 from grind_env.kernel.columns import replacer
 from grind_env.kernel.random import uniform
@@ -88,7 +88,7 @@ class EpisodeGenerator(Disturbances):
 
 
 def _drawn_kinds(task: Task) -> list[DrawnKind]:
-    speed = task.due.speed if task.due else 1.0
+    speed = task.due.speed if task.due else 1000.0
     return [
         DrawnKind(
             stock=kind.stock,

@@ -27,19 +27,13 @@ _of_step = attrgetter(*EpisodeArrays._fields)
 
 @dataclass(slots=True)
 class Episodes:
-    """The state of N episodes: arrays with one row an episode.
+    """The state of N episodes.
 
-    `tape`, in the units of its fields, has shape (N, rows, fields of `TapeRow`): a row for each block, or two that
-    take turns, of the coming block and of the next one. `source`, in the units of `Origin` and `Carried`, is what rows
-    are drawn from, shape (N, SOURCE). `schedule` has the index of the kind of every block, shape (N, blocks), as
-    `draw_rows` takes it. `wheels`, `parts` and `memory`, in the units of their fields, have shape (N, fields of
-    `WheelState`, `PartState` or `History`). Behind a wheel stands what process and gauge remember besides. `block`
-    is the index of the coming block, shape (N,). `stages`, in the units of its fields, is what each part has come to
-    since it was last judged, shape (N, fields of `StageSoFar`); `surfaces`, in the units of theirs, are the parts in
-    zones, shape (N, zones, fields of `Zone`); `machine` is the number of that on which each runs, shape (N,), and
-    `forces` a factor on its forces in each row of the script, shape (N, 1 or rows). `programs` are those under
-    execution if the control runs them. `whole_program` is whether episodes end, and the wheel is charged for, after the
-    last block of the program, whatever blocks their tapes have.
+    All fields are arrays with one row an episode, as of `EpisodeArrays`, in the units of their columns. `tape`
+    has a row for each block, or two that take turns, of the coming block and of the next one. `source` has an `Origin`
+    and what is `Carried`; `schedule` is as `draw_rows` takes it. `programs` are those under execution if the control
+    runs them. `whole_program` is whether episodes end, and the wheel is charged for, after the last block of the
+    program, whatever blocks their tapes have.
     """
 
     tape: Table
@@ -66,16 +60,11 @@ class Episodes:
 
     def wheel(self, i: int) -> WheelState:
         """The wheel of episode i."""
-        return self.wheel_and_own(i)[0]
+        return WheelState(*self.wheels[i, :OWN_FROM].tolist())
 
-    def own(self, i: int) -> tuple[float, ...]:
+    def extra_state(self, i: int) -> tuple[float, ...]:
         """What process and gauge of episode i remember besides."""
-        return self.wheel_and_own(i)[1]
-
-    def wheel_and_own(self, i: int) -> tuple[WheelState, tuple[float, ...]]:
-        """Both."""
-        row = self.wheels[i].tolist()
-        return WheelState(*row[:OWN_FROM]), tuple(row[OWN_FROM:])
+        return tuple(self.wheels[i, OWN_FROM:].tolist())
 
     def pick(self, index: ArrayLike) -> "Episodes":
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner.

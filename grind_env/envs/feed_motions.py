@@ -15,7 +15,6 @@ import numpy as np
 
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.feeding import DRESSES, ENDS, GOES_ON, FeedMotion, write_motion
 from grind_env.machine.loops.rules import motion_time
 
@@ -138,18 +137,6 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
         write_motion(motions, row + 2 * number + 1, rest)
 
 
-write_segment = column_writer(Segment)
-
-
-@entry
-def write_segments(infeed: Infeed, table: Any) -> None:
-    """Write the infeed blocks of a block into the rows of `table`, shape (D + 1, fields of `Segment`)."""
-    for number in range(table.shape[0]):
-        write_segment(table, number, segment(infeed, float(number)))
-
-
 def segments(infeed: Infeed) -> list[Segment]:
     """The infeed blocks of a block, for a program text."""
-    table = np.empty((int(infeed.requests) + 1, len(Segment._fields)))
-    write_segments(infeed, table)
-    return [Segment(*row) for row in table.tolist()]
+    return [segment(infeed, float(number)) for number in range(int(infeed.requests) + 1)]

@@ -18,20 +18,8 @@ ROUGHNESS_NOISE = 0.06
 
 @inlined
 def measured_power(power: float, z: float) -> float:
-    """A power reading, W; z is standard normal times the task's factor on the noise, as for the next two readings."""
+    """A power reading, W; z is standard normal times the task's factor on the noise, as for the other readings."""
     return max(power * (1.0 + POWER_NOISE * z) + POWER_NOISE_FLOOR * z, 0.0)
-
-
-@inlined
-def measured_size(size_error: float, z: float) -> float:
-    """A reading of the size gauge, um."""
-    return size_error + SIZE_NOISE * z
-
-
-@inlined
-def measured_roughness(ratio: float, z: float) -> float:
-    """A reading of the roughness gauge over the limit."""
-    return ratio * (1.0 + ROUGHNESS_NOISE * z)
 
 
 @inlined
@@ -57,8 +45,8 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
         mean_power=measured_power(truth.mean_power, noise.mean_power),
         first_power=measured_power(truth.first_power, noise.first_power),
         peak_power=measured_power(truth.peak_power, noise.peak_power),
-        size_error=measured_size(truth.size_error, noise.size_error),
-        roughness=measured_roughness(truth.roughness, noise.roughness),
+        size_error=truth.size_error + SIZE_NOISE * noise.size_error,
+        roughness=truth.roughness * (1.0 + ROUGHNESS_NOISE * noise.roughness),
         diameter=gauged_diameter(truth.diameter, noise.diameter),
     )
     return shown, own

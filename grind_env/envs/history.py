@@ -2,12 +2,13 @@
 
 from typing import NamedTuple
 
-from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
+from grind_env.machine.script.settings import BlockSettings
 from grind_env.process.gauge import GaugeReadings
 
 GAUGE_EVERY = 3
@@ -115,20 +116,17 @@ def remembered(
     old: History,
     shown: GaugeReadings,
     outcome: Outcome,
-    good: float,
-    change: float,
-    E: float,
-    D: float,
+    found: Found,
+    chosen: BlockSettings,
     pre_dress: float,
     volume: float,
     diameter: float,
-    taper: float,
 ) -> History:
-    """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
+    """What the shop floor remembers after a block that was run with some settings and perhaps a pre-dress (1).
 
     `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
-    `diameter` that of the wheel after it, mm, both by book-keeping; `taper` is that of the part as gauged, um. The
-    other arguments are those of `outcome_of`, and what came of it.
+    `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and
+    what came of it.
     """
     ends = kind.ends_part > 0.0
     size_error = shown.size_error if ends else old.size_error
@@ -138,15 +136,15 @@ def remembered(
     gauged = -1.0 if ends else old.gauged
     if ends and int(old.parts) % GAUGE_EVERY == 0:
         gauged = shown.roughness
-    taper = taper if ends else old.taper
-    sharpened = result.dresses + change > 0.0
+    taper = found.taper if ends else old.taper
+    sharpened = result.dresses + found.change > 0.0
     stalled = 1.0 if has_stalled(result) else 0.0
-    volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
+    volume = (0.0 if found.change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
     return History(
-        speed=E / 1000.0,
-        executions=D,
-        pick=kind.pick,
+        speed=chosen.E / 1000.0,
+        executions=chosen.D,
+        pick=found.pick,
         width=kind.width,
         mean_power=shown.mean_power,
         first_power=shown.first_power,
@@ -159,11 +157,11 @@ def remembered(
         blocks_since_dress=blocks_since_dress,
         dresses=old.dresses + result.dresses,
         parts=old.parts + outcome.finished,
-        survival=good,
+        survival=found.good,
         stalled=stalled,
         pre_dress=pre_dress,
         clock=old.clock + outcome.seconds,
-        wheel_changes=old.wheel_changes + change,
+        wheel_changes=old.wheel_changes + found.change,
         diameter=diameter,
         found_diameter=old.found_diameter,
         taper=taper,

@@ -1,16 +1,15 @@
 """A simulation as the filter of a belief grinds its members with it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Simulation, without_wheel_changes
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.machine.loops.shift import entries_of
@@ -36,7 +35,7 @@ class MemberModel:
                 f"{simulation.task.name} is not followed by a belief, which grinds compiled blocks: use HistoryStack"
             )
         # the diameter is seen: a member whose own has come below the least one changes no wheel
-        self.simulation, self.branches = simulation.without_wheel_changes(), simulation.branches
+        self.simulation, self.branches = without_wheel_changes(simulation), simulation.branches
         task = simulation.task
         spread = task.spread
         self.base, self.ageing, self.noise = self.branches.base, task.setup.coolant_ageing, spread.measurement
@@ -51,29 +50,14 @@ class MemberModel:
         )
         self.dress = self.branches.usual_dress
 
-    def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
-        return self.simulation.read(observation)
-
-    def rows(self, seen: Mapping[str, Table]) -> Numbers:
-        return self.branches.coming_rows(seen)
-
     def base_rows(self, rows: Numbers) -> Numbers:
         return np.minimum(rows, len(self.base) - 1)
 
     def judged(self, rows: Numbers) -> Table:
         return self.simulation.kinds[rows][:, JUDGED]
 
-    def first_wheels(self, members: int) -> Table:
-        return self.branches.first_wheels(members)
-
     def room(self, n: int) -> Episodes:
         return self.simulation.room(n).on(np.zeros((n, 1, len(TapeRow._fields))))
-
-    def begin(self, members: Episodes, index: Numbers) -> None:
-        self.simulation.clear(members, index)
-
-    def load(self, members: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        self.branches.load(members, index, rows, stocks)
 
     def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
         members.tape[index[:, None], 0, FACTOR_COLUMNS] = factors

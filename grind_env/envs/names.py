@@ -5,7 +5,7 @@ from pathlib import Path
 FOLDER = Path(__file__).with_name("tasks")
 """Where the task files lie."""
 
-OTHERS = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
+MODULE_NAMES = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
 """Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
 
 ANY_TASK = "grind/Task-v0"
@@ -14,7 +14,7 @@ ANY_TASK = "grind/Task-v0"
 
 def task_names() -> list[str]:
     """Names of the tasks that are ids by their file alone."""
-    return [name for name in shipped_names() if name not in OTHERS]
+    return [name for name in shipped_names() if name not in MODULE_NAMES]
 
 
 def shipped_names() -> list[str]:

@@ -180,7 +180,7 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
 def _table(task: Task) -> list[Reading]:
     """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
-    low, high = task.action.speed_ends
+    low, high = (speed / 1000.0 for speed in task.action.speed_ends)
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
@@ -354,15 +354,8 @@ def write_entries(
 ) -> None:
     """Write the entries of the observation that are readings, each cut at the range of its sensor.
 
-    Args:
-        values: every reading of `LANES` episodes from `first` on, shape (readings, LANES); overwritten.
-        first: number of an episode.
-        columns: which reading every entry is, shape (entries,), like the next four; -1 for none.
-        offset: of each entry.
-        scale: of each entry.
-        low: of each entry.
-        high: of each entry.
-        observations: shape (N, entries), float32; written.
+    `values` are the readings of `LANES` episodes from `first` on, shape (readings, LANES), which are overwritten;
+    `columns` are those of the `Layout`, and the other arguments are as for `observe_blocks`.
     """
     count = min(LANES, observations.shape[0] - first)
     for at in range(columns.size):
@@ -377,12 +370,6 @@ def write_entries(
 def heat_column(own: type[Any]) -> int:
     """Column of the part's heat in a row of a wheel with what process and gauge remember; -1 where they do not."""
     return OWN_FROM + own._fields.index("dT") if "dT" in own._fields else -1
-
-
-@inlined
-def part_rise(wheels: Any, i: int, heat: int, in_work: bool) -> float:
-    """Temperature above the hall of a part, K, if it is still that of the strokes before."""
-    return wheels[i, heat] if in_work and heat >= 0 else 0.0
 
 
 @inlined
@@ -409,7 +396,9 @@ def observe_block(
     number, material = int(row.kind), int(row.material)
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
-    in_work, changed = ahead and kind.starts_part == 0.0, seen.wheel_changes > 0.0
+    changed = seen.wheel_changes > 0.0
+    # of the part in work, if it is still that of the strokes before
+    part_rise = wheels[i, heat] if ahead and kind.starts_part == 0.0 and heat >= 0 else 0.0
     growth = row.spare_kA if changed else row.kA
     ra_scale = row.spare_ra_scale if changed else row.ra_scale
     time_to_due = here * (row.due - seen.clock)
@@ -456,7 +445,7 @@ def observe_block(
         convection=row.hf,
         roughness_scale=ra_scale,
         wheel_volume=wheel.V,
-        part_rise=part_rise(wheels, i, heat, in_work),
+        part_rise=part_rise,
     )
     write_readings(lanes, i % LANES, reading)
     if ahead and layout.kinds > 0:
@@ -488,9 +477,9 @@ def observe_blocks(
     """Write the observations before the coming blocks.
 
     Args:
-        kinds: of `step.Tables`.
+        kinds: of `transition.Tables`.
         total: blocks of an episode.
-        tape: of `step.EpisodeArrays`, like the next three.
+        tape: of `transition.EpisodeArrays`, like the next three.
         block: coming block.
         wheels: wheel states.
         heat: column of them with the heat of the part, see `heat_column`.

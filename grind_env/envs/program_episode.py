@@ -16,7 +16,7 @@ from grind_env.control import ControlError, CycleAhead, CyclePlan, Event, FeedAh
 from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.job import Job
 from grind_env.machine.part.stations import sweep_between, sweep_of_plan
 from grind_env.machine.run import GrindingRun
 
@@ -77,7 +77,6 @@ class ProgramEpisode:
     Args:
         programs: the program.
         job: the job.
-        conditions: of its parts.
         course: what it comes by with its own words; empty if that is not known.
 
     Attributes:
@@ -87,18 +86,12 @@ class ProgramEpisode:
         chosen: the blocks that have been run, with the words chosen for them.
     """
 
-    def __init__(
-        self,
-        programs: Programs,
-        job: Job,
-        conditions: Sequence[PartConditions] = (),
-        course: Sequence[Passage] = (),
-    ) -> None:
+    def __init__(self, programs: Programs, job: Job, course: Sequence[Passage] = ()) -> None:
         """Start, and go on to the first cycle block."""
-        self._arguments = (programs, job, conditions, course)
+        self._arguments = (programs, job, course)
         self.course = course
         control = replace(job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True)
-        self.run = GrindingRun(programs, job, control, conditions)
+        self.run = GrindingRun(programs, job, control)
         self.chosen: list[tuple[Block, Words]] = []
         self.block: Block | None = None
         self.time = 0.0

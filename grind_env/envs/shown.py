@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -19,6 +19,8 @@ from grind_env.envs.observations import Reading, bounds
 from grind_env.envs.simulation import Simulation
 from grind_env.task_version import TASK_VERSION
 
+Space: TypeAlias = spaces.Space[Any]
+
 CLIP = 10.0
 """Standard deviations at which a standardised entry is cut."""
 
@@ -26,10 +28,8 @@ CLIP = 10.0
 class MemoryForm(Protocol):
     """How a wrapper makes the memory that it shows."""
 
-    def memory(
-        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
-    ) -> EpisodeMemory:
-        """The memory."""
+    def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
+        """The memory, from the spaces of one observation and of one action."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +38,8 @@ class Stack:
 
     n: int
 
-    def memory(
-        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
-    ) -> EpisodeMemory:
-        return StackMemory(observation_space, action_space, self.n)
+    def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
+        return StackMemory(observations, actions, self.n)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +48,7 @@ class BeliefForm:
 
     members: int
 
-    def memory(
-        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
-    ) -> EpisodeMemory:
+    def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
         assert simulation is not None
         return BeliefMemory(simulation, self.members)
 
@@ -64,11 +60,9 @@ class Standard:
     mean: tuple[float, ...]
     deviation: tuple[float, ...]
 
-    def memory(
-        self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
-    ) -> EpisodeMemory:
-        assert isinstance(observation_space, spaces.Box)
-        return StandardMemory(observation_space, np.array(self.mean), np.array(self.deviation))
+    def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
+        assert isinstance(observations, spaces.Box)
+        return StandardMemory(observations, np.array(self.mean), np.array(self.deviation))
 
 
 class StandardMemory:

@@ -1,16 +1,17 @@
-"""A problem without Gymnasium: N episodes side by side, and all that there is to say of them.
+"""A problem without Gymnasium: N episodes side by side, how they are drawn and stepped, and what is observed of them.
 
-Policies, evaluations, trainings and the environments themselves see no more of a problem than this class. Every
-environment that chooses E and D has a simulation, as `env.unwrapped.simulation`; the single one steps one episode of
-it, the native vector one and the planners many. What a planner, a belief or an adviser needs beyond it are its
-`branches`. Tasks (`blocks/simulation.py`) and users' programs (`job/simulation.py`) differ in what draws their
-episodes, in the script that they run, and in how an episode is written down and shown.
+Policies, evaluations, trainings and the environments themselves see no more of a problem than the methods of this
+class, its `writer` (`program_writer.py`) and its `viewer` (`view.py`). Every environment that chooses E and D has a
+simulation, as `env.unwrapped.simulation`; the single one steps one episode of it, the native vector one and the
+planners many. What a planner, a belief or an adviser needs beyond it are its `branches`. Tasks
+(`blocks/simulation.py`) and users' programs (`job/simulation.py`) differ in what draws their episodes, in the script
+that they run, and in how an episode is written down and shown.
 """
 
 import copy
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +24,21 @@ from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import noisy
 from grind_env.envs.history import History
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
+from grind_env.envs.program_writer import ProgramWriter
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
+from grind_env.envs.view import Viewer
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
-from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.settings import SETTINGS
 from grind_env.machine.script.tables import ScriptTables
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process, joined
 from grind_env.process.state import WheelState
-from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
@@ -52,19 +52,8 @@ NO_SETTINGS = np.empty((0, SETTINGS))
 SimulationT = TypeVar("SimulationT", bound="Simulation")
 
 
-class Written(NamedTuple):
-    """An episode as one takes it to the machine: `machine.grind` makes of it what the episode was."""
-
-    program: str
-    """The part program."""
-    job: Job
-    """Its job, with the wheel, the lots and the stocks of the episode."""
-    requests: tuple[float, ...] = ()
-    """Times of the control, s, at which the operator asks for a dress while the program runs."""
-
-
 class Simulation(ABC):
-    """A problem: it draws and steps episodes, says what is observed of them, writes them down and shows them.
+    """The dynamics of a problem: it draws and steps episodes, and says what is observed of them.
 
     Attributes:
         task: names and limits; a simulation of a program has one that says the same of it.
@@ -79,6 +68,7 @@ class Simulation(ABC):
         pre_dress: whether a choice has a third number: 1 for a dress before the first plunge.
         barred: what a context of `grind_env.envs.contexts` cannot fix, each with the reason.
         shops: numbers of the task, shape (1, fields of `Shop`).
+        whole_program: as of `Episodes`; tapes are then always full.
     """
 
     task: Task
@@ -93,6 +83,7 @@ class Simulation(ABC):
     pre_dress: bool = False
     barred: Mapping[str, str]
     shops: Table
+    whole_program: bool = False
     tables: ScriptTables
     """Of its script."""
     _generator: Any
@@ -105,15 +96,25 @@ class Simulation(ABC):
     _approach: float = 0.0
     _covered: bool
     """Whether the wheel covers the parts."""
-    _own: tuple[float, ...]
+    _extra_state: tuple[float, ...]
     """What process and gauge remember at the start."""
     _heat: int
 
-    def _grind_with(self, process: Process, gauge: Gauge, own: tuple[float, ...] | None = None) -> None:
+    @property
+    @abstractmethod
+    def writer(self) -> ProgramWriter:
+        """What writes its episodes down as part programs."""
+
+    @property
+    @abstractmethod
+    def viewer(self) -> Viewer:
+        """What shows its episodes in pictures."""
+
+    def _grind_with(self, process: Process, gauge: Gauge, state: tuple[float, ...] | None = None) -> None:
         """Take over a process and a gauge, and what both remember at the start."""
         joint = joined(process.own, gauge.own)
         self.process, self.gauge, self._heat, self._scratch = process, gauge, heat_column(joint), Scratch()
-        self._own = tuple(joint()) if own is None else (*own, *gauge.own())
+        self._extra_state = tuple(joint()) if state is None else (*state, *gauge.own())
 
     def __getstate__(self) -> dict[str, Any]:
         """What grinds and shows other machines is found again by their name."""
@@ -124,11 +125,6 @@ class Simulation(ABC):
         vars(self).update(state)
         if self.plants is not None:
             self.process, self.gauge = self.plants.first.process, noisy(self.plants.first.gauge)
-
-    @property
-    def most_steps(self) -> int:
-        """Steps of an episode at most."""
-        return self.task.blocks
 
     def start(
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, full_tape: bool = True
@@ -150,70 +146,49 @@ class Simulation(ABC):
         self.clear(episodes, rows)
         if self.plants is not None:
             episodes.wheels[rows, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
-        self._set_up(episodes, index, given)
-
-    def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:  # noqa: B027
-        """Set up what the episodes at `index` need besides, which is nothing where compiled code runs them."""
 
     def room(self, n: int, *, full_tape: bool = True) -> Episodes:
-        """Arrays for N episodes, of which none has been drawn.
+        """Return arrays for N episodes, of which none has been drawn.
 
         With full tapes, or, for all but a user's own program, with rows for the coming blocks only.
         """
-        return Episodes(**self._room(n, full_tape))
-
-    def _room(self, n: int, full_tape: bool) -> dict[str, Any]:
         blocks, zones = self.task.blocks, 0 if self._covered else len(self.tables.zones)
-        return {
-            "tape": np.empty((n, blocks if full_tape else min(AHEAD, blocks), len(TapeRow._fields))),
-            "block": np.zeros(n, np.int64),
-            "wheels": np.empty((n, OWN_FROM + len(self._own))),
-            "parts": np.empty((n, len(PartState._fields))),
-            "memory": np.empty((n, len(History._fields))),
-            "source": np.zeros((n, SOURCE)),
-            "schedule": np.zeros((n, blocks), np.int16),
-            "stages": np.zeros((n, STAGE_FIELDS)),
-            "surfaces": np.empty((n, zones, len(Zone._fields))),
-            "machine": np.zeros(n, np.int64),
-            "forces": np.ones((n, 1)),
-        }
+        rows = blocks if full_tape or self.whole_program else min(AHEAD, blocks)
+        return Episodes(
+            tape=np.empty((n, rows, len(TapeRow._fields))),
+            block=np.zeros(n, np.int64),
+            wheels=np.empty((n, OWN_FROM + len(self._extra_state))),
+            parts=np.empty((n, len(PartState._fields))),
+            memory=np.empty((n, len(History._fields))),
+            source=np.zeros((n, SOURCE)),
+            schedule=np.zeros((n, blocks), np.int16),
+            stages=np.zeros((n, STAGE_FIELDS)),
+            surfaces=np.empty((n, zones, len(Zone._fields))),
+            machine=np.zeros(n, np.int64),
+            forces=np.ones((n, 1)),
+            whole_program=self.whole_program,
+        )
 
-    def whole(self, episodes: Episodes) -> Episodes:
-        """Copies with whole tapes; what has not been kept of them is drawn again."""
+    def with_full_tapes(self, episodes: Episodes) -> Episodes:
+        """Return copies of the episodes with their full noise tapes; rows that are not there are drawn again."""
         copies = episodes.pick(np.arange(len(episodes.block)))
         if copies.tape.shape[1] < self.task.blocks:
             block, copies.block = copies.block, np.zeros_like(copies.block)
-            copies.tape, copies.source[:, DRAWN] = self._room(len(block), True)["tape"], 0.0
+            copies.tape = np.empty((len(block), self.task.blocks, len(TapeRow._fields)))
+            copies.source[:, DRAWN] = 0.0
             self._generator.draw(copies)
             copies.block = block
         return copies
 
-    def tape(self, episodes: Episodes, i: int) -> Table:
-        """The whole tape of episode i, shape (blocks, fields of `TapeRow`)."""
-        return np.asarray(self.whole(episodes.pick([i])).tape[0])
-
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """Forget what the episodes at `index`, shape (M,), have done but for their wheels: none has begun."""
-        episodes.wheels[index, OWN_FROM:] = self._own
+        episodes.wheels[index, OWN_FROM:] = self._extra_state
         episodes.block[index] = 0
         episodes.parts[index] = NOTHING_GROUND
         episodes.memory[index] = NOTHING_KNOWN
         episodes.memory[index, VOLUME] = self.task.start.volume
         episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
         episodes.stages[index], episodes.machine[index], episodes.forces[index] = 0.0, 0, 1.0
-
-    def without_wheel_changes(self: SimulationT) -> SimulationT:
-        """The same, but a wheel is changed only when it is said."""
-        twin = copy.copy(self)
-        twin.shops = self.shops.copy()
-        twin.shops[:, LEAST_DIAMETER] = 0.0
-        return twin
-
-    def holding(self: SimulationT, plant: "Plant") -> SimulationT:
-        """The same, in which whatever begins without being drawn is on a machine of the same families."""
-        twin = copy.copy(self)
-        twin._own = plant.own
-        return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """What the coming blocks make of a choice, each of shape (N,)."""
@@ -280,10 +255,10 @@ class Simulation(ABC):
     def _tables(self, room: Sequence[Any]) -> tuple[Any, ...]:
         """Return the tables of the compiled step, with room for N machines; of a G81 the step writes the motions."""
         *room, motions = room
-        blocks, plans, own, ways, written, zones = self.tables
+        blocks, plans, own, rest_times, written, zones = self.tables
         motions = motions if self._infeed > 0.0 else written
         numbers = self.kinds, self._base, self._cooler, self.shops, self._generator.kinds, self._generator.spreads
-        return blocks, plans, own, ways, motions, zones, *numbers, self._lead, self._infeed, self._approach, *room
+        return blocks, plans, own, rest_times, motions, zones, *numbers, self._lead, self._infeed, self._approach, *room
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
         """Which episodes have ground their last block, shape (N,)."""
@@ -316,33 +291,20 @@ class Simulation(ABC):
         # power is spent on the width of the wheel, of a part that is wider
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
-    @abstractmethod
-    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
-        """What there is to say of the step that episode i takes next: `text` and the methods below take it."""
 
-    @abstractmethod
-    def text(self, block: Any) -> str:
-        """What the control reads for it."""
+def without_wheel_changes(simulation: SimulationT) -> SimulationT:
+    """Return a copy in which a wheel is changed only when it is said."""
+    twin = copy.copy(simulation)
+    twin.shops = simulation.shops.copy()
+    twin.shops[:, LEAST_DIAMETER] = 0.0
+    return twin
 
-    @abstractmethod
-    def program(self, blocks: Sequence[Any]) -> str:
-        """The part program of an episode of these steps, with its dress program.
 
-        Raises:
-            GrindError: no one text says them.
-        """
-
-    @abstractmethod
-    def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
-        """Episode i, of which these steps have been taken: at least one."""
-
-    @abstractmethod
-    def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
-        """Its strokes, dresses and finished parts, as `machine.grind` records them."""
-
-    @abstractmethod
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
-        """What a picture of episode i shows, of which these steps have been taken with these outcomes."""
+def with_start_of(simulation: SimulationT, plant: "Plant") -> SimulationT:
+    """Return a copy in which an episode that is not drawn begins with what a machine of the same families remembers."""
+    twin = copy.copy(simulation)
+    twin._extra_state = plant.own
+    return twin
 
 
 def advance(simulation: Simulation, episodes: Episodes, speeds: Table, executions: Table) -> tuple[Table, Table]:

@@ -31,7 +31,7 @@ class Split:
     foreign: bool = False
 
     @property
-    def beyond(self) -> bool:
+    def leaves_task(self) -> bool:
         """Whether its episodes are none that the task itself could draw: scores of the task say nothing of them."""
         return replace(self, ranges=()) != Split()
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.envs.contexts import Fixed
-from grind_env.envs.drawing import (
+from grind_env.envs.random_numbers import (
     DATE,
     EPISODE,
     LANES,
@@ -30,7 +30,7 @@ from grind_env.envs.drawing import (
     write_block,
 )
 from grind_env.envs.splits import Draws
-from grind_env.envs.tasks.others import OtherWheel
+from grind_env.envs.tasks.foreign_entries import OtherWheel
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.random import uniform

@@ -12,9 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.envs.cost import Shop, counted_rise, outcome_of, rates_of, read_shop, write_outcome
-from grind_env.envs.drawing import TAPER, deviation, words_of
-from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
 from grind_env.envs.gauge import TAPER_NOISE
 from grind_env.envs.history import (
     FOUND,
@@ -27,6 +25,8 @@ from grind_env.envs.history import (
     truth_of,
     write_memory,
 )
+from grind_env.envs.placing import place_block
+from grind_env.envs.random_numbers import TAPER, deviation, words_of
 from grind_env.envs.tables import read_kind
 from grind_env.envs.tape import (
     BLOCKS,
@@ -63,19 +63,16 @@ from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import RestTimes
 from grind_env.machine.script.replay import (
     Placed,
-    place_written,
+    covered_blocks_of,
     read_block,
-    read_plan,
-    whole_blocks_of,
-    write_placed,
     zoned_blocks_of,
 )
-from grind_env.machine.script.settings import BlockSettings, D, E, read_settings
+from grind_env.machine.script.settings import BlockSettings, E, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.gauge import Gauge
-from grind_env.process.process import Drive, Moment, Process, joined
+from grind_env.process.process import Moment, Process, joined
 from grind_env.process.state import FORCES, StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -87,8 +84,8 @@ SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 FORCE_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FORCES)
 KIND, MATERIAL, STOCK = (TapeRow._fields.index(name) for name in ("kind", "material", "stock"))
-CHANGES, SURVIVAL, STALLED, CLOCK, PICK = (
-    History._fields.index(name) for name in ("wheel_changes", "survival", "stalled", "clock", "pick")
+CHANGES, SURVIVAL, STALLED, CLOCK = (
+    History._fields.index(name) for name in ("wheel_changes", "survival", "stalled", "clock")
 )
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
@@ -111,28 +108,11 @@ class StageSoFar(NamedTuple):
     """Time since the last stroke, or since the wheel was changed after it, s."""
 
 
-class Found(NamedTuple):
-    """What is found after a block."""
-
-    good: float
-    """Probability that the part is good so far; of several parts finished in one block their mean."""
-    size_error: float
-    """Stock left where the part is farthest from its size, um."""
-    change: float
-    """1 if the wheel is changed, else 0."""
-    handover: float
-    """Price of handing over the wheel, $."""
-    pick: float
-    """By how much a stroke has gone deeper at most, mm."""
-    taper: float = 0.0
-    """Of the part as gauged, um."""
-
-
 read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
 with_stage, gone_on = replacer(StageSoFar, "torque", "rise", "gauged"), replacer(StageSoFar, "gone", "rested")
-with_seconds, read_found = replacer(Tally, "seconds"), column_reader(Found)
+with_seconds = replacer(Tally, "seconds")
 with_words, write_row = replacer(BlockSettings, "E", "D"), column_writer(BlockSettings)
-STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
+STAGE_FIELDS = len(StageSoFar._fields)
 
 
 class Tables(NamedTuple):
@@ -140,8 +120,8 @@ class Tables(NamedTuple):
 
     blocks: Any
     plans: Any
-    own: Any
-    ways: Any
+    own_settings: Any
+    rest_times: Any
     motions: Any
     zones: Any
     kinds: Any
@@ -309,36 +289,8 @@ def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
     if choices.settings.shape[0] > 0:
         write_row(tables.settings, i, read_settings(choices.settings, i))
     else:
-        own = read_settings(tables.own, number)
+        own = read_settings(tables.own_settings, number)
         write_row(tables.settings, i, with_words(own, (choices.speeds[i], choices.executions[i])))
-
-
-@inlined
-def write_placed_by_tape(
-    tables: Any, i: int, surface: float, stock: float, number: int, pre_dress: float, drive: Drive
-) -> None:
-    """Let the block of machine i grind so much stock, mm, from a surface on."""
-    row, pick = read_block(tables.blocks, number), read_settings(tables.settings, i).J
-    target = surface + stock
-    first = min(surface + pick, target)
-    start = min(surface + tables.lead[number], target)
-    here = start, first + (target - first), target, target, target - start
-    # the rests after a block of a task are the same at all ends of its strokes
-    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
-
-
-@inlined
-def write_infeed(tables: Any, i: int, stock: float, number: int, pre_dress: float, drive: Drive) -> None:
-    """Let the G81 of machine i grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
-    row, kind = read_block(tables.blocks, number), read_kind(tables.kinds, number)
-    speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
-    table = drive.dwell, requests, row.acceleration, tables.infeed
-    infeed = infeed_of(row.stroke_length, kind.sparkout, stock, speed, *table)
-    motion = i * (tables.motions.shape[0] // tables.rows.size)
-    write_motions(tables.motions, motion, infeed)
-    pick = infeed.rate * (infeed.travel + infeed.dwell)
-    here = 0.0, stock, stock, stock, stock
-    write_placed(tables.placed, i, Placed(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))
 
 
 @inlined
@@ -408,11 +360,7 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
         place = place_of(episodes.block[i], episodes.tape.shape[1])
         kind, row = read_kind(kinds, number), read_row(episodes.tape[i], place)
         part, old = read_part(episodes.parts, i), read_memory(episodes.memory, i)
-        rise = counted_rise(kind, tally)
-        before = old.clock, old.found_diameter
-        outcome = outcome_of(
-            kind, row, shop, part, tally, *before, seen.size_error, rise, seen.good, seen.change, seen.handover
-        )
+        outcome = outcome_of(kind, row, shop, part, tally, old.clock, old.found_diameter, seen)
         write_outcome(outcomes, i, outcome)
         # the wheel is touched off on the next part
         truth = truth_of(tally, outcome, episodes.wheels[i, DIAMETER])
@@ -425,10 +373,8 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
         off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
         # blocks of a task are gauged one by one; the wheel of a program is entered in the book between its parts
         diameter = booked_diameter(shown, shop, old, off, by_tape or kind.ends_part > 0.0, seen.change)
-        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
-        new = remembered(kind, tally, old, shown, outcome, good, change, E, D, pre_dress, volume, diameter, seen.taper)
+        new = remembered(kind, tally, old, shown, outcome, seen, chosen, pre_dress, volume, diameter)
         write_memory(episodes.memory, i, new)
-        episodes.memory[i, PICK] = seen.pick
         episodes.block[i] += 1
 
     @entry
@@ -457,10 +403,10 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
 
 
 @functools.cache
-def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
-    """The parts of the step of scripts on parts that the wheel covers in the `whole`, or in zones."""
-    surfaces, blocks_of, lay, gauge_part, error_of = WHOLE if whole else IN_ZONES
-    kept, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
+def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
+    """The parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    surfaces, blocks_of, lay, gauge_part, error_of = COVERED if covered else IN_ZONES
+    surface_array, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
     (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
 
     @inlined
@@ -490,34 +436,19 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             if starts or stage.gauged > 0.0:  # touched off or gauged: the wear of the wheel is known and compensated
                 episodes.wheels[i, WEAR] = 0.0
             if starts:
-                lay(episodes[kept], i, tables.zones[:, min(number, tables.zones.shape[1] - 1)])
+                lay(episodes[surface_array], i, tables.zones[:, min(number, tables.zones.shape[1] - 1)])
                 write_stage(episodes.stages, i, with_stage(stage, (0.0, 0.0, 0.0)))
             episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
             results[i, TORQUE] = 0.0 if starts else episodes.memory[i, STALLED] * STALL
             seconds, speed = episodes.memory[i, CLOCK] + came + waited, tables.settings[i, E]
             moment = Moment(number=float(episodes.block[i]), seconds=seconds, place=row.place, E=speed)
             drive = before(episodes.wheels, tables.parameters, i, row.dwell, moment)
-            surface, stock = read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
-            if tables.infeed > 0.0:
-                write_infeed(tables, i, stock, number, choices.pre_dresses[i], drive)
-            elif tables.lead[number] >= 0.0:
-                pre_dress = choices.pre_dresses[i]
-                write_placed_by_tape(tables, i, 0.0 if starts else surface, stock, number, pre_dress, drive)
-            else:
-                place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
+            surface, stock = 0.0 if starts else read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
+            place_block(tables, i, row, number, surface, stock, choices.pre_dresses[i], drive)
 
     @entry
     def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
-        grind_blocks(
-            tables,
-            tables.rows,
-            tables.settings,
-            tables.parameters,
-            episodes.wheels,
-            episodes[kept],
-            results,
-            active,
-        )
+        grind_blocks(tables, episodes.wheels, episodes[surface_array], results, active)
 
     @entry
     def settle(
@@ -531,7 +462,7 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             place, by_tape = place_of(episodes.block[i], episodes.tape.shape[1]), tables.lead[number] >= 0.0
             stock = row.stock if row.stock > 0.0 else episodes.tape[i, place, STOCK]
             stock = tables.placed[i, FINISH] if by_tape else stock
-            part, taper = gauge_part(episodes[kept], i, stock)
+            part, taper = gauge_part(episodes[surface_array], i, stock)
             write_part(episodes.parts, i, part)
             good = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
@@ -539,7 +470,7 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             good, stage = judged(row, part, tally, stage, size_error, good, cooler)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
             corner = (0 if even else 1) + (2 if tables.placed[i, ACROSS] > 0.0 else 0)
-            on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]
+            on_the_way, afterwards = tables.rest_times[number, corner, BEFORE], tables.rest_times[number, corner, AFTER]
             came, waited = came_and_waited(tables, number, row, stage)
             tally = with_seconds(tally, (came + waited + tally.seconds + on_the_way + afterwards,))
             results[i, SECONDS] = tally.seconds
@@ -553,7 +484,7 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
                 wheel = new_wheel(chosen, shop, wheel, p)
                 write_wheel(episodes.wheels, i, wheel)
             last = episodes.block[i] + 1 == episodes.source[i, BLOCKS]
-            handover = price_of_handover(read_settings(tables.own, number), shop, wheel, p) if last else 0.0
+            handover = price_of_handover(read_settings(tables.own_settings, number), shop, wheel, p) if last else 0.0
             write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
             seen = Found(good, size_error, change, handover, tables.placed[i, DEEPEST], taper)
@@ -578,9 +509,9 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
 
 
 @functools.cache
-def step_of(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None]:
-    """The compiled step of scripts on parts that the wheel covers in the `whole`, or in zones."""
-    prepare, grind, settle = stages_of(process, gauge, whole)
+def step_of(process: Process, gauge: Gauge, covered: bool) -> Callable[..., None]:
+    """The compiled step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    prepare, grind, settle = stages_of(process, gauge, covered)
 
     @entry
     def step(tables: Any, episodes: Any, choices: Any, active: Any, results: Any, outcomes: Any) -> None:
@@ -605,12 +536,12 @@ def step_of(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None]:
 
 
 @inlined
-def _lay_whole(surfaces: Any, i: int, zones: Any) -> None:
+def _lay_covered(surfaces: Any, i: int, zones: Any) -> None:
     write_part(surfaces, i, NEW_PART)
 
 
 @inlined
-def _gauge_whole(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]:
+def _gauge_covered(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]:
     return read_part(surfaces, i), 0.0
 
 
@@ -642,5 +573,5 @@ def _taper_error(episodes: Any, i: int, spreads: Any) -> float:
     return deviation(spread, word)
 
 
-WHOLE = SurfaceStore("parts", whole_blocks_of, _lay_whole, _gauge_whole, _none)
+COVERED = SurfaceStore("parts", covered_blocks_of, _lay_covered, _gauge_covered, _none)
 IN_ZONES = SurfaceStore("surfaces", zoned_blocks_of, _lay_zones, _gauge_zones, _taper_error)

@@ -173,7 +173,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         choice = self.simulation.taken(self.episodes, self.codec.choose(values))
         blocks: dict[int, Any] = {}
         if self.show_block or self.render_mode is not None:
-            block = self.simulation.block
+            block = self.simulation.writer.block
             blocks = {i: block(self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()}
         outcomes = step_shared(self.simulation, self.episodes, choice, stepping, self.threads)
         self.last = outcomes, choice
@@ -229,7 +229,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
         draw = ansi.panel if self.render_mode == "ansi" else frames.render
         ground = enumerate(zip(self.blocks, self.outcomes, strict=True))
-        return tuple(draw(self.simulation.view(self.episodes, i, *each)) for i, each in ground)
+        return tuple(draw(self.simulation.viewer.view(self.episodes, i, *each)) for i, each in ground)
 
     def _info(
         self, outcomes: Array, observations: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array
@@ -237,7 +237,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         info = self.infos.vector(outcomes, observations, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
-            texts[list(blocks)] = [self.simulation.text(block) for block in blocks.values()]
+            texts[list(blocks)] = [self.simulation.writer.text(block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info
 

@@ -1,6 +1,8 @@
 """The view of a running episode: an `EpisodePicture` read off a task or a job and what came of each block."""
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from grind_env.envs.cost import Outcome
@@ -26,87 +28,94 @@ def extent_of(task: Task) -> Extent:
         blocks=task.blocks,
         parts=sum(kind.ends_part for kind in kinds),
         new_diameter=task.wheel.diameter,
-        lowest_speed=1000.0 * lowest,
-        highest_speed=1000.0 * highest,
+        lowest_speed=lowest,
+        highest_speed=highest,
         most_executions=task.action.executions,
         longest=max(kind.length for kind in kinds),
         thickest=STOCK_ROOM * max(kind.stock for kind in kinds),
     )
 
 
-def view_of(
-    task: Task,
-    episodes: Episodes,
-    i: int,
-    blocks: Sequence[Any],
-    outcomes: Sequence[Outcome],
-    text: str,
-) -> EpisodePicture:
-    """Episode i as it stands, at rest between two blocks."""
-    limits = {kind.name: task.limits(kind) for kind in task.kinds}
-    return EpisodePicture(
-        extent=extent_of(task),
-        ground=tuple(
-            ground_block(block, outcome, limits[block.kind.name])
-            for block, outcome in zip(blocks, outcomes, strict=True)
-        ),
-        wheel=episodes.wheel(i),
-        part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
-        text=text,
-    )
+class Viewer(ABC):
+    """Shows episodes of a simulation."""
+
+    @abstractmethod
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
+        """Return what a picture shows of episode i, at rest after these steps, which had these outcomes."""
 
 
-def job_view(
-    name: str,
-    task: Task,
-    job: Job,
-    outlines: Sequence[Any],
-    parts: int,
-    episodes: Episodes,
-    i: int,
-    blocks: Sequence[Any],
-    outcomes: Sequence[Outcome],
-    text: str,
-) -> EpisodePicture:
-    """Episode i of a user's program as it stands, at rest between two blocks; outlines are each a `BlockOutline`."""
-    number = min(int(episodes.block[i]), len(outlines) - 1)
-    coming = outlines[number]
-    loads = coming.starts_part and (not blocks or blocks[-1].number != number)
-    stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
-    part = PartState(*episodes.parts[i].tolist())
-    shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
-    kinds = [each.part for each in job.met] or [job.part]
-    name_of = job.station_of(shown + 1)
-    lowest, highest = task.action.speed_ends
-    extent = Extent(
-        title=name,
-        blocks=len(outlines),
-        parts=parts,
-        new_diameter=job.setup.wheel.diameter,
-        lowest_speed=1000.0 * lowest,
-        highest_speed=1000.0 * highest,
-        most_executions=max((block.executions for block in blocks), default=1) or 1,
-        longest=max(each.length for each in kinds),
-        thickest=STOCK_ROOM * max(each.stock for each in kinds),
-    )
-    ground = []
-    for block, outcome in zip(blocks, outcomes, strict=True):
-        limits = job.of_part(outlines[block.number].part + 1).limits
-        # size and roughness count when the part is finished
-        limits = limits if outcome.finished > 0.0 else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT)
-        ground.append(ground_block(block, outcome, limits))
-    return EpisodePicture(
-        extent=extent,
-        ground=tuple(ground),
-        wheel=episodes.wheel(i),
-        part=Workpiece(
-            name=f"part {shown + 1}{f' ({name_of})' if name_of else ''}",
-            length=job.of_part(shown + 1).part.length,
-            stock=stock,
-            left=stock if not blocks else stock - part.S,
-        ),
-        text=text,
-    )
+@dataclass(frozen=True, slots=True)
+class TaskViewer(Viewer):
+    """Shows episodes of a task; `text` says a block of it."""
+
+    task: Task
+    text: Callable[[Any], str]
+
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
+        limits = {kind.name: self.task.limits(kind) for kind in self.task.kinds}
+        return EpisodePicture(
+            extent=extent_of(self.task),
+            ground=tuple(
+                ground_block(block, outcome, limits[block.kind.name])
+                for block, outcome in zip(blocks, outcomes, strict=True)
+            ),
+            wheel=episodes.wheel(i),
+            part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(self.task, episodes, i),
+            text=self.text(blocks[-1]) if blocks else "",
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramViewer(Viewer):
+    """Shows episodes of a user's program, whose outlines are each a `BlockOutline`; `text` says a block of it."""
+
+    name: str
+    task: Task
+    job: Job
+    outlines: Sequence[Any]
+    parts: int
+    text: Callable[[Any], str]
+
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
+        job, outlines = self.job, self.outlines
+        number = min(int(episodes.block[i]), len(outlines) - 1)
+        coming = outlines[number]
+        loads = coming.starts_part and (not blocks or blocks[-1].number != number)
+        stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
+        part = PartState(*episodes.parts[i].tolist())
+        shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
+        kinds = [each.part for each in job.met] or [job.part]
+        name_of = job.station_of(shown + 1)
+        lowest, highest = self.task.action.speed_ends
+        extent = Extent(
+            title=self.name,
+            blocks=len(outlines),
+            parts=self.parts,
+            new_diameter=job.setup.wheel.diameter,
+            lowest_speed=lowest,
+            highest_speed=highest,
+            most_executions=max((block.executions for block in blocks), default=1) or 1,
+            longest=max(each.length for each in kinds),
+            thickest=STOCK_ROOM * max(each.stock for each in kinds),
+        )
+        ground = []
+        for block, outcome in zip(blocks, outcomes, strict=True):
+            limits = job.of_part(outlines[block.number].part + 1).limits
+            # size and roughness count when the part is finished
+            limits = limits if outcome.finished > 0.0 else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT)
+            ground.append(ground_block(block, outcome, limits))
+        return EpisodePicture(
+            extent=extent,
+            ground=tuple(ground),
+            wheel=episodes.wheel(i),
+            part=Workpiece(
+                name=f"part {shown + 1}{f' ({name_of})' if name_of else ''}",
+                length=job.of_part(shown + 1).part.length,
+                stock=stock,
+                left=stock if not blocks else stock - part.S,
+            ),
+            text=self.text(blocks[-1]) if blocks else "",
+        )
 
 
 def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:

@@ -122,15 +122,7 @@ class HistoryStack(MemoryWrapper, RecordConstructorArgs):
 
 
 class VectorHistoryStack(VectorMemory):
-    """`HistoryStack` of every sub-environment.
-
-    Args:
-        env: the vector environment; the observation of one is a Box with one axis.
-        n: length of the stack.
-
-    Raises:
-        WrapperError: if the spaces of the environment or n do not fit.
-    """
+    """`HistoryStack` of every sub-environment of a vector environment, with the same arguments."""
 
     def __init__(self, env: AnyVectorEnv, n: int = 4) -> None:
         _check_whole("n", n)
@@ -151,9 +143,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv, members: int = 16) -> None:
         RecordConstructorArgs.__init__(self, members=members)
-        simulation = _followed(env)
-        _check_whole("members", members)
-        self.entries = (*simulation.entries, *belief_entries())
+        self.entries = _entries_with_belief(env, members)
         super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
@@ -162,22 +152,10 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
 
 
 class VectorBeliefFilter(VectorMemory):
-    """`BeliefFilter` of every sub-environment.
-
-    Args:
-        env: a native vector environment whose steps are cycle blocks, wrapped or not, as long as its observation is
-            not.
-        members: members of the ensemble.
-
-    Raises:
-        WrapperError: as for `BeliefFilter`.
-        BeliefError: likewise.
-    """
+    """`BeliefFilter` of every sub-environment of a native vector environment, with the same arguments."""
 
     def __init__(self, env: AnyVectorEnv, members: int = 16) -> None:
-        simulation = _followed(env)
-        _check_whole("members", members)
-        self.entries = (*simulation.entries, *belief_entries())
+        self.entries = _entries_with_belief(env, members)
         super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
@@ -212,14 +190,7 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
 
 
 class VectorForLearning(VectorMemory):
-    """`ForLearning` of every sub-environment.
-
-    Args:
-        env: a vector environment, as for `ForLearning`.
-
-    Raises:
-        WrapperError: as for `ForLearning`.
-    """
+    """`ForLearning` of every sub-environment of a vector environment."""
 
     def __init__(self, env: AnyVectorEnv) -> None:
         _check_kind(env, VectorEnv)
@@ -250,14 +221,15 @@ def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
     return unwrapped.simulation if isinstance(unwrapped, GrindEnv | GrindVectorEnv) else None
 
 
-def _followed(env: Any) -> Simulation:
-    """The simulation of an environment that shows its own observation."""
+def _entries_with_belief(env: Any, members: object) -> tuple[Reading, ...]:
+    """The entries of an environment that shows its own observation, and those of a belief of so many members."""
     simulation = simulation_of(env)
     if simulation is None or env.observation_space != env.unwrapped.observation_space:
         raise WrapperError(
             f"{env} is no grinding environment with its own observation: wrap the belief around that first"
         )
-    return simulation
+    _check_whole("members", members)
+    return (*simulation.entries, *belief_entries())
 
 
 def _check_kind(env: Any, kind: type) -> None:

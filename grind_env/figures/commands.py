@@ -22,7 +22,7 @@ def dress(
     env: NamedProblem = "power_limited",
     job: ProblemJob = None,
     parts: Parts = 1,
-    speed: Annotated[float, typer.Option("--E", help="Table speed, m/min.")] = 7.0,
+    speed: Annotated[float, typer.Option("--E", help="E, mm/min.")] = 7000.0,
     dress_every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
 ) -> None:
     """Draw the last part before a dress and the first after it."""

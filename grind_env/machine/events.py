@@ -14,7 +14,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import feed_stroke, table_axis
 from grind_env.machine.part.running import Running
 from grind_env.machine.part.stations import alone, met, sweep_of, sweep_of_plan
-from grind_env.machine.watch.way import shows_place
+from grind_env.machine.watch.obstacles import shows_place
 
 
 class EventConsumer(ABC):
@@ -31,7 +31,7 @@ class EventConsumer(ABC):
         begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
         has_ground: whether a block or a groove has begun.
         found: whether the program has moved the wheel since an operator has left it somewhere.
-        leaving: M00 that takes the part off once the table stands.
+        pending_stop: M00 that takes the part off once the table stands.
         stroked_until: time of the control at which the last stroke ended, s.
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
     """
@@ -43,7 +43,7 @@ class EventConsumer(ABC):
         self.position, self.axis, self.begun = control.start, 0, 0
         self.plan: CyclePlan | None = None
         self.has_ground = self.found = False
-        self.leaving: motions.ProgramStop | None = None
+        self.pending_stop: motions.ProgramStop | None = None
         self.stroked_until = self._moved_at = 0.0
         self.unloaded_at: float | None = None
 
@@ -57,7 +57,7 @@ class EventConsumer(ABC):
 
     def let_part_go(self) -> None:
         """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
-        stop, self.leaving = self.leaving, None
+        stop, self.pending_stop = self.pending_stop, None
         if stop is not None:
             self.unload(self.stroked_until if self.stroked_until > stop.time + INSTANT else stop.time, stop)
 
@@ -75,11 +75,11 @@ class EventConsumer(ABC):
         if self.dressing.under_way is None:
             if not event.reciprocating:
                 self.let_part_go()
-            if self.leaving is None and self.has_ground:
+            if self.pending_stop is None and self.has_ground:
                 if event.code == "M01":
                     self.gauge(event)
                 elif event.reciprocating:
-                    self.leaving = event
+                    self.pending_stop = event
                 else:
                     self.unload(event.time, event)
 

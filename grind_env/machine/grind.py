@@ -9,7 +9,7 @@ from grind_env.control import Control, Programs, execute, read_file
 from grind_env.control.operator import Panel
 from grind_env.control.options import interrupts_of
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, JobError, PartConditions
+from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.file import job_of
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -18,13 +18,7 @@ from grind_env.machine.run import GrindingError, GrindingRun
 __all__ = ["GrindingError", "grind", "grind_file", "refuse_unjudged"]
 
 
-def grind(
-    programs: Programs,
-    job: Job,
-    *,
-    control: Control | None = None,
-    conditions: Sequence[PartConditions] = (),
-) -> GrindingRecord:
+def grind(programs: Programs, job: Job, *, control: Control | None = None) -> GrindingRecord:
     """Run a part program.
 
     A part begins at the start of the program and after each M00, where the operator loads the next one: the
@@ -37,13 +31,12 @@ def grind(
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
         control: settings of the control; those of the job's machine if None.
-        conditions: how each part differs from the job, one per part; those of the job if there are none.
 
     Raises:
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
         GrindingError: the program makes no stroke or groove, or the process model has no finite numbers for one.
-        JobError: there are more parts than conditions.
+        JobError: there are more parts than the job has conditions of.
 
     Example:
         >>> from grind_env.control import read_file
@@ -56,10 +49,10 @@ def grind(
         >>> [round(Ra, 2) for Ra in record.strokes["Ra"][-3:].tolist()]  # um
         [0.26, 0.25, 0.23]
     """
-    control, conditions = control or job.control, conditions or job.parts
+    control = control or job.control
     if control.panel == Panel():  # one that an operator has touched goes with its control
         control = replace(control, whole_cycles=True)
-    run = GrindingRun(programs, job, control, conditions)
+    run = GrindingRun(programs, job, control)
     execution = execute(programs, run.control)
     run.tell(execution)
     for event in execution:
@@ -130,7 +123,7 @@ def refuse_unjudged(programs: Programs, job: Job) -> None:
 
     Raises:
         UnjudgedError: a part of it is not judged.
-        JobError: there are more parts than conditions.
+        JobError: there are more parts than the job has conditions of.
     """
     try:
         found = list(chain.from_iterable(grind(programs, job).unjudged))

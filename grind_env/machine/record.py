@@ -16,9 +16,8 @@ from grind_env.files import write_atomically
 from grind_env.kernel.columns import dtype_of
 from grind_env.machine.dress.sharpening import Sharpening
 from grind_env.machine.job import Job
-from grind_env.machine.loops.compiled import PartVerdict
 from grind_env.machine.part.executions import executions_of
-from grind_env.machine.part.rows import STROKE_ROW
+from grind_env.machine.part.rows import STROKE_ROW, PartVerdict
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.presenter import html, presenter
 

@@ -46,9 +46,8 @@ class GrindingRun(EventConsumer):
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
     """
 
-    def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
+    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         super().__init__(programs, job, control)
-        self.conditions = conditions
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
         self.watch = RunWatch(programs.name, job, control)
@@ -81,7 +80,7 @@ class GrindingRun(EventConsumer):
             self.blocks,
             self.cycles,
             self.programs,
-            replace(self.job, parts=tuple(self.conditions), met=tuple(self._met)),
+            replace(self.job, met=tuple(self._met)),
         )
 
     @property
@@ -102,8 +101,8 @@ class GrindingRun(EventConsumer):
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
         number = len(self.parts) + len(self._left) + 1
-        require_conditions(self.conditions, number, self.programs.name)
-        conditions = self.conditions[number - 1] if self.conditions else PartConditions()
+        require_conditions(self.job.parts, number, self.programs.name)
+        conditions = self.job.parts[number - 1] if self.job.parts else PartConditions()
         self.mount.gauge()
         job, changed = self._job_at(station, axis), self.mount.changes > 0
         return PartRun(number, job, conditions, began, new_wheel=changed, station=station)
@@ -159,7 +158,7 @@ class GrindingRun(EventConsumer):
             self.part.cutting, self.part.tally = part.cutting, part.tally
         self.part.met |= bool(stations)
         beside = [k for k in self.station_numbers if k != self.part.station]
-        self.watch.way.others = [self._left.get(k) or self._untouched(k, axis) for k in beside]
+        self.watch.obstacles.other_parts = [self._left.get(k) or self._untouched(k, axis) for k in beside]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
         return bool(stations) and self.part.met and self.part.station not in stations
@@ -238,7 +237,7 @@ class GrindingRun(EventConsumer):
             )
         self.let_part_go()
         for k in self.station_numbers or [ANYWHERE]:
-            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
+            if self.unloaded_at is not None and self.watch.obstacles.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(event.time, self.axis, () if k == ANYWHERE else (k,))
         self.unload(event.time)
         self.watch.stops.end()
@@ -285,7 +284,7 @@ class GrindingRun(EventConsumer):
         return loads
 
     def move(self, event: motions.Motion) -> None:
-        self.watch.way.move(event, found=self.found)
+        self.watch.obstacles.move(event, found=self.found)
 
     def is_feed_block(self, ahead: motions.FeedAhead) -> bool:
         axis, jobs = self.along
@@ -293,12 +292,11 @@ class GrindingRun(EventConsumer):
         return any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
 
     def coming_jobs(self) -> Sequence[Job]:
-        leaves = self.leaving is not None
+        leaves = self.pending_stop is not None
         if self.unloaded_at is None and not leaves:
             return () if self.part.infeeds and not self.part.strokes else (self.part.job,)
         number = len(self.parts) + leaves
-        own = self.conditions[number].part if number < len(self.conditions) else None
-        return (self.job if own is None else replace(self.job, part=own),)
+        return (self.job.of_part(number + 1),)
 
     def _take_drive(self, time: float, plan: CyclePlan) -> None:
         """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""
@@ -319,7 +317,7 @@ class GrindingRun(EventConsumer):
                 "G97 out of it"
             )
         plan, began, way = self.dressing.end(event, self.axis, self.part.station)
-        self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
+        self.watch.obstacles.dress(self.part, self.dressing.file(number), way, self.axis)
         misses, before, p, time = self._misses(number), self.mount.present(self.part.p), self.part.p, self.clock(began)
         done = Dressed(0.0, before.ds, 0.0, 0.0, 0.0)
         if not misses:
@@ -373,7 +371,7 @@ class GrindingRun(EventConsumer):
         rows["time"], rows["seconds"], rows["E"] = delays + event.begins, event.seconds, event.feed
         rows["Z"] = part.job.part.surface - np.array(event.plunge)
         before, had_stalled = self.mount.present(part.p), part.stalled
-        self.watch.way.judge(part, plan.axis, event.begins[0])
+        self.watch.obstacles.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
         dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, self.mount, effective, dress)

@@ -23,6 +23,6 @@ def _rows(run: Evaluation) -> list[list[str]]:
     return [
         ["cost, $ per good part", f"{cost.value:.3f}", f"{cost.low:.3f} to {cost.high:.3f}"],
         ["scrap, %", f"{100.0 * run.scrap:.2f}", ""],
-        ["E, m/min", f"{run.speed:.2f}", ""],
+        ["E, mm/min", f"{run.speed:.0f}", ""],
         ["D, dresses a block", f"{run.dresses:.2f}", ""],
     ]

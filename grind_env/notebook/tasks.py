@@ -34,7 +34,7 @@ def html(task: Task) -> str:
     setup, dress = task.setup, task.dress
     said = [
         f"{task.blocks} blocks of {task.cycle} an episode; {task.environment_id}",
-        f"E from {low:g} to {high:g} m/min, D from 0 to {task.action.executions}",
+        f"E from {low:g} to {high:g} mm/min, D from 0 to {task.action.executions}",
         f"wheel {setup.wheel}, {setup.wheel_speed:g} m/s when new; {setup.dresser}, {setup.fluid}, {setup.machine}",
         f"a dress is {dress.passes} passes of {dress.depth:g} mm with a lead of {dress.lead:g} mm a revolution, "
         f"{task.dress_seconds:.1f} s",

@@ -27,10 +27,10 @@ def discount_of(interval: int) -> float:
 
 def dress_interval(simulation: Simulation, nominal: Given) -> int:
     """Steps from dress to dress of the cheapest plan of the nominal episode; all steps where none is worthwhile."""
-    steps, action = simulation.most_steps, simulation.task.action
+    steps, action = simulation.task.blocks, simulation.task.action
     if action.executions == 0:
         return steps
-    speeds = np.floor(1000.0 * np.array(action.speed_levels or np.geomspace(*action.speed_ends, SPEEDS)) + 0.5)
+    speeds = np.floor(np.array(action.speed_levels or np.geomspace(*action.speed_ends, SPEEDS)) + 0.5)
     E, every = (grid.ravel() for grid in np.meshgrid(speeds, intervals(steps)))
     rngs = [np.random.default_rng(0) for _ in E]
     episodes = simulation.start(rngs, [nominal] * len(E))

@@ -59,7 +59,7 @@ def stroke_times(task: Task) -> dict[str, RewardSpan]:
     for kind in task.kinds:
         stock = stock_span(task, kind)
         # a faster table than this spends more time on acceleration than it saves
-        optimum = 0.06 * math.sqrt(task.machine.acceleration * task.stroke_length(kind))
+        optimum = 60.0 * math.sqrt(task.machine.acceleration * task.stroke_length(kind))
         fastest = min(max(low, optimum), high)
         thick = replace(kind, stock=stock.most)
         spans[kind.name] = RewardSpan(
@@ -124,9 +124,7 @@ def reward_span(task: Task, costs: Mapping[str, RewardSpan]) -> RewardSpan:
 def _stroke(task: Task, kind: Kind) -> RewardSpan:
     """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
     machine, distance = task.machine, task.stroke_length(kind)
-    slowest, fastest = (
-        motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in task.action.speed_ends
-    )
+    slowest, fastest = (motion_time(distance, speed / 60.0, machine.acceleration) for speed in task.action.speed_ends)
     return RewardSpan(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
 
 

@@ -154,7 +154,7 @@ def drawn_table(task: Task) -> str:
         rows.append(("episode", "dress executions left on the wheel", f"uniform, {low:g} to {high:g}"))
     if task.due is not None:
         low, high = task.due.slack
-        text = f"uniform, {low:g} to {high:g} (nominal: E {task.due.speed:g} m/min, no dress)"
+        text = f"uniform, {low:g} to {high:g} (nominal: E {task.due.speed:g} mm/min, no dress)"
         rows.append(("due date", "time to it over the nominal time of the work", text))
     return table_of(("for each", "drawn", "distribution"), rows).markdown() if rows else ""
 

@@ -24,23 +24,17 @@ def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
     """The E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
-        levels = 1000.0 * np.array(task.action.speed_levels)
+        levels = np.array(task.action.speed_levels)
         return np.asarray(levels[np.abs(np.log(wanted[..., None] / levels)).argmin(axis=-1)])
-    low, high = speed_bounds(task)
-    return np.floor(np.clip(wanted, low, high) + 0.5)
-
-
-def speed_bounds(task: Task) -> tuple[float, float]:
-    """Lowest and highest E of the task, mm/min."""
     low, high = task.action.speed_ends
-    return 1000.0 * low, 1000.0 * high
+    return np.floor(np.clip(wanted, low, high) + 0.5)
 
 
 def speed_grid(task: Task, count: int) -> Array:
     """E to try, mm/min, shape (count,): the levels of the task, or values that divide its range geometrically."""
     if task.action.speed_levels is not None:
-        return 1000.0 * np.array(task.action.speed_levels)
-    return nearest_speed(task, np.geomspace(*speed_bounds(task), count))
+        return np.array(task.action.speed_levels)
+    return nearest_speed(task, np.geomspace(*task.action.speed_ends, count))
 
 
 def all_choices(task: Task, speeds: int) -> Decision:
@@ -62,7 +56,7 @@ def cheapest_choice(task: Task, n: int, speeds: int, cheapest: Callable[[Decisio
     best = cheapest(Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, speeds))))
     if task.action.speed_levels is not None:
         return best
-    low, high = speed_bounds(task)
+    low, high = task.action.speed_ends
     ratio = (high / low) ** (1.0 / (speeds - 1))
     near = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, speeds + 1)[1:-1]
     same = np.repeat(best.executions[:, None], speeds - 1, axis=1)

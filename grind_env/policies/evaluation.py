@@ -74,8 +74,8 @@ class Evaluation:
 
     @property
     def speed(self) -> float:
-        """Mean E, m/min."""
-        return float(np.nanmean(self.speeds)) / 1000.0
+        """Mean E, mm/min."""
+        return float(np.nanmean(self.speeds))
 
     @property
     def dresses(self) -> float:

@@ -99,7 +99,7 @@ class Judgement:
         lines = [
             f"{self.title}:",
             f"{price if math.isfinite(cost.value) else 'no good part'}, {100 * run.scrap:.2f} % scrap,"
-            f" E {run.speed:.1f} m/min, D {run.dresses:.2f}",
+            f" E {run.speed:.0f} mm/min, D {run.dresses:.2f}",
         ]
         if self.score is not None:
             others = f"unpaired: an anchor is of other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
@@ -146,7 +146,7 @@ def evaluate(
 
     Example:
         >>> from grind_env import evaluate
-        >>> found = evaluate("E7D1", "grind/PowerLimited-v0", episodes=16)
+        >>> found = evaluate("E7000D1", "grind/PowerLimited-v0", episodes=16)
         >>> found.sees, found.paired, round(found.evaluation.cost_per_good_part.value, 1)  # $
         ('measurements', True, 5.3)
     """
@@ -172,7 +172,7 @@ def evaluate(
     check_policy(policy)
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held, advance)
-    anchored = machines is None and not SPLITS[split].beyond
+    anchored = machines is None and not SPLITS[split].leaves_task
     known, score = find_reference(problem.id) if anchored else None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
@@ -199,7 +199,7 @@ def check_policy(policy: Any) -> None:
     decides = all(callable(getattr(policy, name, None)) for name in ("begin", "act"))
     if isinstance(policy, type) or not decides or not isinstance(getattr(policy, "name", None), str):
         raise GrindError(
-            f"{quoted(policy)} is no policy: give one, or the text that names one, such as handbook or E8D0"
+            f"{quoted(policy)} is no policy: give one, or the text that names one, such as handbook or E8000D0"
         )
     if (sees := getattr(policy, "sees", None)) not in get_args(Sees):
         raise GrindError(f"{policy.name} sees {quoted(sees)}, but must see one of {', '.join(get_args(Sees))}")

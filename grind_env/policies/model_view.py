@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.simulation import Simulation
+from grind_env.envs.simulation import Simulation, with_start_of
 from grind_env.errors import GrindError, quoted
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import Plant
@@ -43,8 +43,8 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
     simulation: Any = on(problem, name).simulation()
     if not simulation.plants.one:
         raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
-    held: Simulation = simulation.holding(simulation.plants.first)
-    return held
+    model: Simulation = with_start_of(simulation, simulation.plants.first)
+    return model
 
 
 def model_beside(problem: Problem) -> Simulation | None:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
+from grind_env.control.options import LEAST_SPEED
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
-from grind_env.policies.choices import speed_bounds
 from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy
@@ -43,7 +43,7 @@ def named_policy(
 
     Args:
         text: one of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
-            `E12D0`, or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
+            `E12000D0` (mm/min), or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
@@ -57,19 +57,21 @@ def named_policy(
         name = text.removeprefix(Guarded.PREFIX)
         return guarded(named_policy(name, simulation, configs, unzip, modules=modules, other_part=other_part))
     if text in TRAINED:
-        return load_policy(trained_file(text, simulation.task.name), simulation=simulation)
+        return load_policy(trained_file(text, simulation.task.name), simulation=simulation, name=text)
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
         return load_policy(Path(text), simulation=simulation, other_part=other_part)
     if constant := CONSTANT.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
-        low, high = (0.001 * bound for bound in speed_bounds(simulation.task))
+        low, high = simulation.task.action.speed_ends
         if not low <= speed <= high:
-            raise GrindError(f"{text}: E is {speed:g} m/min, but {simulation.task.name} has {low:g} to {high:g}")
+            meant = f" (did you mean E{1000.0 * speed:.0f}D{dresses}?)" if speed < LEAST_SPEED else ""
+            found = f"{text}: E is {speed:g} mm/min{meant}"
+            raise GrindError(f"{found}, but {simulation.task.name} has {low:g} to {high:g}")
         if dresses > (most := simulation.task.action.executions):
             raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
-        return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
+        return Fixed(E=speed / 1000.0, D=dresses, name=text)
     if modules and (own := OWN.fullmatch(text)):
         return own_policy(own[1], own[2])
     return make_policy(text, simulation, configs)
@@ -137,6 +139,5 @@ def chosen_policy(
 
 
 def usual_name(simulation: Simulation) -> str:
-    """What names the policy that is taken where none is named."""
-    path = SHIPPED / f"{simulation.task.name}{SUFFIX}"
-    return str(path) if path.is_file() else FALLBACK
+    """Return the name of the policy that is taken where none is named."""
+    return "shipped" if (SHIPPED / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK

@@ -70,7 +70,7 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
     """
     if sees == "measurements":
         return None
-    shown = simulation.whole(episodes)
+    shown = simulation.with_full_tapes(episodes)
     shown.hide_noise()
     if sees == "state":
         blocks = shown.tape.shape[1]

@@ -10,7 +10,7 @@ import gymnasium as gym
 from grind_env.envs.arguments import check_file, check_parts
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.job.text import MOST_PARTS, batch_name
-from grind_env.envs.names import ANY_TASK, OTHERS, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, MODULE_NAMES, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, did_you_mean, quoted
@@ -93,7 +93,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
     """
     if not isinstance(text, str):
         raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
-    names = [name for name in (*task_names(), *OTHERS) if name != "job"]
+    names = [name for name in (*task_names(), *MODULE_NAMES) if name != "job"]
     of_package = next((name for name in names if text in (name, environment_id(name))), None)
     program = None if of_package or is_task_file(text) else text
     if program is None and (job is not None or parts != 1):
@@ -130,7 +130,7 @@ def _own_name(path: Path, name: str) -> str:
     """The name of what a file says, which is that of tables and folders, too."""
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
-    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS)) and name != "job":
+    if environment_id(name) in map(environment_id, (*task_names(), *MODULE_NAMES)) and name != "job":
         raise ProblemError(
             f"{path} has the name of a task of this package, and its results would take the place"
             f" of those of {name}: rename the file"

@@ -39,8 +39,8 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
 
 def shares(part: Any) -> str:
     """What the mean size error of a part, a row of `record.PART_ROW`, is made up of."""
-    names = {"wheel wear": "size_wear", "growth": "size_growth", "deflection": "size_deflection", "rest": "size_rest"}
-    split = ", ".join(f"{name} {round(float(part[field]), 1) + 0.0:.1f}" for name, field in names.items())
+    names = {"wheel wear": "wear", "growth": "growth", "deflection": "deflection", "rest": "rest"}
+    split = ", ".join(f"{name} {round(float(part[f'size_{field}']), 1) + 0.0:.1f}" for name, field in names.items())
     return f"{part['size_error']:.1f} µm: {split}"
 
 

@@ -216,7 +216,7 @@ def _label_machine(canvas: Canvas, place: Placement, view: EpisodePicture) -> No
     canvas.text((left, top), f"wheel radius {0.5 * view.wheel.ds:.2f} mm", 12)
     canvas.text((left, top + 16.0), f"{view.radius_lost:.2f} mm gone (drawn larger)", 11, ink.GREY)
     if block is not None:
-        canvas.text((right, top), f"E {0.001 * block.speed:.1f} m/min", 12, ink.BLUE, "rs", strong=True)
+        canvas.text((right, top), f"E {block.speed:.0f} mm/min", 12, ink.BLUE, "rs", strong=True)
         dresses = DRESSES[block.executions] if block.executions < len(DRESSES) else f"{block.executions} dresses"
         canvas.text((right, top + 16.0), f"D {block.executions}, {dresses}", 12, ink.ORANGE_TEXT, "rs", strong=True)
     canvas.text((left, base), view.part.description, 11, ink.GREY)

@@ -55,7 +55,7 @@ def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
     ground, extent = view.ground, view.extent
     # the E of a block is chosen before it runs, and its caption names it
     speeds = [block.speed for block in ground] + ([view.instant.speed] if view.instant else [])
-    low, high = 0.001 * extent.lowest_speed, 0.001 * extent.highest_speed
+    low, high = extent.lowest_speed, extent.highest_speed
     limits = [block.limits for block in ground]
     measured = [
         _measured(name, unit, form, *([scale * getattr(of, field) for of in each] for each in (ground, limits)))
@@ -63,7 +63,7 @@ def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
     ]
     bottom = low if low < high else 0.0
     unlimited = [0.0] * len(speeds)
-    speed = Strip("table speed E", "m/min", "{:.1f}", [0.001 * speed for speed in speeds], unlimited, bottom, high)
+    speed = Strip("table speed E", "mm/min", "{:.0f}", speeds, unlimited, bottom, high)
     return *measured, speed
 
 

@@ -27,8 +27,8 @@ COLUMNS = {
     "taper": ("taper\nµm", "{:.1f}"),
     "Ra": ("Ra\nµm", "{:.2f}"),
     "peak_power": ("power\nkW", "{:.2f}"),
-    "rise": ("temp.\nK", "{:.0f}"),
-    "highest_rise": ("highest\ntemp. K", "{:.0f}"),
+    "rise": ("rise\nK", "{:.0f}"),
+    "highest_rise": ("highest\nrise K", "{:.0f}"),
     "survival": ("good\n%", "{:.1f}"),
     "total_cost": ("cost\n$", "{:.2f}"),
 }
@@ -40,8 +40,8 @@ STATION = "station"
 WHERE_IT_OCCURS = ("dresses", "taper")
 """Columns that are left out where they hold zeros."""
 
-LAST_STAGE = "last st.\ntemp. K"
-"""Heading of the temperature beside the highest one, which is left out where it is the same."""
+LAST_STAGE = "last st.\nrise K"
+"""Heading of the rise beside the highest one, which is left out where it is the same."""
 
 CAUSES = {
     "rise": ("temperature", "rise"),

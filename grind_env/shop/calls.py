@@ -119,7 +119,7 @@ def optimise(
         vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
             dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
-        margin: share of a limit that parts must keep, by name: power, temp, Ra, size.
+        margin: share of a limit that parts must keep, by name: power, rise, Ra, size.
         confidence: probability with which a part keeps each limit, whatever its lot and machine are, and with which
             each end of an interval holds.
         untried: whether nothing is known of how the program grinds on the machine; else it is taken to grind good

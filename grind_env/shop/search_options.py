@@ -8,6 +8,7 @@ from decimal import Decimal
 from numbers import Real
 from typing import TypeAlias, TypeVar
 
+from grind_env.control.options import LEAST_SPEED
 from grind_env.errors import GrindError, did_you_mean, quoted
 
 INTERVAL = "interval"
@@ -15,7 +16,7 @@ INTERVAL = "interval"
 VARIED = ("E", "D", "J", "L", "lead", "depth", "passes", INTERVAL)
 """Words of cycle blocks, then what the dress program says, then how often it runs."""
 USUAL = ("E", "D", INTERVAL)
-LIMITS = ("power", "temp", "Ra", "size")
+LIMITS = ("power", "rise", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
 
@@ -85,7 +86,7 @@ def options_of(
     ):
         for name in names:
             if name not in known:
-                hint = did_you_mean(name, known)
+                hint = " (now called rise)" if name == "temp" else did_you_mean(name, known)
                 raise OptionError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
     if words is not None and not words:
         raise OptionError(f"--vary names no word; there are {', '.join(VARIED)}")
@@ -115,6 +116,8 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
         is_range = False
     if not is_range:
         raise OptionError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
+    if name == "E" and high < LEAST_SPEED:
+        raise OptionError(f"{option}: E is in mm/min; did you mean {1000 * low:f}..{1000 * high:f}?")
     if low > high:
         raise OptionError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
     return low, high

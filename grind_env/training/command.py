@@ -98,7 +98,7 @@ def train(
     checkpoint.remove()
     seconds = time.process_time() - begin
     judges = gru_ppo.shown(on(named, JUDGES), memory)
-    with progress(4 * problem.simulation().most_steps) as advance:
+    with progress(4 * problem.simulation().task.blocks) as advance:
         judged = [
             evaluate(plays, judges, seeds="validation", episodes=episodes, advance=partial(advance, "steps"))
             for plays in (policy, *rivals(named, on(named, JUDGES)))

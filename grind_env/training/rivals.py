@@ -12,7 +12,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Decision, speed_bounds, speed_grid
+from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
@@ -54,7 +54,7 @@ class Programmed:
         blocks = simulation.blocks
         own = np.array([float(block.plan.dresses) for block in blocks])
         feeds = self.ratio * np.array([block.plan.feed for block in blocks])
-        self.speeds = np.clip(feeds, *speed_bounds(simulation.task))
+        self.speeds = np.clip(feeds, *simulation.task.action.speed_ends)
         self.executions = own if self.every is None else np.where(_due(blocks, self.every), np.maximum(own, 1.0), 0.0)
         self.block = -1
 

@@ -1,4 +1,4 @@
-"""Judge the process model: `python -m grind_env.validation`. Exit status 1 if a row is not as known."""
+"""Judge the process model: `python -m grind_env.validation`. Exit status 1 if a row or a law is not as known."""
 
 import argparse
 import sys
@@ -8,19 +8,28 @@ from pathlib import Path
 from grind_env.files import check_target
 from grind_env.terminal import command, table_console
 from grind_env.validation import is_as_known, validate
-from grind_env.validation.report import WIDTH, print_report, write_csv
+from grind_env.validation.mutations import mutate
+from grind_env.validation.report import WIDTH, print_mutations, print_report, write_csv
 
 
 def main(arguments: Sequence[str]) -> int:
     """Print the report, and write the rows to a file if one is named; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m grind_env.validation", description=__doc__)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write all rows to this CSV file, too")
-    file: Path | None = parser.parse_args(arguments).csv
+    parser.add_argument(
+        "--mutate", action="store_true", help="list instead which rows notice that one law of the process is changed"
+    )
+    options = parser.parse_args(arguments)
+    console = table_console()
+    console.width = min(console.width, WIDTH)
+    if options.mutate:
+        found = mutate()
+        print_mutations(found, console)
+        return 0 if all(each.as_known for each in found) else 1
+    file: Path | None = options.csv
     if file is not None:
         check_target(file)
     rows = validate()
-    console = table_console()
-    console.width = min(console.width, WIDTH)
     print_report(rows, console)
     if file is not None:
         write_csv(rows, file)

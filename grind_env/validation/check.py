@@ -112,6 +112,6 @@ def row_of(check: Check, rig: Rig) -> Row:
     value, missing = math.nan, ""
     try:
         value = float(check.measure(own))
-    except GrindError as error:
+    except (GrindError, ArithmeticError) as error:
         missing = str(error)
     return Row(check, value, missing, tuple(own.outside.values()))

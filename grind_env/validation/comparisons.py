@@ -8,12 +8,12 @@ from grind_env.process.equations import dress_width as active_width
 from grind_env.process.state import StrokeResult
 from grind_env.validation import data
 from grind_env.validation.entry_fields import idle_fields
-from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness, threshold_force, wear_depth
-from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, grind_plate
+from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness, wear_depth
+from grind_env.validation.rig import NO_GROWTH, Rig, grind_plate
 from grind_env.validation.slopes import exponent
 
-DULL, HALF_DULL = 0.04, 0.03
-"""Wear-flat areas, share of the wheel's face: where burn is expected, and between that and a sharp wheel, .009."""
+HALF_DULL = 0.03
+"""Wear-flat area, share of the wheel's face: between that where burn is expected, .04, and a sharp wheel, .009."""
 INTERVAL = 100.0
 """mm3/mm over which a wheel loses what a dress loosened."""
 VOLUMES = (250.0, 450.0, 600.0)
@@ -43,11 +43,6 @@ def catalogue_gaps(rig: Rig) -> float:
 def fields_without_effect(rig: Rig) -> float:
     """Return how many fields of entries change nothing."""
     return float(len(idle_fields(rig)))
-
-
-def threshold_when_dull(rig: Rig) -> float:
-    """Return the threshold force of a dull wheel over that of a sharp one."""
-    return threshold_force(rig.dulled(DULL)) / threshold_force(rig.sharp())
 
 
 def roughness_in_nickel(rig: Rig, wheel: str) -> float:
@@ -137,25 +132,6 @@ def burn_threshold_error(rig: Rig) -> float:
         done = rig.fresh(diameter=float(row["De_mm"]), table_speed=speed, constant_surface_speed=True).cut(depth)
         errors.append(abs(done.u_s / done.Br / float(row["ustar_J_mm3"]) - 1.0))
     return 100.0 * max(errors)
-
-
-def _dull_to_burn(rig: Rig) -> Grinder:
-    """Make a wheel with the wear-flat area at which the burn ratio of its steady stroke is 1; found by bisection."""
-    low, high = 0.005, 0.14
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if rig.dulled(middle).grind(STEADY).Br < 1.0 else (low, middle)
-    return rig.dulled(high)
-
-
-def flats_at_burn(rig: Rig) -> float:
-    """Return the wear-flat area at which the burn ratio is 1, %."""
-    return 100.0 * _dull_to_burn(rig).wheel.A
-
-
-def temperature_at_burn(rig: Rig) -> float:
-    """Return the temperature rise at which the burn ratio is 1, K."""
-    return _dull_to_burn(rig).grind(STEADY).T
 
 
 def linearity(rig: Rig) -> float:

@@ -63,7 +63,7 @@ def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, floa
         if flats is not None:
             grinder.wheel = grinder.wheel._replace(A=flats, lam=0.3)
         for _ in range(3):
-            numbers += grinder.grind(20)
+            numbers += grinder.grind(5)
             numbers += grinder.wheel
             grinder.dress(1.0)
         numbers += grinder.grind(1, 0.0)

@@ -3,14 +3,15 @@
 A stroke's own quantities have no function: they are fields of `StrokeResult`.
 """
 
+from dataclasses import replace
 from itertools import pairwise
-from math import log
+from math import log, sqrt
 
 import numpy as np
 
 from grind_env.process.equations import part_growth
 from grind_env.process.state import StrokeResult
-from grind_env.validation.rig import Grinder
+from grind_env.validation.rig import Grinder, crossing
 
 STEADY = 5
 """Strokes after which the depth of cut has come up to the downfeed."""
@@ -18,7 +19,7 @@ SPARK_OUT, FULL_SPARK_OUT = 10, 40
 """Passes after which force and power are to be near those of the threshold, and after which nothing more happens."""
 ROUGHING = 17
 """Strokes of roughing after which the growth of a part is looked at."""
-FLATS = tuple(np.geomspace(0.004, 0.145, 181).tolist())
+FLATS: tuple[float, ...] = tuple(np.geomspace(0.004, 0.145, 181).tolist())
 """Wear-flat areas by which the heat flux is raised."""
 
 
@@ -142,13 +143,71 @@ def growth(grinder: Grinder) -> float:
     return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
 
 
-def burning(grinder: Grinder) -> float:
-    """Return the temperature rise where a wheel is so dull that a cut of 10 um burns by Malkin's threshold, K."""
-    low, high = FLATS[0], FLATS[-1]
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _cut_when(grinder, middle).Br < 1.0 else (low, middle)
-    return grinder.cut(0.010).T
+def flats_at_burn(grinder: Grinder) -> float:
+    """Return the wear-flat area at which a cut of 10 um burns by Malkin's threshold, %."""
+    return 100.0 * crossing(lambda flats: _cut_when(grinder, flats).Br - 1.0, FLATS[0], FLATS[-1])
+
+
+def temperature_at_burn(grinder: Grinder) -> float:
+    """Return the temperature rise of that cut, K."""
+    return _cut_when(grinder, 0.01 * flats_at_burn(grinder)).T
+
+
+def ploughing_force(grinder: Grinder) -> float:
+    """Return the tangential force of a wheel without flats beyond that of its chips, cut of 10 um, N/mm."""
+    done = _cut_when(grinder, 0.0)
+    return done.Ft - grinder.p.u_ch * done.heq
+
+
+def flat_pressure(grinder: Grinder) -> float:
+    """Return the pressure under wear flats, by the normal force of a cut of 10 um with flats and without, N/mm2."""
+    dull, flatless = (_cut_when(grinder, flats) for flats in (FLATS[-1], 0.0))
+    return (dull.Fn - flatless.Fn) / (FLATS[-1] * sqrt(grinder.setup.diameter * 0.010))
+
+
+def _unboiled(grinder: Grinder, depth: float, **parameters: float) -> StrokeResult:
+    """Cut a depth in a fluid that never boils, with other parameters."""
+    return replace(grinder, p=grinder.p._replace(Tb=1e5, **parameters)).cut(depth)
+
+
+def chip_heat(grinder: Grinder) -> float:
+    """Return the heat that leaves with the chips, by the temperature with and without, J/mm3."""
+    done = _unboiled(grinder, 0.010)
+    return done.u_s * (1.0 - done.T / _unboiled(grinder, 0.010, e_ch=0.0).T)
+
+
+def convection(grinder: Grinder) -> float:
+    """Return the convection of the fluid over the contact, by the temperature with and without it, W/(m2 K)."""
+    wet, without = (_unboiled(grinder, grinder.setup.downfeed, e_ch=0.0, hf=hf) for hf in (grinder.p.hf, 0.0))
+    return 1e6 * wet.Ft * wet.vs * (1.0 / wet.T - 1.0 / without.T) / wet.lc
+
+
+def temperature_factor(grinder: Grinder) -> float:
+    """Return the C of T = C q/beta (lc/vw)^(1/2), of the heat flux q into the work."""
+    done = grinder.cut(0.010)
+    flux = done.heat / (grinder.setup.width * done.lc)
+    return 1e-6 * done.T * grinder.p.beta / flux * sqrt(grinder.setup.table_speed / done.lc)
+
+
+def cooling_time(grinder: Grinder) -> float:
+    """Return the time in which the fluid takes the rise of a part down to 1/e of it, s."""
+    grinder.grind(ROUGHING)
+    before, grinder.Z = grinder.heat.dT, -1.0
+    grinder.grind(1, 0.0)
+    return (grinder.setup.length / grinder.setup.table_speed + grinder.setup.pause) / log(before / grinder.heat.dT)
+
+
+def texture_left(grinder: Grinder) -> float:
+    """Return the share of the texture of an unground part that its first stroke leaves."""
+    before, done = grinder.Rs, grinder.grind()
+    return float((done.Ra - done.Rg) / (before - done.Rg))
+
+
+def spark_out_left(grinder: Grinder, passes: float) -> float:
+    """Return Ra after ten strokes and some spark-out passes over that after full spark-out."""
+    grinder.grind(10)
+    some = grinder.grind(int(passes), 0.0).Ra
+    return some / grinder.grind(FULL_SPARK_OUT, 0.0).Ra
 
 
 def burn_out_flux(grinder: Grinder) -> float:

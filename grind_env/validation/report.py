@@ -14,6 +14,7 @@ from rich.text import Text
 from grind_env.files import csv_cell, write_atomically
 from grind_env.table import Cell, Column, table_of
 from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
+from grind_env.validation.mutations import LEAST, Noticed
 from grind_env.validation.rig import CONDITIONS
 
 WIDTH = 120
@@ -103,6 +104,23 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
         console.print(f"- {use}: {why}.")
     console.print()
     console.print(totals(rows))
+
+
+def _law(found: Noticed) -> Cell:
+    why = found.law.known and f"why: {found.law.known}"
+    return Cell(found.law.name, "" if found.as_known else "bad", "\n".join(filter(None, ("; ".join(found.rows), why))))
+
+
+def print_mutations(found: Sequence[Noticed], console: Console) -> None:
+    """Print what notices each changed law, and how many are noticed."""
+    counted = Column("rows", lambda each: len(each.rows), right=True)
+    columns = (Column("law, noticed by", _law, wrap=True), Column("decides", "law.decides"), counted)
+    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **LOOK)
+    idle = sum(not each.law.decides for each in found)
+    enough = sum(len(each.rows) >= LEAST for each in found)
+    wrong = sum(not each.as_known for each in found)
+    said = f"{len(found)} laws, {idle} of them without a decision: {enough} are noticed by {LEAST} rows or more"
+    console.print(f"{said}; {wrong} not as known")
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:

@@ -1,9 +1,11 @@
 """The test rig: a wheel over a part, ground and dressed by the functions of the process that all simulations use."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
+
+from scipy.optimize import brentq
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
@@ -31,6 +33,13 @@ EntryT = TypeVar("EntryT", bound=Entry)
 
 COLD = PartHeat()
 """A part as it is put on."""
+
+
+def crossing(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a rising function passes zero; the nearer end where it does not."""
+    if function(low) >= 0.0 or function(high) <= 0.0:
+        return low if function(low) >= 0.0 else high
+    return float(brentq(function, low, high, xtol=1e-14))
 
 
 class RigError(GrindError):
@@ -189,12 +198,8 @@ class Grinder:
         return self._ground(RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0, COLD), interference + self.wheel.W, 1)[1]
 
     def cut(self, depth: float) -> StrokeResult:
-        """The stroke that removes just `depth` mm; the interference that it needs is found by bisection."""
-        low, high = 0.0, 100.0 * depth + 1.0
-        for _ in range(80):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.trial(middle).ae < depth else (low, middle)
-        return self.trial(high)
+        """The stroke that removes just `depth` mm."""
+        return self.trial(crossing(lambda u: self.trial(u).ae - depth, 0.0, 100.0 * depth + 1.0))
 
     def threshold(self) -> StrokeResult:
         """The stroke with the greatest interference that removes nothing, less than 1 nm."""

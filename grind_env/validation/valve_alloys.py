@@ -5,7 +5,7 @@ read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are
 so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
 """
 
-from itertools import product
+from itertools import groupby, product
 from typing import NamedTuple
 
 import numpy as np
@@ -70,10 +70,10 @@ def measured(wheel: AlloyWheel) -> AlloyRuns:
 
 
 def simulated(rig: Rig, wheel: AlloyWheel) -> AlloyRuns:
-    """Return the same nine runs by the model, each from a dress on."""
+    """Return the same nine runs by the model: a wheel for each rate, from a dress on to the greatest volume."""
     plan = measured(wheel)
     wear, roughness = [], []
-    for rate, volume in zip(plan.rate.tolist(), plan.volume.tolist(), strict=True):
+    for rate, runs in groupby(zip(plan.rate.tolist(), plan.volume.tolist(), strict=True), lambda run: run[0]):
         grinder = rig.fresh(
             material="inc751",
             wheel=wheel.entry,
@@ -83,8 +83,11 @@ def simulated(rig: Rig, wheel: AlloyWheel) -> AlloyRuns:
             width=WIDTH,
             changes=AMPLE,
         )
-        roughness.append(grinder.grind_volume(volume / WIDTH).Rg)
-        wear.append(1000.0 * grinder.wheel.W)
+        ground = 0.0
+        for _, volume in runs:
+            roughness.append(grinder.grind_volume((volume - ground) / WIDTH).Rg)
+            wear.append(1000.0 * grinder.wheel.W)
+            ground = volume
     return AlloyRuns(plan.rate, plan.volume, np.array(wear), np.array(roughness))
 
 

@@ -26,9 +26,9 @@ def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
     episodes = start_episodes(simulation, seeds[:1])
     blocks = []
     for _ in range(simulation.task.blocks):
-        blocks.append(simulation.block(episodes, 0, 12_000.0, 0.0))
+        blocks.append(simulation.writer.block(episodes, 0, 12_000.0, 0.0))
         simulation.step(episodes, np.array([12_000.0]), np.zeros(1))
-    record = simulation.record(start_episodes(simulation, seeds[:1]), 0, blocks)
+    record = simulation.writer.record(start_episodes(simulation, seeds[:1]), 0, blocks)
     power, *condemning = found[0]
     (kind,) = simulation.task.kinds
     limits, parts = simulation.task.limits(kind), record.parts

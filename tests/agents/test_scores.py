@@ -9,7 +9,7 @@ from agents import evaluations
 from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.scores import mean_return, reference_of
-from grind_env.envs.names import OTHERS, task_names
+from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -19,7 +19,7 @@ from tests.agents.asking import asked, in_process, status
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
-SCORED = [find_problem(name) for name in (*task_names(), *OTHERS) if name != "job"]
+SCORED = [find_problem(name) for name in (*task_names(), *MODULE_NAMES) if name != "job"]
 
 
 def evaluation(*cost):

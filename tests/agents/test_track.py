@@ -90,7 +90,7 @@ def test_what_a_machine_remembers_goes_from_shift_to_shift_and_what_is_of_a_shif
 
 
 def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
-    floor, policy = TrackMachine(PLATES, DRIFTING, 0), named_policy("E7D1", TrackMachine(PLATES, DRIFTING, 0).model)
+    floor, policy = TrackMachine(PLATES, DRIFTING, 0), named_policy("E7000D1", TrackMachine(PLATES, DRIFTING, 0).model)
     numbers = remembered(DRIFTING, floor.first.own)
     assert numbers["drift_dulls"] > 0.0
     dulling = 0.0
@@ -110,10 +110,10 @@ def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
 
 def test_lots_are_those_of_the_seed_whatever_is_done() -> None:
     slow, fast = (TrackMachine(PLATES, DRIFTING, 3) for _ in range(2))
-    one, other = slow.grind(named_policy("E5D1", slow.model)), fast.grind(named_policy("E9D1", fast.model))
+    one, other = slow.grind(named_policy("E5000D1", slow.model)), fast.grind(named_policy("E9000D1", fast.model))
     stock = [slow.model.read(each.shift.observations)["stock"] for each in (one, other)]
     np.testing.assert_array_equal(*stock)
-    assert one.cost != other.cost and slow.grind(named_policy("E5D1", slow.model)).cost != one.cost
+    assert one.cost != other.cost and slow.grind(named_policy("E5000D1", slow.model)).cost != one.cost
 
 
 def test_books_are_what_is_paid_but_for_what_nobody_measures() -> None:
@@ -180,9 +180,9 @@ def test_a_run_is_judged_with_what_was_learned(module: str) -> None:
     done = run(TrackTrial(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)))
     assert len(done.costs) == 2 and [*done.judged] == ["0", "60", "120"]
     floor = TrackMachine(PLATES, DRIFTING, 0)
-    for E in (7, 6.5):
+    for E in (7000, 6500):
         floor.grind(named_policy(f"E{E}D1", floor.model))
-    assert done.judged["120"][0] == floor.judge(named_policy("E6D1", floor.model), 64).cost.tolist()
+    assert done.judged["120"][0] == floor.judge(named_policy("E6000D1", floor.model), 64).cost.tolist()
 
 
 def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
@@ -240,7 +240,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)
     in_process(monkeypatch)
-    words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
+    words = ["track", "--machines", "public:1", "--adapters", "E7000D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
     assert status(monkeypatch, *words, "--blocks", "60,0", "--episodes", "2", "--cache", tmp_path) == 0
     said = capsys.readouterr().out
     assert "1 runs, 1 to do: about 0.0 core-hours" in said and "4 runs, 4 to do: about 0.0 core-hours" in said

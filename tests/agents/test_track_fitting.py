@@ -51,7 +51,7 @@ def test_a_changed_model_differs_in_what_is_changed() -> None:
     other = changed(model, z)
     before, after = (StrokeParameters(*each.branches.base[0]) for each in (model, other))
     assert after.RaRef == pytest.approx(np.exp(0.3) * before.RaRef) and after._replace(RaRef=before.RaRef) == before
-    own = other.start([np.random.default_rng(0)]).own(0)
+    own = other.start([np.random.default_rng(0)]).extra_state(0)
     assert own == (0.0, 0.0, 0.0, 0.1)  # the warmth of the part, and the exponents
 
 
@@ -59,7 +59,7 @@ def test_a_changed_model_differs_in_what_is_changed() -> None:
 def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
     model, truth = model_of(PLATES), np.zeros(len(CONSTANTS))
     truth[ROUGH] = 2.0
-    shifts = ground(changed(model, truth), "E6D1", range(10))
+    shifts = ground(changed(model, truth), "E6000D1", range(10))
     z = fitted(model, shifts, np.zeros(len(CONSTANTS)))
     assert z[ROUGH] == pytest.approx(2.0, abs=0.5) and np.abs(np.delete(z, ROUGH)).max() < 1.0
     before, best, after = (np.square(residuals(changed(model, each), shifts)).sum() for each in (0.0 * z, truth, z))
@@ -72,7 +72,7 @@ def test_a_model_in_the_loop_is_held_from_the_first_shift_on() -> None:
     assert isinstance(adapter, CalibratedAdapter)
     first = adapter.start(PLATES)
     assert isinstance(first, Holding) and first.model is adapter.model
-    (shift,) = ground(model_of(PLATES), "E6D1", range(1))
+    (shift,) = ground(model_of(PLATES), "E6000D1", range(1))
     policy = adapter.learn(shift)
     assert isinstance(policy, Holding) and policy.model is not adapter.model and policy.sees == "measurements"
 

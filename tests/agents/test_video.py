@@ -85,7 +85,7 @@ def test_both_see_the_same_stock() -> None:
 
 def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
     path = tmp_path / "two.gif"
-    left, right = named_policy("constant", SIMULATION), named_policy("E21D1", SIMULATION)
+    left, right = named_policy("constant", SIMULATION), named_policy("E21000D1", SIMULATION)
     size = record([left, right], PROBLEM, 0, path, 2)
     assert size == path.stat().st_size
     with Image.open(path) as film:
@@ -124,7 +124,7 @@ def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
 
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.video.MOST_BYTES", 10_000)
-    policy = named_policy("E6D0", SIMULATION)
+    policy = named_policy("E6000D0", SIMULATION)
     with pytest.raises(GrindError, match=r"film\.mp4: an animation is written as \.gif; name such a file"):
         record([policy], PROBLEM, 0, tmp_path / "film.mp4")
     with pytest.raises(GrindError, match=r"would have 0\.\d\d MB, more than 0\.01: ask for fewer pictures a block"):
@@ -133,12 +133,12 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_policies_are_named_as_everywhere_or_as_a_constant() -> None:
-    fixed = named_policy("E9.5D1", PLATES.simulation())
+    fixed = named_policy("E9500D1", PLATES.simulation())
     assert isinstance(fixed, Fixed) and (fixed.E, fixed.D, fixed.every) == (9.5, 1, 1)
-    assert fixed.name == "constant E 9.5 m/min, D 1"
+    assert fixed.name == "E9500D1"
     assert named_policy("handbook", SIMULATION).name == "handbook"
-    with pytest.raises(GrindError, match="E40D0: E is 40 m/min, but power_limited has 3 to 30"):
-        named_policy("E40D0", PLATES.simulation())
+    with pytest.raises(GrindError, match="E40000D0: E is 40000 mm/min, but power_limited has 3000 to 30000"):
+        named_policy("E40000D0", PLATES.simulation())
     with pytest.raises(GrindError, match="there is no policy 'E9'"):
         named_policy("E9", SIMULATION)
     with pytest.raises(GrindError, match=r"there is no trained agent at nowhere\.safetensors"):

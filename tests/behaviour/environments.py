@@ -1,7 +1,7 @@
 """What the environments do: observations, rewards and infos of fixed actions, of every id and form of the action.
 
-One table a form holds what two environments showed beside each other, with all that can be observed. It is what the
-vector form and two single environments return, and what `observation="measured"` shows is a part of it.
+One table a form holds what two environments showed beside each other, with all that can be observed, in their vector
+form, whose bits are those of single environments. What `observation="measured"` shows is a part of it.
 """
 
 import itertools
@@ -107,24 +107,6 @@ def vector_play(env_id: str, steps: int | None, **kwargs: Any) -> Table:
             steps = max(step + AFTER, LEAST)
         if step == steps:
             break
-    return table(rows)
-
-
-def single_play(env_id: str, steps: int, **kwargs: Any) -> Table:
-    """What single environments show beside each other; one whose episode is over is reset in place of a step."""
-    envs = [gym.make(env_id, **SHOWN, **kwargs) for _ in range(COUNT)]
-    names = columns(env_id, **kwargs)
-    rows = [row(0, i, names, env.reset(seed=SEED + i)[0]) for i, env in enumerate(envs)]
-    over = [False] * COUNT
-    for step, batch in enumerate(itertools.islice(actions(envs[0].action_space), steps), 1):
-        for i, (env, action) in enumerate(zip(envs, rows_of(batch, COUNT), strict=True)):
-            if over[i]:
-                rows.append(row(step, i, names, env.reset()[0]))
-                over[i] = False
-            else:
-                observation, *rest = env.step(action)
-                rows.append(row(step, i, names, observation, *rest))
-                over[i] = rest[1] or rest[2]
     return table(rows)
 
 

@@ -17,9 +17,6 @@ AXES = ("X", "Y", "Z")
 PLACES = ("step", "env", "event", "part", "line", "number")
 """Columns that say what a row is of."""
 
-SHOWN = 8
-"""Columns of a table that are told of; more are counted."""
-
 Tables = dict[str, Table]
 """By name, such as `box` or `plate_g82/strokes`."""
 
@@ -122,11 +119,7 @@ def differences(recorded: Table, found: Table, tolerance: float = 0.0) -> list[s
         if unequal.size:
             moved.append((unequal, name))
     moved.sort(key=lambda each: each[0][0])
-    said += [_sentence(name, unequal, recorded, found) for unequal, name in moved[:SHOWN]]
-    if len(moved) > SHOWN:
-        largest = max(_largest(recorded[name][unequal], found[name][unequal]) for unequal, name in moved[SHOWN:])
-        said.append(f"{len(moved) - SHOWN} columns more differ, by {largest:.2g} at most")
-    return said
+    return said + [_sentence(name, unequal, recorded, found) for unequal, name in moved]
 
 
 def _unequal(old: NDArray[Any], new: NDArray[Any], tolerance: float) -> NDArray[Any]:

@@ -1,16 +1,13 @@
 """Version 0 of an environment stays what it was: agents that were trained on it depend on every entry and every bit."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from grind_env.envs.names import environment_id, shipped_names
 from grind_env.envs.tasks import read_task
-from tests.behaviour.environments import COUNT, kinds_of, recorded, single_play, vector_play
+from tests.behaviour.environments import COUNT, kinds_of, recorded, vector_play
 from tests.behaviour.tables import Table, Tables, additions, changes, load
 from tests.envs.harness import every_id
-from tests.examples import few
 
 pytestmark = pytest.mark.bits
 
@@ -58,18 +55,10 @@ def test_every_form_of_an_environment_does_what_was_recorded(env_id: str) -> Non
 
 
 @every_environment
-def test_single_environments_do_what_was_recorded(env_id: str) -> None:
-    was, kinds = plays_of(env_id), kinds_of(env_id)
-    now = {name: single_play(env_id, steps_of(was[name]), observation="full", **kinds[name]) for name in was}
-    assert_as_recorded(env_id, was, now)
-
-
-@pytest.mark.parametrize("play", few([vector_play, single_play]))
-@every_environment
-def test_what_is_measured_is_the_part_that_was_recorded_as_such(env_id: str, play: Callable[..., Table]) -> None:
+def test_what_is_measured_is_the_part_that_was_recorded_as_such(env_id: str) -> None:
     kinds = kinds_of(env_id)
     was = {name: as_measured(rows) for name, rows in plays_of(env_id).items()}
-    now = {name: play(env_id, steps_of(was[name]), observation="measured", **kinds[name]) for name in was}
+    now = {name: vector_play(env_id, steps_of(was[name]), observation="measured", **kinds[name]) for name in was}
     assert_as_recorded(env_id, was, now)
 
 

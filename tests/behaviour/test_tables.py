@@ -61,7 +61,7 @@ def test_what_is_new_is_told_apart_from_what_has_moved() -> None:
     assert differences(RECORDED, changed(1, heat=1.0, power=0.0)) and additions({"a": hotter}, {"a": RECORDED}) == []
 
 
-def test_what_differs_first_comes_first_and_what_is_not_shown_is_counted() -> None:
+def test_what_differs_first_comes_first() -> None:
     names = [f"column {k}" for k in range(10)]
     was = table([dict.fromkeys(names, float(row)) for row in range(1, 4)])
     now = was.copy()
@@ -69,7 +69,6 @@ def test_what_differs_first_comes_first_and_what_is_not_shown_is_counted() -> No
         now[name][2 if k < 5 else 1] *= 1.0 + 0.01 * k  # the first is not moved
     said = differences(was, now)
     assert [sentence.partition(" differs")[0] for sentence in said[:5]] == names[5:]
-    assert said[8] == "1 columns more differ, by 0.038 at most"
 
 
 def test_a_tolerance_hides_what_is_below_it_and_no_more() -> None:

@@ -1,11 +1,8 @@
-"""What the control owes every program: motions that hold together, or a `ControlError` that names line and column."""
+"""Random texts: what the control owes them is motions that hold together, or a `ControlError` with line and column."""
 
 import itertools
 import math
-import traceback
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
 
 from grind_env.control import (
     Arc,
@@ -22,8 +19,9 @@ from grind_env.control import (
     execute,
     read,
 )
-from tests.control.fuzz_cases import Case
+from tests.control.fuzz_cases import Case, case
 from tests.soak.limits import TooSlowError, limited
+from tests.soak.part import Part, Tried, broken, fallen
 
 SLOW = 2.0
 """s of processor time that a program may take."""
@@ -35,43 +33,23 @@ ARC_TOLERANCE = 0.0101
 """mm by which the ends of an arc may differ in their distance from its centre."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """What must not happen.
-
-    Attributes:
-        signature: the same for every program that shows it.
-        seed: of the program that showed it first.
-        case: that program, or a smaller one.
-        details: traceback or sentence.
-    """
-
-    signature: str
-    seed: int
-    case: Case
-    details: str
+def attempt(seed: int) -> Tried:
+    """Check and execute the text of a seed."""
+    return examine(case(seed))
 
 
-def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:
-    """Check and execute a program.
-
-    Returns:
-        how it ended, "done" or the name of its error, and what is wrong with the control, if anything.
-    """
+def examine(case: Case) -> Tried:
+    """Check and execute a program; how it ended is counted as "done" or by the name of its error."""
+    shown = f"{case.settings} {case.actions}\n{case.text}"
     try:
         with limited(SLOW):
             errors = _errors(case)
-            broken = next((f"no place: {error}" for error in errors if not _placed(error)), None) or _broken(case)
-    except TooSlowError:
-        return "slow", Finding("slow", seed, case, f"more than {SLOW:g} s of processor time")
-    except Exception as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        last = next((frame for frame in reversed(frames) if "grind_env" in frame.filename), frames[-1])
-        signature = f"{type(error).__name__} in {Path(last.filename).name}:{last.name}"
-        return "crash", Finding(signature, seed, case, "".join(traceback.format_exception(error)))
-    if broken is not None:
-        return "broken promise", Finding(broken.split(":")[0], seed, case, broken)
-    return errors[0].name if errors else "done", None
+            wrong = next((f"no place: {error}" for error in errors if not _placed(error)), None) or _broken(case)
+    except (TooSlowError, Exception) as error:
+        return fallen(error, shown)
+    if wrong is not None:
+        return broken(wrong.split(":")[0], f"{wrong}\n{shown}")
+    return Tried("refused" if errors else "accepted", sums={errors[0].name if errors else "done": 1})
 
 
 def _control(case: Case) -> Control:
@@ -156,3 +134,6 @@ def _act(control: Control, action: str) -> None:
         control.interrupt(9000, int(number))
     else:
         {"dress": control.request_dress, "feedhold": control.feedhold, "single block": control.single_block}[action]()
+
+
+PART = Part(name="texts", attempt=attempt, growth=50.0)

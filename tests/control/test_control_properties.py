@@ -4,29 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import Arc, Control, ControlError, Hold, Motion, Pick, Stroke, execute, read
-from grind_env.control.check import check
+from grind_env.control import Arc, Control, Hold, Motion, Pick, Stroke, execute, read
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.rules import motion_time
 from tests.control.harness import COMMON, cycles, run
 from tests.examples import examples
-
-alphabet = st.sampled_from(list("GXYZIJKFEPDLMNOQRST0123456789.-+ ();/%\n[#é\x00")) | st.characters()
-
-
-@examples(300)
-@given(st.text(alphabet, max_size=60))
-def test_no_text_raises_anything_but_a_control_error(text: str) -> None:
-    try:
-        report = check(read(text), BRIEF)
-    except ControlError as error:
-        assert error.line is not None
-    else:
-        assert all(isinstance(error, ControlError) for error in report.errors)
-
-
-BRIEF = Control(block_budget=500)
-
 
 shift = st.integers(-999, 999)
 PATTERN = """G17 G71 G90

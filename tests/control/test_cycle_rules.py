@@ -1,47 +1,14 @@
-"""The rules of a cycle by themselves, and a cycle that the control does not have."""
+"""The rules of a cycle by themselves."""
 
 import itertools
-from typing import Any, NamedTuple
+from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import Pick, Stroke
 from grind_env.control.cycles import RULES, Rules, plunge, traverse
-from tests.control.harness import COMMON, run
 
 picks = st.integers(1, 40)
-
-
-class Shuttle(NamedTuple):
-    """Some strokes with one pick."""
-
-    strokes: float
-
-
-class Along(NamedTuple):
-    made: float
-    depth: float = 0.0
-    crossed: float = 0.0
-    forward: bool = True
-    dresses: float = 0.0
-
-
-SHUTTLE = Rules(
-    cycle_of=lambda plan, coverage: Shuttle(2.0 + plan.spark_out),
-    begin=lambda cycle: Along(0.0),
-    after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.004 if along.made == 1.0 else along.depth),
-    finished=lambda cycle, along: along.made >= cycle.strokes,
-    least_strokes=lambda cycle: cycle.strokes,
-)
-
-
-def test_the_interpreter_runs_a_cycle_by_its_rules_alone(monkeypatch: Any) -> None:
-    monkeypatch.setitem(RULES, "G82", SHUTTLE)
-    events = run(f"{COMMON}G82 X230. I-30. Y-.02 J-.01 F6. E12000. L3\nM30")
-    motions = [event for event in events if isinstance(event, Stroke | Pick)]
-    assert [type(motion) for motion in motions] == [Stroke, Stroke, Pick, Stroke, Stroke, Stroke]
-    assert motions[2].end[1] - motions[2].start[1] == -0.004
 
 
 def ground(rules: Rules, cycle: Any, most: int = 10_000) -> list[Any]:

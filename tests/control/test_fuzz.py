@@ -7,8 +7,8 @@ import pytest
 from grind_env.control import ControlError, Event, Execution
 from tests.control import fuzz_examine
 from tests.control.fuzz_cases import Case
-from tests.control.fuzz_examine import Finding, examine
-from tests.soak.texts import attempt
+from tests.control.fuzz_examine import attempt, examine
+from tests.soak.part import Tried
 
 PROGRAMS = 3000
 ENDS = """
@@ -55,11 +55,11 @@ def broken_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
     monkeypatch.setattr(Execution, "__next__", failing)
 
 
-def found(monkeypatch: pytest.MonkeyPatch, how: str) -> Finding:
+def found(monkeypatch: pytest.MonkeyPatch, how: str) -> Tried:
     broken_control(monkeypatch, how)
-    finding = examine(Case(LONG, {"block_delete": True}))[1]
-    assert finding is not None
-    return finding
+    tried = examine(Case(LONG, {"block_delete": True}))
+    assert tried.end == "fallen" and LONG.rstrip() in tried.details
+    return tried
 
 
 PROMISES = [
@@ -71,14 +71,14 @@ PROMISES = [
 
 @pytest.mark.parametrize("how", PROMISES)
 def test_broken_promises_are_seen(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert found(monkeypatch, how).signature == how
+    assert found(monkeypatch, how).kind == how
 
 
 def test_crashes_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     finding = found(monkeypatch, "crash")
-    assert finding.signature.startswith("ZeroDivisionError in ") and "Traceback" in finding.details
+    assert finding.kind.startswith("ZeroDivisionError in ") and "Traceback" in finding.details
 
 
 def test_slow_programs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fuzz_examine, "SLOW", 0.1)
-    assert found(monkeypatch, "slow").signature == "slow"
+    assert found(monkeypatch, "slow").kind.startswith("TooSlowError")

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -30,7 +30,6 @@ from grind_env.control import (
 )
 from grind_env.control.cycles import RULES, Rules, traverse
 from tests.control.harness import COMMON, DRESS, PARKED, run
-from tests.control.test_cycle_rules import Along
 from tests.examples import examples
 
 CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
@@ -181,6 +180,16 @@ def test_a_cycle_ends_once_its_last_pick_has() -> None:
     assert found[2].time > found[1].time
 
 
+class Along(NamedTuple):
+    """How far a cycle of one pick each way has come."""
+
+    made: float
+    depth: float = 0.0
+    crossed: float = 0.0
+    forward: bool = True
+    dresses: float = 0.0
+
+
 def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     both = Rules(
         cycle_of=lambda plan, coverage: None,
@@ -280,16 +289,3 @@ def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
     assert kinds == [CycleStart, CycleEnd, ProgramEnd]
-
-
-@pytest.mark.parametrize("cycle", [CYCLE, "G83 X230. I-30. Y-.02 J-.01 Z12. K5. L1 F600. E12000."])
-def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
-    text = f"{COMMON}G00 X-41.3\n{cycle}\nM30{DRESS}"
-    stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
-    whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
-    assert len(whole.begins) == len(stepped)
-    assert whole.time == stepped[-1].finish
-    for k, stroke in enumerate(stepped):
-        assert (whole.begins[k], whole.seconds[k], whole.feed) == (stroke.begin, stroke.seconds, stroke.feed)
-        assert (whole.plan, whole.inch, whole.ends(k)) == (stroke.cycle, stroke.inch, (stroke.start[0], stroke.end[0]))
-        assert (whole.plunge[k], whole.cross[k]) == pytest.approx(stroke.middle[1:], abs=1e-9)

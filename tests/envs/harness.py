@@ -19,12 +19,14 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import NOISE, Episodes
-from grind_env.envs.job.tape import NEW_LOT, JobGenerator, conditions_of
+from grind_env.envs.job.disturbances import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import SOURCE, TapeRow
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots, PartConditions
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
 
 gym.register_envs(grind_env)
@@ -118,7 +120,7 @@ def job_drawn(
 
 def whole_tape(env: Any) -> np.ndarray:
     """The tape of the episode that an environment is in, shape (blocks, fields of `TapeRow`)."""
-    return env.unwrapped.simulation.tape(env.unwrapped.episodes, 0)
+    return env.unwrapped.simulation.with_full_tapes(env.unwrapped.episodes).tape[0]
 
 
 def tape_of_job(env: Any) -> JobTape:
@@ -222,6 +224,33 @@ def rollout(
         results.append(result)
         observations.append(simulation.observe(episodes))
     return Outcome(*np.moveaxis(np.array(outcomes), 2, 0)), np.array(results), np.array(observations)
+
+
+class Course:
+    """Random episodes of a task: what was drawn and what happened, arrays of shape (blocks, N) and (blocks + 1, N)."""
+
+    def __init__(self, simulation: Simulation, speeds: Array, executions: Array) -> None:
+        self.simulation, self.task = simulation, simulation.task
+        self.speeds, self.executions = speeds, executions
+        episodes = start(simulation, speeds.shape[1])
+        self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
+        self.kinds = self.tape.kind.T.astype(int)
+        outcomes, results, wheels, observations = [], [], [], []
+        for E, D in [*zip(speeds, executions, strict=True), (None, None)]:
+            wheels.append(episodes.wheels.copy())
+            observations.append(simulation.observe(episodes))
+            if E is not None:
+                outcome, result = simulation.step(episodes, E, D)
+                outcomes.append(outcome)
+                results.append(result)
+        self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
+        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
+        self.wheels = WheelState(*np.moveaxis(np.array(wheels)[:, :, :OWN_FROM], 2, 0))
+        self.observations = np.array(observations)
+
+    def of_kind(self, field: str) -> Array:
+        """That number of the kind of every block, shape (blocks, N)."""
+        return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
 
 
 def start(simulation: Simulation, count: int, seed: int = 0) -> Episodes:

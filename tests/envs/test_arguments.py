@@ -18,11 +18,14 @@ WRONG: dict[str, list[Any]] = {
     "cycle": [83, "G84"],
     "spread": ["1", None, True, -0.1, 2.1, float("nan")],
     "render_mode": [3, "svg", ["ansi"], np.array(["ansi", "ansi"])],
+    "info": ["all", None, 1],
 }
 WRONG_VECTOR: dict[str, list[Any]] = {
     "num_envs": [2.5, "4", None, True, 0, -1, np.float64(2.0)],
     "autoreset_mode": [7, None, "Sometimes", ["NextStep"]],
     "render_mode": ["human"],
+    "threads": [0, 1.5, "2", True, None],
+    "max_episode_steps": [0, -1, 2.5, "3", True, [4]],
 }
 every_environment = pytest.mark.parametrize("env_id", every_id())
 

@@ -1,16 +1,10 @@
 from dataclasses import replace
 
 import gymnasium as gym
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from grind_env.envs.blocks.program import job_of
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.tasks import TaskError, read_task
-from grind_env.pages import page, summary
-from tests.examples import examples
 
 ID = "grind/WidePlates-v0"
 
@@ -31,21 +25,6 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.task.cycle == "G82"
 
 
-DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}
-"""The slowest table overheats this lot so much that the wear flats of the wheel would grow beyond its face."""
-
-
-def test_a_wheel_that_is_destroyed_grinds_on() -> None:
-    env = wide_plates.make(observation="full")
-    env.reset(seed=0, options=DESTROYED)
-    observation, reward, *_ = env.step(np.array([-1.0, -1.0], np.float32))
-    assert np.isfinite(reward) and env.observation_space.contains(observation)
-    record = env.record()
-    # it stands in the records as the wheel with the largest flats that there is
-    assert record.strokes["A"].max() == job_of(env.task, []).setup.wheel.wear_flat_limit
-    assert sum("destroys the wheel; usual are " in warning for warning in record.warnings) == 1
-
-
 def test_a_task_that_no_g83_can_grind_is_refused() -> None:
     task = read_task("wide_plates")
     with pytest.raises(TaskError, match=r"several kinds"):
@@ -57,25 +36,3 @@ def test_a_task_that_no_g83_can_grind_is_refused() -> None:
             replace(task, cross_pick=pick)
     with pytest.raises(TaskError, match=r"does not make 16 blocks of whole parts"):
         replace(task, kinds=(replace(task.kinds[0], ends_part=False),), sequence=("plate",))
-
-
-@examples(4)
-@given(seed=st.integers(0, 10_000), kA=st.sampled_from([0.05, 1.0, 20.0]), slow=st.booleans(), D=st.integers(0, 3))
-def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, kA: float, slow: bool, D: int) -> None:
-    stated = summary(ID).reward
-    assert stated is not None
-    least, most = stated
-    env = wide_plates.make(observation="full", action="dict")
-    env.reset(seed=seed, options={"context": {"kA": kA}})
-    terminated = False
-    while not terminated:
-        action = {"E": np.array([3000.0 if slow else 30_000.0], np.float32), "D": D}
-        observation, reward, terminated, _, _ = env.step(action)
-        assert env.observation_space.contains(observation)
-        assert least <= reward <= most
-
-
-def test_the_page_describes_it() -> None:
-    text = page(ID)
-    assert "range of the size across the last finished part" in text
-    assert "| `scrap` |" in text and "G83" in text

@@ -1,21 +1,21 @@
 import math
 import re
 from dataclasses import replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.error import ResetNeeded
 from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_of
+from grind_env.envs.blocks.job import conditions, job_of
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.history import History
-from grind_env.envs.ids import wide_plates
+from grind_env.envs.ids import reciprocation, wide_plates
 from grind_env.envs.observations import physical
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
@@ -25,7 +25,7 @@ from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from tests.envs.harness import reward_terms_of, whole_tape
+from tests.envs.harness import whole_tape
 from tests.examples import examples
 
 PARTS = 4
@@ -33,19 +33,21 @@ PARTS = 4
 Info = dict[str, Any]
 
 
-def play(env: GrindEnv, seed: int, policy_seed: int, parts: int = PARTS) -> list[Info]:
+def play(env: GrindEnv, seed: int, policy_seed: int) -> list[Info]:
     env.reset(seed=seed)
     size = env.action_space.shape[0]
-    actions = np.random.default_rng(policy_seed).uniform(-1, 1, (parts, size)).astype(np.float32)
+    actions = np.random.default_rng(policy_seed).uniform(-1, 1, (PARTS, size)).astype(np.float32)
     return [env.step(action)[4] for action in actions]
 
 
-def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
-    """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
+def ground(env: GrindEnv) -> GrindingRecord:
+    """The program and requests of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_of(env.task, env.blocks)
-    job = replace(job, wheel=replace(job.wheel, diamond_flat=drawn.wheel(0).wd))
-    return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
+    wheel = replace(job.wheel, diamond_flat=drawn.wheel(0).wd)
+    job = replace(job, wheel=wheel, parts=tuple(conditions(env.task, drawn.tape[0])[:PARTS]))
+    control = replace(job.control, operator_dress_at=env.written().requests)
+    return grind(read(env.part_program()), job, control=control)
 
 
 def too_many_dresses(text: str) -> list[int]:
@@ -59,10 +61,13 @@ def too_many_dresses(text: str) -> list[int]:
 
 
 @pytest.mark.bits
+@pytest.mark.parametrize("made", [wide_plates, reciprocation])
 @examples(6)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
-def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = wide_plates.make(predress=predress, info="full")
+def test_the_part_program_of_an_episode_grinds_the_same_parts(
+    made: ModuleType, seed: int, policy_seed: int, predress: bool
+) -> None:
+    env = made.make(predress=predress, info="full")
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings
@@ -76,15 +81,16 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     parts = record.parts
     assert env.episodes is not None
     for number, (info, row) in enumerate(zip(infos, whole_tape(env), strict=False), 1):
-        made, stock = record.strokes[record.strokes["part"] == number], TapeRow(*row).stock
-        assert set(made["E"]) == {info["E"]}
-        assert made["Z"].max() == pytest.approx(stock, abs=1e-12)
+        strokes, stock = record.strokes[record.strokes["part"] == number], TapeRow(*row).stock
+        assert set(strokes["E"]) == {info["E"]}
+        assert strokes["Z"].max() == pytest.approx(stock, abs=1e-12)
         # one to the primary point, then for each plunge of 0.02 mm three cross picks and one stroke at the end
-        assert len(made) == 1 + 4 * math.ceil(round(stock / 0.02, 6))
+        assert made is reciprocation or len(strokes) == 1 + 4 * math.ceil(round(stock / 0.02, 6))
     good = parts["survival"]
     dresses = [info["D"] + info.get("predress", 0.0) for info in infos]
     assert parts["dresses"].tolist() == dresses
     assert (record.dresses["cause"] == "pre").sum() == sum(info.get("predress", 0.0) for info in infos)
+    assert (record.dresses["cause"] == "operator").sum() == (made is reciprocation) * sum(info["D"] for info in infos)
     assert parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-12)
     assert good == pytest.approx([info["good_parts"] for info in infos], rel=1e-6, abs=1e-12)
     found = {"rise": "rise", "burn_ratio": "burn_ratio", "peak_power": "peak_power", "roughness": "Ra"}
@@ -94,20 +100,6 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     for name in WHEEL_FIELDS:
         assert getattr(wheel, name) == pytest.approx(record.strokes[name][-1], rel=1e-9), name
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
-
-
-def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
-    env = wide_plates.make()
-    env.reset(seed=0)
-    for block in range(env.task.blocks):
-        _, reward, terminated, truncated, info = env.step(np.array([0.2, -1.0], np.float32))
-        terms = reward_terms_of(info)
-        assert sum(terms.values()) == pytest.approx(reward, rel=1e-12)
-        assert reward == pytest.approx(-info["block_cost"] / env.task.reference_cost, rel=1e-12)
-        assert (terminated, truncated) == (block == env.task.blocks - 1, False)
-        assert (terms["handover"] < 0.0) == terminated
-    with pytest.raises(ResetNeeded):
-        env.step(np.zeros(2, np.float32))
 
 
 def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
@@ -120,21 +112,6 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
     plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"]
     assert plain.startswith("G83 ") and plain.endswith(" E9487. P9100 D0")
     assert text in env.part_program() and plain in env.part_program()
-
-
-def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
-    env = wide_plates.make()
-    kind = env.task.kinds[0]
-    env.reset(seed=0, options={"context": nominal_context(env.task)})
-    info = env.step(np.array([0.0, -1.0], np.float32))[4]
-    # one stroke to the primary point, then for each plunge three cross picks in 35 mm and one stroke at the end
-    strokes = 1 + round(kind.stock / kind.pick) * 4
-    v = info["E"] / 60.0
-    assert env.record().parts["strokes"].tolist() == [strokes]
-    assert info["seconds"] == pytest.approx(30.0 + strokes * (360.0 / v + v / 1000.0 + 0.15), rel=1e-9)
-    assert set(env.record().strokes["b"].round(6)) <= {0.0, 11.0, 12.0, 13.0, 25.0}
-    dressed = env.step(env.codec.encode(info["E"], 1.0)[0])[4]
-    assert dressed["seconds"] - info["seconds"] == pytest.approx(env.task.dress_seconds, rel=1e-9)
 
 
 def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:

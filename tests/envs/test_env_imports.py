@@ -1,16 +1,16 @@
 import subprocess
 import sys
 
-import pytest
-
 BODY = """
 import importlib.abc, sys
 
+TRIED = []
 OPTIONAL = ("torch", "stable_baselines3", "matplotlib", "pandas", "pyarrow", "cma", "typer", "rich")
 
 class Missing(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in OPTIONAL and BLOCK:
+        if name.partition(".")[0] in OPTIONAL:
+            TRIED.append(name)
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
@@ -27,15 +27,13 @@ for name in [name for name in gym.registry if name.startswith("grind/")]:
     vector.step(vector.action_space.sample())
     print(name)
 
-print([name for name in OPTIONAL if name in sys.modules])
+print(TRIED)
 """
 
 
-@pytest.mark.parametrize("block", [False, True])
-def test_every_env_loads_and_needs_no_optional_package(block: bool) -> None:
-    script = BODY.replace("BLOCK", str(block))
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+def test_every_env_loads_and_needs_no_optional_package() -> None:
+    done = subprocess.run([sys.executable, "-c", BODY], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    *ids, loaded = done.stdout.splitlines()
+    *ids, tried = done.stdout.splitlines()
     assert {"grind/PowerLimited-v0", "grind/Oracle6-v0"} <= set(ids)
-    assert loaded == "[]"
+    assert tried == "[]"

@@ -6,63 +6,41 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.cost import Outcome
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
-from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.tally import Tally
-from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, native, start, whole_tape
+from grind_env.pages import summary
+from tests.envs.harness import Array, Course, actions, every_id, native, start, whole_tape
 
 N = 300
 
 
-@pytest.mark.parametrize("observation", ["measured", "full"])
-@pytest.mark.parametrize("env_id", IDS)
-def test_a_hundred_thousand_random_steps_stay_in_the_space(env_id: str, observation: str) -> None:
-    env = native(env_id, 500, observation=observation)
+@pytest.mark.parametrize("env_id", every_id())
+def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_the_page_states(env_id: str) -> None:
+    stated = summary(env_id).reward
+    assert stated is not None
+    least, most = stated
+    env = native(env_id, 500, "SameStep", observation="full")
     low, high = env.single_observation_space.low, env.single_observation_space.high
     env.reset(seed=0)
     for action in actions(200, 500):
         observations, rewards, *_ = env.step(action)
-        assert np.isfinite(rewards).all()
+        assert np.isfinite(rewards).all() and rewards.max() <= most
+        assert least is None or rewards.min() >= least
         assert ((observations >= low) & (observations <= high)).all()  # false for NaN, too
 
 
-class Run:
-    """Random episodes of a task: what happened and what was read."""
+class Run(Course):
+    """With what was read."""
 
     def __init__(self, name: str) -> None:
-        self.simulation = BlockSimulation(load_task(name), full=True)
-        self.task = task = self.simulation.task
-        rng = np.random.default_rng(1)
-        shape = (task.blocks, N)
-        self.speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
-        self.executions = np.floor(1.4 * rng.random(shape))
-        episodes = start(self.simulation, N)
-        self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
-        self.kinds = self.tape.kind.T.astype(int)
-        outcomes, results, wheels = [], [], [episodes.wheels.copy()]
-        observations = [self.simulation.observe(episodes)]
-        for E, D in zip(self.speeds, self.executions, strict=True):
-            outcome, result = self.simulation.step(episodes, E, D)
-            outcomes.append(outcome)
-            results.append(result)
-            wheels.append(episodes.wheels.copy())
-            observations.append(self.simulation.observe(episodes))
-        self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
-        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
-        self.wheels = WheelState(*np.moveaxis(np.array(wheels)[:, :, :OWN_FROM], 2, 0))
-        self.observations = np.array(observations)
+        rng, shape = np.random.default_rng(1), (load_task(name).blocks, N)
+        speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
+        super().__init__(BlockSimulation(load_task(name), full=True), speeds, np.floor(1.4 * rng.random(shape)))
         shown = physical(self.observations, self.simulation.entries)
         constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}
         self.read = constant | shown
-
-    def of_kind(self, field: str) -> Array:
-        """That number of the kind of every block, shape (blocks, N)."""
-        return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
 
 
 run = functools.cache(Run)
@@ -198,40 +176,6 @@ def test_the_coming_block_is_announced(name: str) -> None:
     assert not shown
 
 
-def test_readings_that_mean_or_change_nothing_in_a_task_are_left_out() -> None:
-    plain = "mean_power first_power peak_power last_speed last_executions last_pick last_width size_error roughness"
-    plain += " parts_since_gauged volume blocks_since_dress dresses diameter pick width length sparkout stock"
-    plain += " roughness_limit tolerance scrap new_lot remaining"
-    one_kind = "last_pick last_width pick width length sparkout roughness_limit tolerance scrap"
-    rough_and_finish = "coming_rough coming_finish following_rough following_finish"
-    # beside the plain ones, and without these of them
-    further = {
-        "slot": ("", f"{one_kind} new_lot"),
-        "power_limited": ("", one_kind),
-        "noise": ("", f"{one_kind} new_lot"),
-        "credit": ("", f"{one_kind} new_lot"),
-        "memory": ("coming_plate coming_die following_plate following_die", "last_pick last_width pick width new_lot"),
-        "oracle6": ("coming_plate coming_gauge following_plate following_gauge", "last_width width length new_lot"),
-        "wide_rails": (rough_and_finish, "last_width width length scrap"),
-        "blades": (rough_and_finish, "last_width width length scrap"),
-        "CBN": (f"executions_left {rough_and_finish}", "last_width width length scrap"),
-        "job_shop": (
-            "coming_gauge coming_plate coming_wear_plate following_gauge following_plate following_wear_plate"
-            " material_aisi_1020 material_aisi_52100",
-            "length",
-        ),
-    }
-    further["rush"] = (f"time_to_due slack {further['job_shop'][0]}", "length")
-    assert sorted(further) == sorted(task_names())
-    for name, (more, less) in further.items():
-        task = load_task(name)
-        wanted = [each for each in f"{plain} {more}".split() if each not in less.split()]
-        assert [entry.name for entry in BlockSimulation(task).entries] == wanted
-        dressed = [entry.name for entry in BlockSimulation(task, pre_dress=True).entries]
-        at = wanted.index("remaining") + 1
-        assert dressed == [*wanted[:at], "last_pre_dress", *wanted[at:]]
-
-
 def test_a_pre_dress_is_remembered_for_one_block() -> None:
     env = gym.make("grind/PowerLimited-v0", predress=True, observation="full", show_block=True).unwrapped
     env.reset(seed=0)
@@ -279,9 +223,9 @@ def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> Non
     episodes, shown, blocks = start(simulation, 1), [], []
     for _ in range(3):
         shown.append(physical(simulation.observe(episodes)[0], simulation.entries)["part_rise"])
-        blocks.append(simulation.block(episodes, 0, 9000.0, 0.0))
+        blocks.append(simulation.writer.block(episodes, 0, 9000.0, 0.0))
         simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
-    strokes = (record := simulation.record(episodes, 0, blocks)).strokes
+    strokes = (record := simulation.writer.record(episodes, 0, blocks)).strokes
     kind, catalogue = blocks[0].kind, simulation.task.catalogue
     material = catalogue.material(kind.material)
     # it grows by its expansion for each mm of height, and cools while the wheel goes back, which a task leaves out
@@ -312,18 +256,6 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
         assert (seen["wear_flat"] > 0.003).all() and (seen["wear_flat"] < 0.03).all()
         for reading in ("dresses", "blocks_since_dress", "mean_power", "peak_power", "size_error", "roughness"):
             assert (seen[reading] == 0.0).all(), reading
-
-
-@pytest.mark.parametrize("name", task_names())
-def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
-    r = run(name)
-    # what a rough block leaves, the lag, the finish block after it grinds off
-    lag = np.concatenate([np.zeros((1, N)), r.outcome.size_error[:-1]]) * ~r.of_kind("starts_part")
-    removed = (r.tape.stock.T - (r.outcome.size_error - lag) / 1000.0) * r.of_kind("length")
-    gained = r.wheels.V[1:] - r.wheels.V[:-1]
-    undressed = (r.executions == 0.0) & (r.outcome.change_cost == 0.0)
-    np.testing.assert_allclose(gained[undressed], removed[undressed], rtol=1e-9, atol=1e-12)
-    assert undressed.any()
 
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:

@@ -7,14 +7,9 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.cost import Outcome
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
-from grind_env.machine.loops.tally import Tally
-from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, reward_terms_of, rollout, start
+from tests.envs.harness import IDS, Array, Course, actions, reward_terms_of, rollout, start
 
-DS = WheelState._fields.index("ds")
 TERMS = ["time", "wheel", "dress", "scrap", "handover"]
 
 
@@ -52,15 +47,15 @@ SETUPS = {
     "noise": Published(setup=600.0, load=5.0),
     "credit": Published(width=65.0, depth=0.03, lead=0.15, setup=120.0),
 }
-FASTEST = {"power_limited": 12.0, "wide_rails": 12.0}
-"""m/min; a faster table stalls a spindle of 5 kW in most blocks."""
+FASTEST = {"power_limited": 12_000.0, "wide_rails": 12_000.0}
+"""mm/min; a faster table stalls a spindle of 5 kW in most blocks."""
 STALL_SECONDS = 600.0
 GAUGE_SECONDS = 10.0
 """What the operator loses when the spindle has stalled, once a part."""
 TEMPERING = {"aisi_52100": 450.0, "aisi_1020": 600.0, "inconel_718": 600.0}
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
 def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
     env = gym.make(env_id, info="full")
     task: Task = env.unwrapped.task
@@ -68,7 +63,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
     for episode in range(3):
         env.reset(seed=episode)
         for k, action in enumerate(actions(task.blocks, 1, seed=episode)[:, 0]):
-            _, reward, terminated, _, info = env.step(action)
+            _, reward, terminated, truncated, info = env.step(action)
             terms = reward_terms_of(info)
             further = {"grind/Rush-v0": ["late"], "grind/CBN-v0": ["change"]}.get(env_id, [])
             assert list(terms) == TERMS + further
@@ -77,6 +72,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
             assert all(term <= 0.0 for term in terms.values())
             assert terminated == (k == task.blocks - 1)
             assert terminated or terms["handover"] == 0.0
+            assert not truncated
             total, cost = total + reward, cost + info["block_cost"]
 
             # hourly rate 80 $, dresser 0.10 $ per execution (scenarios, section 4)
@@ -91,41 +87,25 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
     assert total == pytest.approx(-cost / task.reference_cost)
 
 
-class Run:
-    """Random episodes of a task; arrays of shape (blocks, N) or (blocks, 1)."""
+class Run(Course):
+    """With where the spindle stalls."""
 
     def __init__(self, name: str) -> None:
-        simulation = BlockSimulation(load_task(name))
-        self.task = task = simulation.task
+        task = load_task(name)
         rng, shape = np.random.default_rng(0), (task.blocks, 64)
-        low, high = task.action.speed_range or (6.0, 21.0)
+        low, high = task.action.speed_range or (6000.0, 21_000.0)
         high = min(high, FASTEST.get(name, high))
-        self.speeds = 1000.0 * low * (high / low) ** rng.random(shape)
+        speeds = low * (high / low) ** rng.random(shape)
         # some episodes hardly dress, some do in every block
-        self.executions = np.floor(rng.random(shape) * (task.action.executions + 1))
-        self.executions[rng.random(shape) > rng.random(64) ** 2] = 0.0
-        episodes = start(simulation, 64)
-        self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
-        self.stock, self.kinds = self.tape.stock.T.copy(), self.tape.kind.T.astype(int)
-        outcomes, results, diameters = [], [], [episodes.wheels[:, DS].copy()]
-        for E, D in zip(self.speeds, self.executions, strict=True):
-            outcome, result = simulation.step(episodes, E, D)
-            outcomes.append(outcome)
-            results.append(result)
-            diameters.append(episodes.wheels[:, DS].copy())
-        self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
-        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
-        self.diameters = np.array(diameters)
+        executions = np.floor(rng.random(shape) * (task.action.executions + 1))
+        executions[rng.random(shape) > rng.random(64) ** 2] = 0.0
+        super().__init__(BlockSimulation(task), speeds, executions)
         starts = self.of_kind("starts_part")
         over = self.outcome.peak_torque >= 1.0
         self.stalled_before = np.concatenate([np.zeros((1, 64), bool), over[:-1]]) & ~starts
         """Whether the spindle had stalled on the part when the block began."""
         self.stalls = over & ~self.stalled_before
         """Whether it stalls in the block."""
-
-    def of_kind(self, field: str) -> Array:
-        """That number of every block's kind, shape (blocks, N)."""
-        return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
 
 
 run = functools.cache(Run)
@@ -143,14 +123,14 @@ def test_the_wheel_is_paid_for_the_volume_that_it_loses(name: str) -> None:
     r, shop = run(name), SETUPS[name]
     kept = r.outcome.change_cost == 0.0
     dressed = shop.depth * shop.passes * r.executions  # radius, mm
-    worn = (r.diameters[:-1] - r.diameters[1:]) / 2.0 - dressed
+    worn = (r.wheels.ds[:-1] - r.wheels.ds[1:]) / 2.0 - dressed
     # on a part on which the spindle has stalled the wheel no longer cuts
     # nor may a finish block cut, which finds the part too thin as it has cooled
     cuts = kept & ~r.stalled_before
     assert (worn[cuts & r.of_kind("starts_part")] > 0.0).all()
     assert worn[cuts].min() > -1e-12 and (worn[cuts] > 0.0).mean() > 0.97
     np.testing.assert_allclose(worn[kept & r.stalled_before], 0.0, atol=1e-12)
-    mean = (r.diameters[:-1] + r.diameters[1:]) / 2.0
+    mean = (r.wheels.ds[:-1] + r.wheels.ds[1:]) / 2.0
     volume = math.pi * mean * (dressed * shop.width + worn * r.of_kind("width"))
     np.testing.assert_allclose(r.outcome.wheel_cost[kept], (shop.price * volume)[kept], rtol=1e-3)
     assert kept.mean() > 0.98
@@ -160,7 +140,7 @@ def test_the_wheel_is_paid_for_the_volume_that_it_loses(name: str) -> None:
 def test_a_block_takes_the_time_of_its_strokes_and_dresses(name: str) -> None:
     r, shop = run(name), SETUPS[name]
     # scenarios, section 1: ceil(H/a) plunges, one coverage stroke, L spark-out strokes
-    strokes = np.ceil(r.stock / r.of_kind("pick") - 1e-6) + 1 + r.of_kind("sparkout")
+    strokes = np.ceil(r.tape.stock.T / r.of_kind("pick") - 1e-6) + 1 + r.of_kind("sparkout")
     assert (r.result.strokes == strokes).all()
     assert (r.result.dresses == r.executions).all()
     speed = r.speeds / 60.0

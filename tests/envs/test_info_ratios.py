@@ -11,7 +11,7 @@ import grind_env
 from grind_env.control import read
 from grind_env.envs.infos import RATIOS, READ, READINGS, found_bad
 from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import TaskError, read_task
+from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
@@ -22,20 +22,6 @@ OF_PARTS = ["power_limited", "wide_plates", "reciprocation"]
 
 def arguments_of(env_id: str) -> dict[str, Any]:
     return {"program": str(PLATE)} if env_id == "grind/Job-v0" else {}
-
-
-@pytest.mark.parametrize("env_id", every_id())
-def test_single_and_vector_infos_have_them(env_id: str) -> None:
-    single = gym.make(env_id, info="full", **arguments_of(env_id)).unwrapped
-    vector = gym.make_vec(env_id, num_envs=3, info="full", **arguments_of(env_id))
-    single.reset(seed=0)
-    vector.reset(seed=0)
-    action = single.codec.encode(9000.0, 1.0)
-    info, infos = single.step(action[0])[4], vector.step(np.repeat(action, 3, axis=0))[4]
-    for name in RATIOS:
-        assert type(info[name]) is float and info[name] >= 0.0
-        assert infos[name].dtype == np.float64 and infos[name].shape == (3,) and infos[f"_{name}"].all()
-        assert infos[name][0] == info[name]
 
 
 @pytest.mark.parametrize("env_id", every_id())
@@ -66,13 +52,6 @@ def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
 def test_a_part_is_found_bad_that_is_more_likely_scrap_than_not() -> None:
     assert [found_bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
     assert (found_bad(0.0, 0.0), found_bad(3.0, 1.2), found_bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
-
-
-@pytest.mark.parametrize("info", ["all", None, 1])
-def test_another_info_is_refused(info: Any) -> None:
-    for make in (gym.make, gym.make_vec):
-        with pytest.raises(TaskError, match=r"info is .*, but must be one of measured, full"):
-            make("grind/PowerLimited-v0", info=info)
 
 
 def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:

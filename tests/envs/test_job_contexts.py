@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, read_options
-from grind_env.envs.drawing import EPISODE
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
+from grind_env.envs.job.disturbances import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, barred_factors
 from grind_env.envs.job.readings import job_task
-from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, barred_factors
+from grind_env.envs.random_numbers import EPISODE
 from grind_env.envs.splits import SPLITS
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots

@@ -120,7 +120,7 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
     env = job_env.make(batch if name == "batch" else example(name), info="full")
     infos = play(env, policy_seed, seed)
     record = assert_told(env, infos)
-    assert_same_record(grind(read(env.part_program(), "part.nc"), env.part_job()), record)
+    assert_same_record(grind(read(env.part_program(), "part.nc"), env.written().job), record)
     assert record.dresses.size == sum(info["D"] for info in infos)
     scrap = record.parts.size - record.parts["survival"].sum()
     assert sum(info["cost"] for info in infos) == pytest.approx(scrap, rel=1e-9, abs=1e-12)
@@ -310,9 +310,6 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
     assert (nominal.noise == 0.0).all()
 
 
-# --- the interface of Gymnasium -----------------------------------------------------------------------
-
-
 # --- what cannot be made into an environment ----------------------------------------------------------
 
 
@@ -383,7 +380,7 @@ def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_pa
     env.reset(seed=1)
     for _ in env.simulation.blocks:
         env.step(env.codec.encode(15_000.0, 2)[0])
-    assert_same_record(grind(read(env.part_program()), env.part_job()), env.record())
+    assert_same_record(grind(read(env.part_program()), env.written().job), env.record())
 
 
 def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
@@ -399,18 +396,13 @@ def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_
     assert len(env.blocks) == 1
 
 
-def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
+def test_files_that_are_missing_are_named_and_another_job_file_can_be(tmp_path: Path) -> None:
     assert "nowhere.nc" in refusal(GrindError, job_env.make, str(tmp_path / "nowhere.nc"))
     path = tmp_path / "alone.nc"
     path.write_text(BATCH)
     assert "alone.toml" in refusal(GrindError, job_env.make, str(path))
-    assert "other.toml" in refusal(GrindError, job_env.make, str(path), job=str(tmp_path / "other.toml"))
-
-
-def test_another_job_file_can_be_named(tmp_path: Path) -> None:
-    path = tmp_path / "alone.nc"
-    path.write_text(BATCH)
     other = tmp_path / "other.toml"
+    assert "other.toml" in refusal(GrindError, job_env.make, str(path), job=str(other))
     other.write_text(JOB)
     assert job_env.make(str(path), job=str(other)).simulation.job == load_job(other)
 
@@ -425,7 +417,7 @@ def test_a_spread_that_is_no_float_is_refused() -> None:
 
 def test_a_program_is_run_for_a_batch_of_parts() -> None:
     env = job_env.make(parts=3, info="full")
-    text = env.simulation.program([])
+    text = env.simulation.writer.program([])
     assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["M00", "M00", "N100 M30"]
     assert text.count("G82") == 6 and text.count("O9100") == 1
     assert [(block.part, block.starts_part) for block in env.simulation.blocks] == [
@@ -433,7 +425,7 @@ def test_a_program_is_run_for_a_batch_of_parts() -> None:
     ]
     infos = play(env, policy_seed=3, seed=4)
     record = assert_told(env, infos)
-    assert_same_record(grind(read(env.part_program(), "part.nc"), env.part_job()), record)
+    assert_same_record(grind(read(env.part_program(), "part.nc"), env.written().job), record)
     assert record.parts.size == 3
     # the wheel carries over: each part finds it as the one before has left it
     parts, ds = record.strokes["part"], record.strokes["ds"]
@@ -513,7 +505,7 @@ def test_it_is_said_why_the_control_executes_a_program(
     reason = str(env.simulation.why)
     assert reason.startswith(f"part.nc:{line}: there is no script of this program: {why}") and "\n" not in reason
     play(env, policy_seed=0)
-    assert_same_record(grind(read(env.part_program()), env.part_job()), env.record())
+    assert_same_record(grind(read(env.part_program()), env.written().job), env.record())
 
 
 def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:

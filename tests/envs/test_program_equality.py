@@ -15,7 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job
+from grind_env.envs.blocks.job import conditions, job
+from grind_env.envs.blocks.program import CycleBlock
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
@@ -33,7 +34,7 @@ PARTS = 5
 
 ELSEWHERE = {
     "grind/Job-v0": "test_job_env",
-    "grind/Reciprocation-v0": "test_reciprocation_env",
+    "grind/Reciprocation-v0": "test_cross_env",
     "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }
@@ -71,9 +72,9 @@ class Episode:
         outcomes, results = [], []
         speeds = task.action.speed_levels or task.action.speed_range or ()
         for _ in range(count):
-            E = np.floor(1000.0 * np.exp(rng.uniform(np.log(min(speeds)), np.log(max(speeds)), 1)))
+            E = np.floor(np.exp(rng.uniform(np.log(min(speeds)), np.log(max(speeds)), 1)))
             D, dress = np.floor(rng.random(1) * 1.7), np.floor(rng.random(1) * 2.0) * pre_dress
-            self.blocks.append(coming_block(task, episodes, 0, E[0], D[0], dress[0]))
+            self.blocks.append(simulation.writer.block(episodes, 0, E[0], D[0], dress[0]))
             outcome, result = simulation.step(episodes, E, D, dress)
             outcomes.append(outcome[0])
             results.append(result[0])
@@ -83,11 +84,8 @@ class Episode:
         start = replace(shop.wheel, diamond_flat=wheel.wd, diameter=wheel.ds)
         if task.start.wear_flat_area is not None:
             start = replace(start, wear_flat_area=wheel.A, volume_since_dress=wheel.V)
-        self.record: GrindingRecord = grind(
-            read(simulation.program(self.blocks)),
-            replace(shop, wheel=start),
-            conditions=conditions(task, tape)[:PARTS],
-        )
+        shop = replace(shop, wheel=start, parts=tuple(conditions(task, tape)[:PARTS]))
+        self.record: GrindingRecord = grind(read(simulation.writer.program(self.blocks)), shop)
         self.final_wheel = episodes.wheel(0)
 
     def by_part(self, values: Array) -> Array:

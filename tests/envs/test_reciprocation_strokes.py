@@ -158,15 +158,6 @@ def test_requests_stand_at_equal_fractions_of_depth(case: Case) -> None:
         assert part.strokes * stroke < part.seconds + part.dwell <= part.strokes * stroke + 0.0021
 
 
-def test_machines_do_not_touch_each_other() -> None:
-    cases = [Case(60 + 20 * k, (0.3, 0.6)[k % 2], 4000 + 2000 * k, k % 4, 1 + k % 3, k % 3 == 0) for k in range(9)]
-    shop = job(stock=0.1)
-    together = compiled_run(cases, shop, 30.0)
-    for k, case in enumerate(cases):
-        alone = compiled_run([case], shop, 30.0)
-        assert [table[k].tobytes() for table in together] == [table[0].tobytes() for table in alone]
-
-
 def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
     case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
     shop = job(stock=0.3)

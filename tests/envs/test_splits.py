@@ -14,7 +14,7 @@ from grind_env.envs.names import task_names
 from grind_env.envs.splits import EVERY, SPLITS, Split
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, read_task
-from grind_env.envs.tasks.others import other_materials, other_wheels
+from grind_env.envs.tasks.foreign_entries import other_materials, other_wheels
 from tests.envs.harness import Array, actions, assert_same, every_id, native, sync
 
 BEYOND = SPLITS["extrapolation"]

@@ -11,7 +11,6 @@ from gymnasium.wrappers import TimeAwareObservation
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 from grind_env import examples
-from grind_env.envs.tasks import TaskError
 from tests.envs.contract import check_vector_env
 from tests.envs.harness import BLOCKS, MODES, assert_same, every_id, native, quiet, sampled, sync
 from tests.examples import few
@@ -53,15 +52,6 @@ def test_every_id_takes_the_keyword_and_keeps_it_in_its_spec(env_id: str) -> Non
 def limited(spec: EnvSpec) -> dict[str, Any]:
     names = ("entry_point", "vector_entry_point", "kwargs")
     return {"id": spec.id, **{name: getattr(spec, name) for name in names}}
-
-
-@pytest.mark.parametrize("env_id", every_id())
-@pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, [4]])
-def test_a_limit_that_is_no_whole_number_above_0_is_refused(env_id: str, value: Any) -> None:
-    with pytest.raises(TaskError) as caught:
-        gym.make_vec(env_id, 2, max_episode_steps=value)
-    sentence = f"max_episode_steps is {value!r}, but must be a whole number of at least 1, or left out"
-    assert str(caught.value) == sentence
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -36,17 +36,17 @@ def test_rows_drawn_block_by_block_are_those_of_the_whole_tape(name: str) -> Non
     kept, drawn = both(simulation, given)
     assert drawn.tape.shape[1] == min(AHEAD, simulation.task.blocks)
     rng, tape = np.random.default_rng(0), kept.tape.copy()
-    for k in range(simulation.most_steps):
+    for k in range(simulation.task.blocks):
         if simulation.over(kept).all():
             break
         assert_same(kept.coming(), drawn.coming())
         assert_same(simulation.observe(kept), simulation.observe(drawn))
         if k % 16 == 0:
-            assert_same(simulation.whole(drawn).tape, tape)
+            assert_same(simulation.with_full_tapes(drawn).tape, tape)
             # branches go on as the episodes that they were copied from
             branches = drawn.pick([2, 2])
-            assert_same(simulation.whole(branches).tape, tape[[2, 2]])
-        choice = 1000.0 * rng.uniform(*simulation.task.action.speed_ends, N), rng.integers(0, 2, N).astype(float)
+            assert_same(simulation.with_full_tapes(branches).tape, tape[[2, 2]])
+        choice = rng.uniform(*simulation.task.action.speed_ends, N), rng.integers(0, 2, N).astype(float)
         active = np.flatnonzero(~simulation.over(kept))
         for one, other in zip(
             simulation.step(kept, *choice, active=active), simulation.step(drawn, *choice, active=active), strict=True

@@ -8,15 +8,14 @@ import pytest
 
 from grind_env.envs import any_task, tasks
 from grind_env.envs.any_task import simulation_of
-from grind_env.envs.blocks.program import check_task
-from grind_env.envs.episode_generator import EpisodeGenerator
+from grind_env.envs.blocks.job import check_task
 from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names
+from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed
 from tests.examples import few
 
-DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
+DUE = "[due]\nblocks = 6\nspeed = 12000\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
 
 
@@ -99,11 +98,11 @@ def test_a_base_has_a_base_of_its_own_in_its_own_folder(tmp_path: Path) -> None:
 def test_what_takes_the_place_of_another_key_of_the_base_drops_it(tmp_path: Path) -> None:
     put(
         tmp_path,
-        levels='base = "power_limited"\n[action]\nspeed_levels = [6, 12]',
+        levels='base = "power_limited"\n[action]\nspeed_levels = [6000, 12_000]',
         orders='base = "slot"\n[orders]\nmost_parts = 2',
     )
     levels, orders = (load_task(str(tmp_path / f"{name}.toml")) for name in ("levels", "orders"))
-    assert (levels.action.speed_range, levels.action.speed_levels) == (None, (6.0, 12.0))
+    assert (levels.action.speed_range, levels.action.speed_levels) == (None, (6000.0, 12_000.0))
     assert (orders.sequence, orders.nominal_sequence) == ((), ("slot",))
 
 
@@ -149,14 +148,14 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ('title = "', 'kinds = []\ntitle = "', "kinds", ["there is no key kinds"]),
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
         (
-            "speed_range = [3.0, 30.0]",
-            "speed_range = [30.0, 3.0]",
+            "speed_range = [3000, 30000]",
+            "speed_range = [30000, 3000]",
             "action.speed_range",
-            ["two numbers", "1 to 60 m/min"],
+            ["two numbers", "1000 to 60000 mm/min"],
         ),
-        ("speed_range = [3.0, 30.0]", "speed_range = [3.0, 3.0]", "action.speed_range", ["leave a choice"]),
-        ("speed_range = [3.0, 30.0]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
-        ("speed_range", "speed_levels = [3.0]\nspeed_range", "action.speed_levels", ["give one of the two"]),
+        ("speed_range = [3000, 30000]", "speed_range = [3000, 3000]", "action.speed_range", ["leave a choice"]),
+        ("speed_range = [3000, 30000]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
+        ("speed_range", "speed_levels = [3000]\nspeed_range", "action.speed_levels", ["give one of the two"]),
         ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
@@ -223,7 +222,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     task = load_task(str(tmp_path / "shop.toml"))
     assert (task.name, task.title, task.sequence, task.blocks, task.cycle) == ("shop", "shop", ("part",), 30, "G82")
-    assert (task.action.speed_range, task.action.executions, task.spread) == ((3.0, 30.0), 3, Spread())
+    assert (task.action.speed_range, task.action.executions, task.spread) == ((3000.0, 30_000.0), 3, Spread())
     usual = load_task("slot")
     assert (task.wheel, task.machine, task.dresser, task.fluid) == (
         usual.wheel,
@@ -264,81 +263,10 @@ def test_a_task_is_resolved_once() -> None:
     assert harder.wheel.fracture_force == 1.0 != task.wheel.fracture_force
 
 
-def test_oracle6_has_its_start() -> None:
-    task = load_task("oracle6")
-    wheel = EpisodeGenerator(task).wheel(0.0)
-    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.wd) == (300.0, 0.012, 150.0, 0.0, 0.0)
-    order = [task.kinds[task.kind_of_block(k)].name for k in range(6)]
-    assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
-    assert task.parameters(task.kinds[0]).kA == pytest.approx(12.0 * 1.24e-6)
-    assert not any(getattr(task.spread, name) for name in task.spread.__slots__)
-
-
 def test_a_task_of_orders_has_whole_parts_only() -> None:
     task = load_task("wide_rails")
     with pytest.raises(TaskError, match=r"^\[orders\]: a rough is no whole part"):
         replace(task, sequence=(), orders=Orders(most_parts=8))
-
-
-def published(task: Task) -> list[tuple[object, ...]]:
-    """The kinds of a task in the order of the table of scenarios, section 4.1."""
-
-    def row(k: Kind) -> tuple[object, ...]:
-        return (k.material, k.stock, k.pick, k.sparkout, k.width, k.length, k.roughness_limit, k.tolerance)
-
-    return [(*row(kind), kind.rise_allowance, kind.scrap, kind.least_stock) for kind in task.kinds]
-
-
-GAUGE = ("aisi_52100", 0.06, 0.006, 4, 20, 200, 0.32, 5, 0, 60, 0.5)
-PLATE = ("aisi_52100", 0.20, 0.010, 2, 25, 200, 0.50, 9, 0, 40, 0.5)
-WEAR_PLATE = ("aisi_1020", 0.40, 0.020, 1, 20, 200, 1.0, 18, 0, 25, 0.5)
-BLADE = ("inconel_718", 0.16, 0.010, 0, 20, 200, 0, 0, 150, 120, 0.4)
-CBN_ROUGH = ("inconel_718", 0.20, 0.010, 0, 20, 200, 0, 0, 150, 200, 0.4)
-
-
-@pytest.mark.parametrize(
-    ("name", "kinds"),
-    [
-        ("slot", [("aisi_52100", 1.6, 0.016, 4, 20, 200, 0.50, 20, 0, 40, 0.4)]),
-        ("job_shop", [GAUGE, PLATE, WEAR_PLATE]),
-        ("rush", [GAUGE, PLATE, WEAR_PLATE]),
-        ("power_limited", [("aisi_52100", 0.30, 0.020, 1, 50, 300, 0.50, 20, 150, 60, 0.4)]),
-        (
-            "wide_rails",
-            [
-                ("aisi_52100", 0.30, 0.015, 0, 60, 300, 0, 0, 150, 80, 0.4),
-                ("aisi_52100", 0.03, 0.005, 2, 60, 300, 0.45, 7, 0, 80, 0.4),
-            ],
-        ),
-        ("blades", [BLADE, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.50, 9, 0, 120, 0.4)]),
-        ("CBN", [CBN_ROUGH, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.44, 8, 0, 200, 0.4)]),
-    ],
-)
-def test_the_blocks_are_those_published(name: str, kinds: list[tuple[object, ...]]) -> None:
-    assert published(load_task(name)) == kinds
-
-
-@pytest.mark.parametrize(
-    ("name", "speeds", "executions", "rpm", "stiffness", "power", "width"),
-    [
-        ("slot", (6.0, 18.0), 4, 1909.86, 20_000, 7500, 25),
-        ("job_shop", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
-        ("rush", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
-        ("power_limited", (3.0, 30.0), 3, 1909.86, 50_000, 5000, 65),
-        ("wide_rails", (3.0, 30.0), 3, 1909.86, 50_000, 5000, 65),
-        ("blades", (3.0, 30.0), 3, 1591.55, 20_000, 7500, 25),
-        ("CBN", (3.0, 30.0), 3, 2228.17, 20_000, 7500, 25),
-    ],
-)
-def test_the_set_ups_are_those_published(
-    name: str, speeds: tuple[float, float], executions: int, rpm: float, stiffness: float, power: float, width: float
-) -> None:
-    task = load_task(name)
-    p = task.parameters(task.kinds[0])
-    assert (task.action.speed_range, task.action.executions) == (speeds, executions)
-    assert 60.0 * task.wheel_revolutions == pytest.approx(rpm, rel=1e-5)
-    assert (p.ke, p.bs, task.machine.power_limit) == (stiffness, width, power)
-    assert p.dd == (0.005 if name == "CBN" else 0.010)
 
 
 @pytest.mark.parametrize("name", [*task_names(), "reciprocation", "wide_plates"])

@@ -1,17 +1,14 @@
 """Vector environments whose episodes several threads grind."""
 
 from pathlib import Path
-from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.transition import TOGETHER
 from tests.envs.harness import MODES, assert_same, every_id, native, sampled
-from tests.envs.test_vector_promises import GROOVE
+from tests.envs.test_vector_promises import grooved
 
 N = 11
 
@@ -37,17 +34,8 @@ def test_more_threads_than_episodes_and_more_episodes_than_are_stepped_in_one_go
         assert_same(one.step(batch), many.step(batch))
 
 
-@pytest.mark.parametrize("value", [0, 1.5, "2", True, None])
-def test_threads_are_a_whole_number_above_0(value: Any) -> None:
-    with pytest.raises(TaskError) as caught:
-        gym.make_vec("grind/Slot-v0", 2, threads=value)
-    assert str(caught.value) == f"threads is {value!r}, but must be a whole number of at least 1"
-
-
 def test_a_program_that_python_runs_has_one_thread(tmp_path: Path) -> None:
-    program = tmp_path / "grooved.nc"
-    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
-    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
-    native("grind/Job-v0", 2, program=str(program), threads=1)
+    program = grooved(tmp_path)
+    native("grind/Job-v0", 2, program=program, threads=1)
     with pytest.raises(TaskError, match="threads is 2, but Python runs this program"):
-        native("grind/Job-v0", 2, program=str(program), threads=2)
+        native("grind/Job-v0", 2, program=program, threads=2)

@@ -13,7 +13,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job, job_of, request_times
+from grind_env.envs.blocks.job import conditions, job, job_of
+from grind_env.envs.blocks.writer import request_times
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
@@ -288,8 +289,8 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     )
     programs = read(env.part_program())
     control = replace(shop.control, operator_dress_at=request_times(programs, shop)) if cycle == "G81" else None
-    parts = conditions(task, whole_tape(env))[:count]
-    record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
+    parts = tuple(conditions(task, whole_tape(env))[:count])
+    record = grind(programs, replace(shop, wheel=start, parts=parts), control=control)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
     assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
     left = env.episodes.wheel(0)

@@ -57,6 +57,14 @@ GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
 """Before the plate: there is no script of such a program, and the control executes it."""
 
 
+def grooved(folder: Path) -> str:
+    """The plate behind a groove."""
+    program = folder / "grooved.nc"
+    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
+    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
+    return str(program)
+
+
 @pytest.fixture
 def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
@@ -68,10 +76,7 @@ def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
         return grind(part, rows, *way)
 
     monkeypatch.setattr(PartRun, "grind", picky)
-    program = tmp_path / "grooved.nc"
-    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
-    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
-    return {"spread": 2.0, "program": str(program)}
+    return {"spread": 2.0, "program": grooved(tmp_path)}
 
 
 def test_a_step_that_fails_leaves_a_job_where_it_was(hard_job: dict[str, Any]) -> None:

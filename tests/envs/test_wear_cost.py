@@ -1,4 +1,4 @@
-"""In no corner of the legal contexts does a block cost more wheel than there is."""
+"""No corner of the legal contexts leaves the space of the observations, or costs more wheel than there is."""
 
 from itertools import product
 from typing import Any
@@ -10,6 +10,7 @@ from grind_env.envs import any_task
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.cost import Outcome
 from grind_env.envs.names import shipped_names
+from grind_env.envs.observations import bounds
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.loops.rows import OWN_FROM
@@ -27,7 +28,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return any_task.simulation_of(task, "measured")
+    return any_task.simulation_of(task, "full")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:
@@ -62,7 +63,8 @@ def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap
     n = len(given)
     episodes = simulation.start([np.random.default_rng(i) for i in range(n)], given)
     rng, worst = np.random.default_rng(1), 0.0
-    low, high = (1000.0 * speed for speed in task.action.speed_ends)
+    space = bounds(simulation.entries)
+    low, high = task.action.speed_ends
     scrap, change = max(kind.scrap for kind in task.kinds), task.wheel_change.price if task.wheel_change else 0.0
     while not simulation.over(episodes).all():
         running = ~simulation.over(episodes)
@@ -70,6 +72,9 @@ def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap
         E = np.where(rng.random(n) < 0.5, low, high)
         D = rng.choice([0.0, task.action.executions], n)
         outcome = Outcome(*advance(simulation, episodes, E, D)[0].T)
+        observations = simulation.observe(episodes)
+        assert ((observations >= space[0]) & (observations <= space[1])).all()
+        assert np.isfinite(outcome.cost[running]).all() and (outcome.cost[running] > 0.0).all()
         left = task.rates.wheel * ring(before + LARGEST_ERROR, task.wheel.width)
         assert (outcome.wheel_cost <= left)[running].all()
         bounded = sum(getattr(outcome, f"{term}_cost") for term in BOUNDED)

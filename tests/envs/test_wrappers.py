@@ -27,7 +27,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from tests.envs.contract import check_vector_env
 from tests.envs.harness import IDS, actions, assert_same, native, sb3_check_env
-from tests.envs.walks import Walk, Walks
+from tests.envs.walks import Walk
 
 OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}
@@ -43,7 +43,6 @@ def test_the_stack_of_a_vector_env_is_that_of_its_single_envs() -> None:
         single=lambda: HistoryStack(Walk(), 3),
         steps=30,
     )
-    check_vector_env(lambda mode: VectorHistoryStack(Walks(mode), 1), single=lambda: HistoryStack(Walk(), 1), steps=30)
 
 
 def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> None:
@@ -141,7 +140,7 @@ def test_what_is_no_grinding_environment_has_no_belief() -> None:
     for make in (
         lambda: BeliefFilter(Walk()),
         lambda: BeliefFilter(HistoryStack(gym.make("grind/Oracle6-v0"))),
-        lambda: VectorBeliefFilter(Walks(AutoresetMode.NEXT_STEP)),
+        lambda: VectorBeliefFilter(SyncVectorEnv([Walk] * 3)),
         lambda: VectorBeliefFilter(VectorHistoryStack(native("grind/Oracle6-v0", 2))),
     ):
         with pytest.raises(WrapperError, match="no grinding environment with its own observation"):

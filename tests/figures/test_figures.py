@@ -101,7 +101,7 @@ def test_where_the_belief_stands_in_what_an_agent_sees() -> None:
     np.testing.assert_allclose(np.log(area / REFERENCE_AREA), seen[:, -1], rtol=1e-5)
 
 
-@pytest.mark.parametrize("policy", ["adaptive_rule", "E8D1"])
+@pytest.mark.parametrize("policy", ["adaptive_rule", "E8000D1"])
 def test_what_sees_no_belief_has_no_map(policy: str) -> None:
     with pytest.raises(GrindError, match="has no map over a belief"):
         policy_map(policy, "power_limited")
@@ -111,9 +111,9 @@ def test_what_sees_no_belief_has_no_map(policy: str) -> None:
     ("words", "size"),
     [
         (("policy-map", "--episodes", 2), 170.0),
-        (("dress", "--E", 4.5, "--dress-every", 5), 170.0),
+        (("dress", "--E", 4500, "--dress-every", 5), 170.0),
         (("dress", "--env", "reciprocation", "--dress-every", 6), 170.0),
-        (("dress", "--env", PLATE, "--parts", 6, "--E", 12, "--dress-every", 4), 170.0),
+        (("dress", "--env", PLATE, "--parts", 6, "--E", 12_000, "--dress-every", 4), 170.0),
     ],
 )
 def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grind, tmp_path: Path) -> None:

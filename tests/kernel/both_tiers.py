@@ -61,7 +61,7 @@ def main() -> None:
     with suppress(ActionError):
         env.step(np.full(2, np.nan))
     simulation: Any = env.unwrapped.simulation
-    simulation.text(simulation.block(simulation.start([np.random.default_rng(0)]), 0, 12_000.0, 0.0))
+    simulation.writer.text(simulation.writer.block(simulation.start([np.random.default_rng(0)]), 0, 12_000.0, 0.0))
     for name in examples.names():
         grind_file(examples.path(name))
     for text, shop in FOUND.values():

@@ -58,7 +58,7 @@ def drawn(keys: int, counters: int) -> np.ndarray:
 
 
 def test_neighbouring_keys_counters_and_words_are_independent_and_normal() -> None:
-    z = drawn(200, 200)
+    z = drawn(100, 100)
     n = z.size
     for power, moment, variance in ((1, 0.0, 1.0), (2, 1.0, 2.0), (3, 0.0, 15.0), (4, 3.0, 96.0)):
         assert (z**power).mean() == pytest.approx(moment, abs=4.0 * np.sqrt(variance / n))

@@ -4,11 +4,12 @@ from dataclasses import replace
 from typing import Any
 
 from grind_env.control import Control, Programs, execute, read
+from grind_env.control.rules import motion_time
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import world
-from grind_env.machine.loops.cycle import dress_lead
+from grind_env.machine.loops.cycle import Stroking, dress_lead
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
 from grind_env.process.catalogue import load_catalogue
@@ -44,6 +45,15 @@ LONG_AFTER = (1e12,)
 
 DRESS_NUMBERS = {"dress_passes": 2.0, "dress_feed": 191.0 / 60.0, "dress_depth": 0.02}
 """The same for the compiled loops."""
+
+
+def stroking(speed: float, bottom: float, **changes: float) -> Stroking:
+    """The strokes of 260 mm over a covered part down to a depth, mm, at a speed of the table, mm/s."""
+    seconds = motion_time(260.0, speed, 1000.0) + 0.15
+    times = dict.fromkeys(("first_seconds", "stroke_seconds", "set_out"), seconds)
+    none = dict.fromkeys(("start", "surface", "cross_start", "cross_end"), 0.0)
+    part = {"bottom": bottom, "finish": bottom, "width": 20.0, "length": 200.0}
+    return Stroking(**{"speed": speed, **times, **none, **part, **DRESS_NUMBERS, **changes})
 
 
 def start_wheel(p: StrokeParameters, diamond_flat: float = 0.0) -> WheelState:
@@ -89,19 +99,15 @@ TIMELESS = replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0)
 
 
 def run(
-    text: str,
-    job: Job,
-    *,
-    control: Control | None = None,
-    conditions: tuple[PartConditions, ...] = (),
+    text: str, job: Job, *, control: Control | None = None, parts: tuple[PartConditions, ...] = ()
 ) -> GrindingRecord:
-    return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+    return grind(read(text + DRESS, "test.nc"), replace(job, parts=parts or job.parts), control=control)
 
 
 def machine_after(programs: Programs, job: Job, control: Control | None = None) -> GrindingRun:
     """The machine after a program, told every stroke unless the control gives cycles as a whole."""
     control = control or job.control
-    machine, execution = GrindingRun(programs, job, control, job.parts), execute(programs, control)
+    machine, execution = GrindingRun(programs, job, control), execute(programs, control)
     machine.tell(execution)
     for event in execution:
         machine.take(event)

@@ -19,7 +19,6 @@ from grind_env.render.reasons import shares
 from grind_env.render.tables import COLUMNS, print_record
 from tests.command import status as grind
 from tests.machine import harness
-from tests.machine.harness import DRESS
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 HEAD = harness.HEAD.replace("G19\n", "G19 S1910 M03 M08\n")
@@ -205,11 +204,10 @@ def test_run_and_report_take_the_retract_that_the_error_recommends(
     assert grind("report", program, "-o", page) == 2
     times = {}
     for retract in (0.01, 0.005):
-        grind("report", program, "-o", page, "--groove-retract", retract)
-        capsys.readouterr()
         grind("run", program, "--json", "--groove-retract", retract)
         times[retract] = json.loads(capsys.readouterr().out)["seconds"]
-        assert f"{times[retract]:.1f} s" in page.read_text("utf-8")
+    grind("report", program, "-o", page, "--groove-retract", retract)
+    assert f"{times[retract]:.1f} s" in page.read_text("utf-8")
     # 12 retracts at F6 and 2 at F3: so much less to infeed again, and rapids from rest to rest
     rapid = 2.0 * ((0.01 / 1000.0) ** 0.5 - (0.005 / 1000.0) ** 0.5)
     saved = 12 * 0.005 / (6.0 / 60.0) + 2 * 0.005 / (3.0 / 60.0) + 14 * rapid
@@ -217,7 +215,7 @@ def test_run_and_report_take_the_retract_that_the_error_recommends(
 
 
 @pytest.mark.parametrize("name", ["keyway_g81", "plate_g82", "rail_g83"])
-def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_and_trace_count_the_strokes_and_motions_of_a_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     program, job = str(EXAMPLES / f"{name}.nc"), str(EXAMPLES / f"{name}.toml")
     grind("run", program, "--json")
     record = json.loads(capsys.readouterr().out)
@@ -226,9 +224,7 @@ def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture
     grind("trace", program, "--job", job)
     motions = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     strokes = sum(cycle["strokes"] for cycle in report["cycles"]) + report["strokes_between"]
-    assert strokes == record["parts"][0]["strokes"]
-    assert report["seconds"] == record["seconds"]
-    assert report["warnings"] == record["warnings"] == []
+    assert strokes == record["parts"][0]["strokes"] and report["warnings"] == []
     assert len(motions) == report["motions"]
 
 
@@ -257,14 +253,6 @@ def test_pages_say_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixt
     assert not {*(STROKE_ROW.names or ())} - {name for each in named[1] for name in each.split(", ")}
 
 
-def test_warnings_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    program = tmp_path / "short.nc"
-    program.write_text(HEAD + "G82 X150. I-30. Y-.02 J-.01 F60. E12000.\nM30\n" + DRESS)
-    (tmp_path / "short.toml").write_text((EXAMPLES / "plate_g82.toml").read_text())
-    grind("run", program)
-    assert "warning: short.nc:3: a stroke turns at X150" in capsys.readouterr().out
-
-
 def test_plot_and_record(tmp_path: Path) -> None:
     plot, record = tmp_path / "plate.png", tmp_path / "plate.csv"
     assert grind("run", PLATE, "--plot", plot, "--record", record) == 0
@@ -291,16 +279,6 @@ def test_bad_input_is_one_line_and_exit_status_2(
     assert error.startswith("grind: ")
     assert error.count("\n") == 1
     assert words in error
-
-
-def test_a_program_without_a_job_beside_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    program = tmp_path / "lonely.nc"
-    program.write_text(HEAD + "M30\n")
-    assert grind("run", program) == 2
-    assert "--job" in capsys.readouterr().err
-    (tmp_path / "lonely.toml").write_text("[part]\nstock = -1\n")
-    assert grind("run", program) == 2
-    assert "lonely.toml" in capsys.readouterr().err
 
 
 @pytest.mark.nightly

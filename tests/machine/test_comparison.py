@@ -105,7 +105,7 @@ def test_a_dress_that_misses_the_diamond_sharpens_nothing() -> None:
 
 def test_blocks_of_the_same_words_share_a_row() -> None:
     record = run(
-        HEAD + "M00\n".join([PART] * 4) + "M30\n", job(stock=0.05), conditions=tuple(PartConditions() for _ in range(4))
+        HEAD + "M00\n".join([PART] * 4) + "M30\n", job(stock=0.05), parts=tuple(PartConditions() for _ in range(4))
     )
     ((name, *texts),) = compared_blocks(record)
     assert name.endswith(" and 3 more") and len(texts) == 5

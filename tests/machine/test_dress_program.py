@@ -48,11 +48,6 @@ def short_rapid(length: float, feed: float) -> float:
     return seconds(length, feed) if length >= v * v / 1000.0 else 2.0 * (length / 1000.0) ** 0.5
 
 
-def test_setup_time_is_added() -> None:
-    body = "G01 Y-.02 F60.\nZ30. F191."
-    assert plan(body, dress_setup=60.0).seconds - plan(body, dress_setup=0.0).seconds == pytest.approx(60.0)
-
-
 @pytest.mark.parametrize(
     ("body", "passes", "depth"),
     [

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
@@ -19,7 +19,8 @@ from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops import loops
-from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.batch import NO_MOTIONS
+from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
@@ -28,7 +29,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 from tests import batches
 from tests.batches import CYCLE, PARAMETERS, PART, WHEEL, cold, grind_cycles
 from tests.examples import examples
-from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
+from tests.machine.harness import CATALOGUE, job, run, start_wheel, stroking
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
 
@@ -150,22 +151,17 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
         picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
-        stroking = Stroking(
-            speed=v,
+        strokes = stroking(
+            v,
+            case.depth / MICRONS,
             first_seconds=motion_time(case.primary - start, v, 1000.0) + 0.15,
             stroke_seconds=motion_time(case.primary - case.secondary, v, 1000.0) + 0.15,
             set_out=motion_time(case.primary - start, v, 1000.0) + 0.15,
             start=-case.above / MICRONS,
-            surface=0.0,
-            bottom=case.depth / MICRONS,
             full_plunge=max(picks) - DEPTH_TOLERANCE,
-            finish=case.depth / MICRONS,
             width=case.width,
             length=case.length,
             dress_seconds=dress_seconds,
-            cross_start=0.0,
-            cross_end=0.0,
-            **DRESS_NUMBERS,
         )
         rules = PlungeCycle(
             depth=case.depth / MICRONS + case.above / MICRONS,
@@ -175,7 +171,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
             executions=float(case.D),
             pre_dress=float(case.pre_dress),
         )
-        cycles.append((*stroking, *rules))
+        cycles.append((*strokes, *rules))
     parts = [PartState(0.0, 0.0, INITIAL_ROUGHNESS)] * len(cases)
     return (
         np.array(cycles, CYCLE),
@@ -191,33 +187,63 @@ def batched(case: Case, dress_seconds: float) -> Batched:
     return Batched(results[0], wheels[0], parts[0])
 
 
-def places_of_dresses(case: Case) -> list[int]:
-    """After which stroke each dress runs (PD-10), in whole numbers of um."""
-    H, h, n, places = case.depth + case.above, 0, 0, [0] * case.pre_dress
+def strokes_and_dresses(case: Case) -> tuple[Array, list[int]]:
+    """The depth of every stroke in um, and after which stroke each dress runs (PD-10), in whole numbers of um."""
+    H, h, heights, places = case.depth + case.above, 0, list[int](), [0] * case.pre_dress
     done = 0
     while h < H:
-        n += 1
-        h = min(H, h + (case.J if n % 2 or case.Q is None else case.Q))
+        heights.append(h)
+        h = min(H, h + (case.J if len(heights) % 2 or case.Q is None else case.Q))
         due = min(case.D, h * (case.D + 1) // H)
-        places += [n] * (due - done)
+        places += [len(heights)] * (due - done)
         done = due
-    return places
+    return np.array([*heights, *[H] * (case.coverage + case.L)]) - case.above, places
+
+
+EVERY_SECOND = Case(
+    material="aisi_52100",
+    wheel="a60j",
+    stiffness=20_000.0,
+    power_limit=7500.0,
+    constant_surface_speed=False,
+    wear_flats=0.01,
+    volume=0.0,
+    diamond_flat=0.0,
+    width=20.0,
+    length=200.0,
+    overrun=(30, 30),
+    start=0,
+    above=0,
+    depth=120,
+    J=10,
+    Q=2,
+    L=1,
+    E=12_000,
+    D=0,
+    pre_dress=False,
+    coverage=True,
+)
+"""Ten full plunges, each followed by one that is not."""
 
 
 @examples(200)
+@example(case=EVERY_SECOND)
+@example(case=dataclasses.replace(EVERY_SECOND, J=2, Q=10))
+@example(case=dataclasses.replace(EVERY_SECOND, D=1))
 @given(case=cases())
 def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     assume(case.depth + case.above + case.L + case.coverage > 0)  # else the control makes no stroke
     record = run(case.text, case.job, control=case.control)
     dress_seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
     batch = batched(case, dress_seconds)
-    n = len(record.strokes)
+    n, (depths, places) = len(record.strokes), strokes_and_dresses(case)
 
-    assert n == batch.result["strokes"]
+    assert n == batch.result["strokes"] == len(depths)
     assert len(record.dresses) == batch.result["dresses"]
-    assert list(record.dresses["after"]) == places_of_dresses(case)
+    assert list(record.dresses["after"]) == places
     assert_same_times(case, record)
-    if n not in places_of_dresses(case):  # else the wheel has been dressed since its last stroke
+    assert_same_plunges(case, record, batch.result)
+    if n not in places:  # else the wheel has been dressed since its last stroke
         for name in WHEEL_FIELDS:
             assert_close(record.strokes[name][-1], batch.wheel[name], name)
 
@@ -242,13 +268,53 @@ def assert_same_times(case: Case, record: GrindingRecord) -> None:
     assert set(seconds[1:]) <= {cycle["stroke_seconds"]}
 
 
+def assert_same_plunges(case: Case, record: GrindingRecord, tally: Any) -> None:
+    """The powers of full plunges and the heat of all are those that the depths of the strokes tell."""
+    strokes, (depths, places) = record.strokes, strokes_and_dresses(case)
+    gain, stalled = np.diff(np.maximum.accumulate([0, *depths])), strokes["torque"] >= 1.0
+    # up to a stall, after which the wheel passes above the part
+    full = (gain >= max(case.J, case.Q or 0)) & (np.cumsum(stalled) == stalled)
+    since = np.arange(len(depths)) >= (places[-1] if places else 0)
+    first, last = strokes["load"][full][:6], strokes["load"][full & since][-6:]
+    assert (tally["first_count"], tally["last_count"]) == (len(first), len(last))
+    assert_close(tally["first_power"], first.sum(), "first_power")
+    assert_close(window(tally), [*last[::-1], *[0.0] * (6 - len(last))], "window")
+    assert_close(tally["plunge_rise"], strokes["T"][gain > 0].max(initial=0.0), "plunge_rise")
+
+
+def window(tally: Any) -> list[float]:
+    """Powers of the latest full plunges, newest first."""
+    return [float(tally[f"power_{number}"]) for number in range(1, 7)]
+
+
 def assert_close(found: Any, expected: Any, name: str) -> None:
     # the floor is for cuts of some pm, which show how the coordinates were rounded
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13, err_msg=name)
 
 
+def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
+    short = dataclasses.replace(EVERY_SECOND, depth=30, L=0, coverage=False)
+    cycles, parameters, wheels, parts = tables([EVERY_SECOND])
+    before = grind_cycles(cycles, parameters, wheels, parts)
+    found = []
+    for tallies in (np.zeros_like(before), before.copy()):
+        cycles, *_, parts = tables([short])
+        numbers = [batches.as_table(each) for each in (cycles, parameters, wheels.copy(), parts, tallies)]
+        batches.PLUNGES.lanes(*numbers, NO_MOTIONS, np.arange(1), 0, 1)
+        found.append(tallies[0])
+    first, (alone, after) = before[0], found
+    assert (alone["first_count"], alone["last_count"], after["last_count"]) == (2.0, 2.0, 6.0)
+    assert window(after) == [*window(alone)[:2], *window(first)[:4]]
+    assert after["first_power"] == first["first_power"]
+    for name in ("seconds", "strokes", "worn"):
+        assert after[name] == pytest.approx(first[name] + alone[name], rel=1e-12), name
+    for name in ("peak_load", "plunge_rise", "finish_rise", "burn_ratio"):
+        assert after[name] == max(first[name], alone[name]), name
+
+
 MANY = [
-    Case(
+    dataclasses.replace(
+        EVERY_SECOND,
         material=["aisi_52100", "aisi_1020", "inconel_718"][k % 3],
         wheel=["a60j", "b126"][k // 3 % 2],
         stiffness=[10_000.0, 20_000.0, 50_000.0][k % 3],
@@ -258,9 +324,6 @@ MANY = [
         volume=20.0 * k,
         diamond_flat=0.002 * k,
         width=[10.0, 20.0][k % 2],
-        length=200.0,
-        overrun=(30, 30),
-        start=0,
         above=k % 5,
         depth=(7 * k) % 120,
         J=3 + (5 * k) % 20,
@@ -269,7 +332,6 @@ MANY = [
         E=3000 + 700 * k,
         D=k % 4,
         pre_dress=k % 5 == 0,
-        coverage=True,
     )
     for k in range(37)
 ]

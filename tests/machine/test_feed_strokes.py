@@ -235,14 +235,14 @@ def test_its_F_is_a_word_that_may_be_varied() -> None:
     episodes = simulation.start([np.random.default_rng(0)])
     played = []
     for speed in (9000.0, 12000.0, 15000.0):
-        played.append(simulation.block(episodes, 0, speed, 2.0))
+        played.append(simulation.writer.block(episodes, 0, speed, 2.0))
         simulation.step(episodes, np.array([speed]), np.array([2.0]))
-    written = simulation.program(played)
+    written = simulation.writer.program(played)
     moves = [line for line in written.splitlines() if line.startswith("G90 X")]
     assert moves == ["G90 X230. F9000.", "G90 X-30. F12000.", "G90 X230. F15000."]
     record = grind(read(written, "part.nc"), simulation.job)
     assert record.strokes["E"].tolist() == [9000.0, 12000.0, 15000.0] and len(record.dresses) == 0
-    assert simulation.record(episodes, 0, played).strokes.tobytes() == record.strokes.tobytes()
+    assert simulation.writer.record(episodes, 0, played).strokes.tobytes() == record.strokes.tobytes()
 
 
 NO_SCRIPT = {

@@ -1,18 +1,14 @@
 import dataclasses
-import json
 import math
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import Control, Infeed, Source
 from grind_env.machine.grind import GrindingError
-from grind_env.machine.job import Job, JobError, Stage
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job import Job, Stage
 from grind_env.machine.part.grooving import infeed_depth
 from tests.machine.harness import CATALOGUE, job, run
 
@@ -284,36 +280,6 @@ def test_an_infeed_that_destroys_the_wheel_warns_once() -> None:
 def test_a_program_without_stroke_or_groove_is_refused() -> None:
     with pytest.raises(GrindingError, match=r"makes no stroke and no groove; .* G76 or G77 cuts grooves"):
         run(START + "M30\n", groove_job())
-
-
-def test_the_key_of_the_job_file(tmp_path: Path) -> None:
-    text = '[part]\nmaterial = "aisi_52100"\nlength = 100\nwidth = 25\nstock = 0.1\nsurface = 25\nscrap_cost = 40\n'
-    path = tmp_path / "groove.toml"
-    path.write_text(text)
-    assert not load_job(path).setup.grooving_wheel
-    path.write_text(text + "[setup]\ngrooving_wheel = true\n")
-    assert load_job(path).setup.grooving_wheel
-    path.write_text(text + '[setup]\ngrooving_wheel = "yes"\n')
-    with pytest.raises(JobError, match=r"setup\.grooving_wheel is 'yes', but must be true or false"):
-        load_job(path)
-
-
-@pytest.mark.parametrize("wheel", ["true", "false"])
-def test_grind_run(wheel: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    program, rows = tmp_path / "groove.nc", tmp_path / "groove.csv"
-    program.write_text(START + "G77 X24. Z-50. I.7 K40. D0 F6.\nM30\n")
-    program.with_suffix(".toml").write_text(
-        '[part]\nmaterial = "aisi_52100"\nlength = 100\nwidth = 25\nstock = 1\nsurface = 25\nscrap_cost = 40\n'
-        f'[setup]\ngrooving_wheel = {wheel}\nspindle = "always on"\ncoolant = "always on"\n'
-    )
-    with pytest.raises(SystemExit) as caught:
-        main(["run", str(program), "--json", "--record", str(rows)])
-    found = json.loads(capsys.readouterr().out)
-    assert caught.value.code in (0, 1)
-    assert found["parts"][0]["infeeds"] == 4
-    assert (found["parts"][0]["S"] > 0.5) == (wheel == "true")
-    assert found["seconds"] > 20.0 + 2 * 60.0 * 1.0 / 6.0
-    assert len(rows.read_text().splitlines()) == 1 + 4
 
 
 def test_a_wheel_that_stalls_in_a_groove_loses_time_and_is_told_as_in_a_stroke() -> None:

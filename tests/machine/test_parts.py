@@ -113,7 +113,7 @@ def test_lots_change_what_a_part_is() -> None:
 
     def with_lot(factor: float) -> GrindingRecord:
         lot = PartConditions(stock=0.075, factors={"kA": factor})
-        return run(text, job(), conditions=(PartConditions(), lot))
+        return run(text, job(), parts=(PartConditions(), lot))
 
     nominal, changed = run(text, job()), with_lot(10.0)
     assert list(changed.parts["stock"]) == [0.1, 0.075]
@@ -139,7 +139,7 @@ def test_conditions_are_checked() -> None:
         PartConditions(stock=-1.0)
     part = CYCLE + "G80\nM00\n"
     with pytest.raises(JobError, match="more parts than the 1"):
-        run(HEAD + part + part + "M30\n", job(), conditions=(PartConditions(),))
+        run(HEAD + part + part + "M30\n", job(), parts=(PartConditions(),))
 
 
 def test_start_state_of_the_wheel() -> None:
@@ -161,7 +161,7 @@ def test_parts_of_several_kinds_are_ground_in_one_run() -> None:
     higher = "G00 X-30. Y12.5\n" + CYCLE.replace("Y-.05", "Y12.45") + "G80\nG00 Y20.\n"
     soft = job(material="aisi_1020", length=100.0, surface=12.5, scrap_cost=5.0, roughness_limit=1.0).part
     kinds = (PartConditions(), PartConditions(part=soft, stock=0.05), PartConditions())
-    record = run(HEAD + cycle + "M00\n" + higher + "M00\n" + cycle + "M30\n", job(), conditions=kinds)
+    record = run(HEAD + cycle + "M00\n" + higher + "M00\n" + cycle + "M30\n", job(), parts=kinds)
     assert record.warnings == ()
     assert [record.strokes["Lw"][record.strokes["part"] == k][0] for k in (1, 2, 3)] == [200.0, 100.0, 200.0]
     assert record.parts["stock"].tolist() == [0.1, 0.05, 0.1]
@@ -199,9 +199,9 @@ def test_a_worn_out_wheel_is_changed_when_the_part_is_taken_off() -> None:
 def test_a_new_wheel_has_factors_of_its_own() -> None:
     worn = job(wheel_start=WheelStart(diameter=220.01))
     worn = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=0.0))
-    plain = run(BATCH, worn, conditions=(PartConditions(),) * 3)
+    plain = run(BATCH, worn, parts=(PartConditions(),) * 3)
     rough = PartConditions(new_wheel_factors={"ra_scale": 1.5})
-    other = run(BATCH, worn, conditions=(rough,) * 3)
+    other = run(BATCH, worn, parts=(rough,) * 3)
     ratio = other.parts["Ra"] / plain.parts["Ra"]
     assert ratio[0] == 1.0
     assert (ratio[1:] > 1.2).all()

@@ -3,10 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
-from grind_env.files import FileError
-from grind_env.machine.record import RecordError
 from tests.machine.harness import CYCLE, HEAD, job, run
 
 
@@ -49,13 +46,3 @@ def test_csv_needs_no_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(MissingExtra, match="pyarrow"):
         record.write(tmp_path / "strokes.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["strokes.csv"]
-
-
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [("strokes.xlsx", RecordError), ("strokes", RecordError), ("no/such/strokes.csv", FileError)],
-)
-def test_records_that_cannot_be_written(tmp_path: Path, name: str, error: type[GrindError]) -> None:
-    record = run(HEAD + CYCLE + "M30\n", job())
-    with pytest.raises(error, match="strokes"):
-        record.write(tmp_path / name)

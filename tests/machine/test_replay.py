@@ -43,7 +43,9 @@ def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "
     return machine_after(programs, simulation.job)
 
 
-def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRecord:
+def assert_replayed(
+    simulation: JobSimulation, choices: Sequence[tuple[float, int]], run: GrindingRun | None = None
+) -> GrindingRecord:
     """Replay a program with those words, beside two other machines, and compare with the control's execution."""
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
     sums, good = np.zeros(len(Tally._fields)), 0.0
@@ -52,7 +54,7 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
         assert tallies[0].tobytes() == tallies[2].tobytes()
         sums += tallies[0]
         good += outcomes[0, Outcome._fields.index("good")]
-    run = executed(simulation, [simulation.words(number, *choice) for number, choice in enumerate(choices)])
+    run = run or executed(simulation, [simulation.words(number, *choice) for number, choice in enumerate(choices)])
     return assert_same(simulation, episodes, sums, good, run)
 
 

@@ -176,7 +176,7 @@ def test_a_script_that_would_not_hold_for_the_picks_that_are_named_is_refused(cy
 def test_the_program_itself_has_settings_for_each_block() -> None:
     cycles = PLUNGE + BACK + G81
     script = script_of(read(written(cycles)), job(stock=0.1))
-    first, second = (BlockSettings(*row) for row in tables_of(script).own.tolist())
+    first, second = (BlockSettings(*row) for row in tables_of(script).own_settings.tolist())
     plan = run_dress(script.programs, 9100, script.job, script.job.control, script.blocks[0].start, 0).plan
     assert first[:4] == (12_000.0, 0.0, 0.01, 1.0) and first[4:] == (2.0, plan.feed, plan.depth, plan.seconds)
     assert second.J == second.L == second.D == 0.0

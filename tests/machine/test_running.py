@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 import grind_env
 from grind_env.control import Spindle, Switch, read
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.machine.dress.program import DressProgramError
-from grind_env.machine.grind import GrindingError, grind
+from grind_env.machine.grind import grind
 from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.part.running import Running, Told
@@ -100,14 +99,6 @@ def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: st
         np.testing.assert_allclose(found.strokes[name], stepped.strokes[name], 1e-9, 1e-12, err_msg=name)
 
 
-def test_a_wheel_that_does_not_turn_is_refused_at_its_first_stroke() -> None:
-    for words in ("", "S1910", "S1910 M03 M05", "S0 M03"):
-        with pytest.raises(
-            GrindingError, match=r"test\.nc:4: the wheel does not turn at this stroke; program S1910 M03"
-        ):
-            ground(program(words), programmed())
-
-
 @given(speed=st.floats(5.0, 35.0))
 def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -> None:
     own = programmed(wheel_speed=speed)
@@ -152,12 +143,6 @@ def test_a_dress_may_switch_the_coolant_off_and_on_again() -> None:
     found, plain = ground(program("S1910 M03 M08", dress=dress), programmed()), ground(program(""), by_hand())
     assert found.warnings == ()
     assert found.strokes.tobytes() == plain.strokes.tobytes()
-
-
-@pytest.mark.parametrize("dress", ["S1000", "M05", "G96 S900"])
-def test_a_dress_with_another_speed_is_refused(dress: str) -> None:
-    with pytest.raises(DressProgramError, match="dress program O9100"):
-        ground(program("S1910 M03 M08", dress=DRESS.replace("N2 G00", f"N2 {dress} G00")), programmed())
 
 
 @pytest.mark.parametrize(
@@ -216,9 +201,3 @@ def test_strokes_that_are_looked_at_one_by_one_may_have_a_missed_dress_between_t
     found = grind(read(text), replace(set_up, diamond=Diamond(x=-100.0, y=10.0, z=-10.0)))
     assert len(found.dresses) == 2
     assert "dresses nothing" in found.warnings[0]
-
-
-def test_a_program_that_misses_the_diamond_has_no_script() -> None:
-    text = f"G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n{CYCLE}M30\n{DRESS}"
-    simulation = JobSimulation(read(text), replace(job(stock=0.08), diamond=Diamond(x=0.0, y=10.0, z=-10.0)), 0.0)
-    assert "misses the diamond" in str(simulation.why)

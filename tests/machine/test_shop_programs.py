@@ -4,20 +4,17 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from grind_env.cli import main
 from grind_env.control import Programs, check, read, read_file
-from grind_env.envs.cost import Outcome
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
-from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from tests.machine.harness import DRESS, HEAD, machine_after
-from tests.machine.test_replay import assert_same, shop
+from tests.machine.test_replay import assert_replayed, shop
 
 DRESS_INCH = """
 O9100 (DRESSING, INCHES)
@@ -137,16 +134,10 @@ def test_a_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
 
 def test_its_replay_is_what_the_machine_makes_of_it(case: tuple[Programs, Job]) -> None:
     programs, job = case
-    script = script_of(programs, job)
     simulation = JobSimulation(programs, job, 0.0)
     assert simulation.why is None
-    episodes = simulation.start([np.random.default_rng(0)])
-    sums, good = np.zeros(len(Tally._fields)), 0.0
-    for block in script.blocks:
-        outcomes, tallies = simulation.step(episodes, np.array([block.plan.feed]), np.array([block.plan.dresses]))
-        sums += tallies[0]
-        good += outcomes[0, Outcome._fields.index("good")]
-    told = assert_same(simulation, episodes, sums, good, machine_after(programs, job))
+    plans = [block.plan for block in simulation.blocks]
+    told = assert_replayed(simulation, [(plan.feed, plan.dresses) for plan in plans], machine_after(programs, job))
     whole = grind(programs, job)
     assert told.parts["total_cost"].tolist() == pytest.approx(whole.parts["total_cost"].tolist(), rel=1e-9)
 

@@ -7,11 +7,12 @@ import pytest
 
 from grind_env.machine.loops.loops import Loops
 from tests.batches import FEEDS, PLUNGES, TRAVERSES
+from tests.examples import nightly
 
 pytestmark = pytest.mark.bits
 
 
-@pytest.fixture(scope="module", params=[PLUNGES, FEEDS, TRAVERSES], ids=["G82", "G81", "G83 in zones"])
+@pytest.fixture(scope="module", params=[PLUNGES, nightly(FEEDS), nightly(TRAVERSES)], ids=["G82", "G81", "G83"])
 def assembly(request: pytest.FixtureRequest) -> str:
     if platform.machine() not in ("x86_64", "AMD64"):
         pytest.skip("reads x86 assembly")

@@ -58,7 +58,7 @@ def alone(text: str, job: Job, whole: Job) -> GrindingRecord:
     """The same with M00 between parts that lie where the stations do, on a job that knows none."""
     kinds = tuple(PartConditions(part=each.part) for each in whole.lying(0))
     plain = dataclasses.replace(job, stations=(), part=kinds[0].part)
-    return run(text, plain, control=whole.control, conditions=kinds)
+    return run(text, plain, control=whole.control, parts=kinds)
 
 
 @st.composite
@@ -132,7 +132,7 @@ def stepped(text: str, whole: Job) -> tuple[JobSimulation, Any, list[Any], float
     blocks, cost = [], 0.0
     for block in simulation.blocks:
         E, D = block.plan.feed, float(block.plan.dresses)
-        blocks.append(simulation.block(episodes, 1, E, D))
+        blocks.append(simulation.writer.block(episodes, 1, E, D))
         outcomes, _ = simulation.step(episodes, np.full(3, E), np.full(3, D))
         cost += outcomes[1, COST] - outcomes[1, HANDOVER]  # which a record does not count
     return simulation, episodes, blocks, cost
@@ -150,7 +150,7 @@ def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
         text = text.replace("G82 ", "G83 ").replace("F60.", "F1500. Z15. K9. R9.")
     simulation, episodes, blocks, cost = stepped(HEAD + (text + "M00\n") * 2 + "M30\n", whole)
     assert simulation.compiled and [block.finished for block in simulation.blocks] == [1, 1, 1, 1]
-    written = simulation.written(episodes, 1, blocks)
+    written = simulation.writer.written(episodes, 1, blocks)
     record = grind(read(written.program, "test.nc"), written.job)
     assert [each.name for each in record.job.met] == ["left", "right"] * 2
     last = record.strokes[-1]

@@ -4,6 +4,7 @@ G84 plunges by J at the primary point and by half of it at the secondary one; af
 wheel goes over the part once more without one. It stands where G82 does, for the grammar knows no other code.
 """
 
+from collections import namedtuple
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,10 +14,10 @@ from grind_env.control import read
 from grind_env.control.cycle_block import WORDS
 from grind_env.control.cycles import RULES, Rules
 from grind_env.control.motions import CyclePlan
-from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
+from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
 from grind_env.kernel import inlined
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
-from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.loops import Loops, loops_of
 from grind_env.machine.loops.zones import EDGES
@@ -25,7 +26,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
-from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
+from tests.machine.harness import DRESS, HEAD, job, run, start_wheel, stroking
 
 
 class Bounce(NamedTuple):
@@ -110,25 +111,9 @@ class Case(NamedTuple):
         return f"{HEAD}G82 X230. I-30. {picks} F600. E{self.E}. P9100\nM30\n"
 
     def cycle(self, dress_seconds: float) -> tuple[float, ...]:
-        seconds = motion_time(260.0, self.E / 60.0, 1000.0) + 0.15
-        stroking = Stroking(
-            speed=self.E / 60.0,
-            first_seconds=seconds,
-            stroke_seconds=seconds,
-            set_out=seconds,
-            start=0.0,
-            surface=0.0,
-            bottom=self.depth / 1000.0,
-            full_plunge=self.J / 1000.0 - DEPTH_TOLERANCE,
-            finish=self.depth / 1000.0,
-            width=20.0,
-            length=200.0,
-            dress_seconds=dress_seconds,
-            cross_start=0.0,
-            cross_end=0.0,
-            **DRESS_NUMBERS,
-        )
-        return *stroking, *Bounce(self.depth / 1000.0, self.J / 1000.0, 1.0 + self.L, float(self.D))
+        own = {"full_plunge": self.J / 1000.0 - DEPTH_TOLERANCE, "dress_seconds": dress_seconds}
+        strokes = stroking(self.E / 60.0, self.depth / 1000.0, **own)
+        return *strokes, *Bounce(self.depth / 1000.0, self.J / 1000.0, 1.0 + self.L, float(self.D))
 
     def strokes_and_dresses(self) -> tuple[list[float], list[int]]:
         """The depth of every stroke, mm, and the strokes made before each dress; by hand, in half um."""
@@ -179,14 +164,8 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
 
 
-class OneBlock(NamedTuple):
-    """What `grind_blocks` takes as a script."""
-
-    blocks: Any
-    plans: Any
-    motions: Any
-    placed: Any
-    cycles: Any
+OneBlock = namedtuple("OneBlock", "blocks plans motions placed cycles rows settings parameters")
+"""What `grind_blocks` takes as a script."""
 
 
 def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -199,11 +178,10 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         row, plan = BlockRow(*script.blocks[0]), PlanRow(*script.plans[0])
         depths = row.start, row.bottom, row.finish, row.finish_besides, plan.depth
         placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0, 1.0, 0.15, 0.0)])
-        one = OneBlock(script.blocks, script.plans, script.motions, placed, np.empty((1, CYCLE_FIELDS)))
         _, parameters, wheels, parts, tallies = tables([case])
-        updated = map(as_table, (wheels, parts, tallies))
-        first = np.zeros(1, np.int64)
-        grind_blocks(one, first, script.own, parameters, *updated, first)
+        first, room = np.zeros(1, np.int64), np.empty((1, CYCLE_FIELDS))
+        one = OneBlock(*script[:2], script.motions, placed, room, first, script.own_settings, parameters)
+        grind_blocks(one, *map(as_table, (wheels, parts, tallies)), first)
         depths, dresses = case.strokes_and_dresses()
         assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
         assert parts["Z"] == pytest.approx(depths[-1])

@@ -80,13 +80,6 @@ def warnings_of(text: str, **part: Any) -> tuple[str, ...]:
 LIFT = "G80\nG00 Y20.\n"
 
 
-@pytest.mark.parametrize("move", ["G00 Y-.1", "G00 Z10. Y-.1"])
-def test_a_move_into_the_part_warns_once(move: str) -> None:
-    (warning,) = warnings_of(f"G00 Y2.\nG00 X100.\n{move}\nG00 X-30.\n" + CYCLE.replace("Y-.05", "Y-.15"))
-    assert warning.startswith("test.nc:5: a rapid ")
-    assert "takes the wheel 0.1 mm into the part; come down beside it" in warning
-
-
 def test_a_move_that_crosses_the_part_below_its_surface_warns() -> None:
     assert len(warnings_of("G00 Y-.03\nG00 X230.\n" + CYCLE)) == 1
     # half-way down where it comes to the part, and clear of it before it is below the surface

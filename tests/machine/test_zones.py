@@ -11,23 +11,18 @@ from hypothesis import strategies as st
 from grind_env.arrays import Array
 from grind_env.control import Stroke, execute, read
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
-from grind_env.machine.loops.cycle import Stroking, dress_lead
+from grind_env.machine.loops.cycle import Stroking
 from grind_env.machine.loops.strips import Zone, beneath, contact_at, cut_surface, in_cut, joined
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.part.gauging import gauge, gauge_zones
 from grind_env.process.entries import Machine
 from grind_env.process.state import WheelState
-from grind_env.process.stroke import dressed_wheel
 from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.examples import examples
-from tests.machine.harness import CATALOGUE, DRESS, job, run
-
-FEED = 191.0 / 60.0
-"""mm/s; of the dress program of the harness."""
+from tests.machine.harness import CATALOGUE, DRESS, job, run, start_wheel, stroking
 
 S, RS, REACHED, CENTRE, STRIPS = range(len(Zone._fields))
 WHEEL_WIDTH = 25.0
@@ -85,28 +80,15 @@ class Case:
 
     @property
     def wheel(self) -> WheelState:
-        p = self.job.parameters
-        lead = dress_lead(dressed_wheel(300.0, 0.0, 0.1, 0.02, p), FEED, p)
-        return dressed_wheel(300.0, 0.0, lead, 0.02, p)._replace(A=self.wear_flats, V=self.volume)
+        return start_wheel(self.job.parameters)._replace(A=self.wear_flats, V=self.volume)
 
     def stroking(self, dress_seconds: float = 30.0) -> Stroking:
-        v = self.E / 60.0
-        seconds = motion_time(260.0, v, 1000.0) + 0.15
-        return Stroking(
-            speed=v,
-            first_seconds=seconds,
-            stroke_seconds=seconds,
-            set_out=seconds,
+        return stroking(
+            self.E / 60.0,
+            self.depth / 1000.0,
             start=-self.above / 1000.0,
-            surface=0.0,
-            bottom=self.depth / 1000.0,
             full_plunge=max(self.J, self.Q) / 1000.0 - 1e-9,
-            finish=self.depth / 1000.0,
             width=self.width / 2.0,
-            length=200.0,
-            dress_passes=2.0,
-            dress_feed=FEED,
-            dress_depth=0.02,
             dress_seconds=dress_seconds,
             cross_start=self.start / 4.0,
             cross_end=self.end / 4.0,

@@ -181,11 +181,11 @@ def test_the_page_of_a_task_is_that_of_its_id_and_of_a_file_all_that_it_says(tmp
 
 
 def test_an_evaluation_shows_cost_score_and_their_intervals() -> None:
-    found = grind_env.evaluate("E8D1", "grind/PowerLimited-v0", episodes=2)
+    found = grind_env.evaluate("E8000D1", "grind/PowerLimited-v0", episodes=2)
     rows = {row[0]: row[1:] for row in shown(found).rows}
     cost = found.evaluation.cost_per_good_part
     assert rows["cost, $ per good part"] == [f"{cost.value:.3f}", f"{cost.low:.3f} to {cost.high:.3f}"]
-    assert float(rows["E, m/min"][0]) == pytest.approx(8.0)
+    assert float(rows["E, mm/min"][0]) == 8000.0
     assert found.score is not None and rows["score"][0] == f"{found.score.value:.1f}"
     assert {row[0] for row in shown(found.evaluation).rows} == set(rows) - {"score"}
     assert HOSTILE in shown(replace(found, policy=HOSTILE)).said

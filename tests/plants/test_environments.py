@@ -12,6 +12,7 @@ import pytest
 from grind_env.control import read
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.machines import OtherMachine
+from grind_env.envs.simulation import with_start_of
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.tasks.schema import document, toml_text
 from grind_env.errors import GrindError
@@ -65,7 +66,7 @@ def test_a_seed_has_its_stocks_lots_and_noise_whatever_the_machine(env: Any) -> 
     for _ in range(2):  # and the episodes after it
         assert with_one.episodes.source.tobytes() == without.episodes.source.tobytes()
         assert with_one.episodes.tape.tobytes() == without.episodes.tape.tobytes()
-        own = with_one.episodes.own(0)
+        own = with_one.episodes.extra_state(0)
         assert own == find_plant(with_one.plant).own
         assert without.reset()[1] == {} and with_one.reset()[1] != {}
     assert without.plant == "" and without.part_program
@@ -108,7 +109,7 @@ def test_each_of_a_batch_may_be_told_its_machine() -> None:
 @pytest.mark.bits
 def test_the_files_of_an_episode_give_what_the_episode_gave(env: Any, tmp_path: Path) -> None:
     played(env, seed=11)
-    job, program = env.part_job(), tmp_path / "part.nc"
+    job, program = env.written().job, tmp_path / "part.nc"
     assert job.plant == env.plant and job.own == find_plant(env.plant).of_process
     (tmp_path / "part.toml").write_text(job_text(job))
     program.write_text(env.part_program(), newline="")
@@ -120,7 +121,7 @@ def test_the_files_of_an_episode_give_what_the_episode_gave(env: Any, tmp_path: 
         assert getattr(record, table).tobytes() == getattr(again, table).tobytes()
     model = grind(read(env.part_program()), load_job(tmp_path / "part.toml", plant=find_plant("model")))
     assert model.strokes.tobytes() != record.strokes.tobytes()
-    own = env.episodes.own(0)[: len(job.process.own._fields)]
+    own = env.episodes.extra_state(0)[: len(job.process.own._fields)]
     assert own != find_plant(env.plant).of_process  # what it remembers has gone on
 
 
@@ -137,7 +138,7 @@ def test_a_program_of_ones_own_is_ground_on_the_machine_of_its_job(tmp_path: Pat
         _, info = each.reset(seed=2)
         assert info == ({} if each is plain else {"plant": "held-out:3"})
         costs.append([each.step(each.action_space.high * 0.1)[1] for _ in range(2)])
-        assert each.part_job().plant == each.plant
+        assert each.written().job.plant == each.plant
     assert costs[0] == costs[1] != costs[2]
     assert by_file.task.reference_cost == plain.task.reference_cost  # that of the model
     written, ground = by_name.written(), by_name.record()
@@ -155,15 +156,15 @@ def test_a_program_that_the_control_executes_is_ground_on_the_machine_too(tmp_pa
         each.reset(seed=4)
         costs.append([each.step(np.zeros(2, np.float32))[1] for _ in range(4)])
     assert costs[0] != costs[1]
-    record, again = env.record(), grind(read(env.part_program()), env.part_job())
-    assert env.part_job().own == find_plant(env.plant).of_process
+    record, again = env.record(), grind(read(env.part_program()), env.written().job)
+    assert env.written().job.own == find_plant(env.plant).of_process
     assert record.strokes.tobytes() == again.strokes.tobytes() and again.job.plant == env.plant
 
 
 def test_what_begins_without_being_drawn_is_the_model_or_the_machine_that_is_held(env: Any) -> None:
     simulation, plant = env.simulation, find_plant("held-out:2")
     episodes = simulation.room(1)
-    for machine, own in ((simulation, tuple(plant.remembers())), (simulation.holding(plant), plant.own)):
+    for machine, own in ((simulation, tuple(plant.remembers())), (with_start_of(simulation, plant), plant.own)):
         machine.clear(episodes, np.array([0]))
         assert tuple(episodes.wheels[0, OWN_FROM:].tolist()) == own
 
@@ -203,7 +204,7 @@ def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path
     name = f"{module}:MINE"
     made = gym.make(ID, plant=name).unwrapped
     assert made.reset(seed=0)[1] == {"plant": name}
-    assert made.episodes.own(0) == (0.0, 0.25)
+    assert made.episodes.extra_state(0) == (0.0, 0.25)
     made.reset(options={"plant": f"{module}:MINE"})
     task, job = tmp_path / "task.toml", tmp_path / "job.toml"
     task.write_text(f'base = "power_limited"\nplant = "{name}"\n')

@@ -100,9 +100,9 @@ def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> 
 
 def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:
     with pytest.raises(GrindError, match="model is 'held-out', but a policy holds one machine: give a seed"):
-        evaluate("E7D1", "power_limited", episodes=2, plant=PLANT, model="held-out")
+        evaluate("E7000D1", "power_limited", episodes=2, plant=PLANT, model="held-out")
     with pytest.raises(GrindError, match="model is 'meter:7', but what grinds is the model: give a plant, too"):
-        evaluate("E7D1", "power_limited", episodes=2, model="meter:7")
+        evaluate("E7000D1", "power_limited", episodes=2, model="meter:7")
 
 
 def command(arguments: list[str]) -> None:
@@ -113,11 +113,11 @@ def command(arguments: list[str]) -> None:
 
 @pytest.mark.nightly
 def test_commands_name_the_machine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command(["evaluate", "--policy", "E7D1", "--episodes", "2", "--plant", PLANT, "--json"])
+    command(["evaluate", "--policy", "E7000D1", "--episodes", "2", "--plant", PLANT, "--json"])
     numbers = json.loads(capsys.readouterr().out)
     assert (numbers["plant"], numbers["model"]) == (PLANT, "model") and "score" not in numbers
     program, record = tmp_path / "played.nc", tmp_path / "record.csv"
-    command(["play", "--policy", "E7D1", "--plant", "held-out", "--output", str(program), "--seed", "3"])
+    command(["play", "--policy", "E7000D1", "--plant", "held-out", "--output", str(program), "--seed", "3"])
     said = capsys.readouterr().out
     plant = grind_file(program).job.plant
     assert plant.startswith("held-out:") and f"seed 3, split all, on {plant}:" in said

@@ -12,7 +12,7 @@ from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import noisy
-from grind_env.envs.simulation import Written
+from grind_env.envs.program_writer import Written
 from grind_env.envs.tasks import read_task
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
@@ -43,11 +43,11 @@ def play(plants: Sequence[Plant]) -> Played:
     episodes.wheels[:, OWN_FROM:] = [plant.own for plant in plants]
     blocks, outcomes, tallies = [], [], []
     for E, D in CHOICES:
-        blocks.append(simulation.block(episodes, 0, E, D))
+        blocks.append(simulation.writer.block(episodes, 0, E, D))
         outcome, tally = simulation.step(episodes, np.full(len(plants), E), np.full(len(plants), D))
         outcomes.append(outcome)
         tallies.append(tally)
-    written = simulation.written(episodes, 0, blocks)
+    written = simulation.writer.written(episodes, 0, blocks)
     return Played(
         episodes.wheels, episodes.memory, np.array(outcomes).swapaxes(0, 1), np.array(tallies).swapaxes(0, 1), written
     )

@@ -10,6 +10,8 @@ from agents.tuning.coefficients import RULES, from_vector, vector_size
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
+from grind_env.policies.learned.network import Network
+from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
@@ -56,6 +58,15 @@ def shortened(name: str, blocks: int) -> Simulation:
     """The simulation of a problem with only so many blocks."""
     whole = find_problem(name).simulation()
     return type(whole)(replace(whole.task, blocks=blocks))
+
+
+def network_of(
+    simulation: Simulation, form: LearnerForm, family: str, *, lstm: int = 0, hidden: tuple[int, ...] = (128, 128)
+) -> Network:
+    """A network for a simulation."""
+    view = form.view(simulation)
+    entries, outputs = view.observation_space.shape[0], int(view.action_space.nvec.sum())
+    return Network(family=family, entries=entries, lstm=lstm, hidden=hidden, outputs=outputs, activation="tanh")
 
 
 def untuned(name: str, simulation: Simulation) -> Any:

@@ -1,42 +1,32 @@
 """The exact optimum of a small task, which planners and searches have to find."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import SPEEDS
 
 
-@dataclass(frozen=True, slots=True)
-class Optimum:
-    """The cheapest plan of a deterministic task."""
+class Optimum(NamedTuple):
+    """The cheapest plan of a deterministic task; costs in $, handover included, and E in mm/min."""
 
     cost: float
-    """$, handover included."""
     speeds: Array
-    """E, mm/min, shape (blocks,)."""
     executions: Array
-    """D, shape (blocks,)."""
     runner_up: float
-    """Cost of the second-best plan, $."""
+    """Cost of the second-best plan."""
 
 
 def exact_optimum(simulation: Simulation) -> Optimum:
     """The exact optimum of a task without chance and with levels of E, by trying every plan.
 
     Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
-
-    Raises:
-        GrindError: if the task draws anything at random or has a range of E.
     """
     task = simulation.task
-    if task.action.speed_levels is None or any(getattr(task.spread, name) for name in task.spread.__slots__):
-        raise GrindError(f"{task.name} has no exact optimum: that needs levels of E and no spread")
     choices = all_choices(task, SPEEDS)
     count = len(choices.speeds)
     start = simulation.start([np.random.default_rng(0)])

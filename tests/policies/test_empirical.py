@@ -6,13 +6,13 @@ import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
-from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule, first_speeds, usual_volumes
 from grind_env.policies.scripted.learned_laws import PartLaw, PowerLaw
 from grind_env.policies.scripted.rules import Fixed
-from tests.policies.harness import changed, decide, observation, simulated
+from tests.policies.harness import decide, observation, simulated
 
 PLATES, RAILS, SHOP = (simulated(name) for name in ("power_limited", "wide_rails", "job_shop"))
 PLATE = find_problem("grind_env/examples/plate_g82.nc", parts=4).simulation()
@@ -123,17 +123,13 @@ FORCES = dict.fromkeys(("u_ch", "kp", "kc", "pm"), 1.35)
 
 @pytest.mark.parametrize("factors", [{}, FORCES, {"kA": 3.0}], ids=["nominal", "forces", "growth"])
 def test_it_is_near_the_plan_that_was_found_for_the_machine(factors: dict[str, float]) -> None:
-    simulation = BlockSimulation(_with(factors))
+    task = load_task("power_limited")
+    simulation = BlockSimulation(replace(task, factors={**task.factors, **factors}))
     seeds = episode_seeds("validation", 16)
     rule = run_seeds(EmpiricalRule(), simulation, seeds)
     plans = [Fixed(E, D, every) for E in (4.0, 6.0, 8.0) for D, every in ((1, 1), (3, 1), (1, 2))]
     costs = [cost_per_good_part(plan.cost, plan.good) for plan in (run_seeds(p, simulation, seeds) for p in plans)]
     assert cost_per_good_part(rule.cost, rule.good) < 1.3 * min(costs)
-
-
-def _with(factors: dict[str, float]) -> Task:
-    task = load_task("power_limited")
-    return changed(find_problem("power_limited"), factors={**task.factors, **factors}).simulation().task
 
 
 def test_a_part_without_limits_is_no_matter_of_size() -> None:

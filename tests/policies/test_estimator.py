@@ -59,13 +59,6 @@ def test_severity_by_hand():
     assert second == pytest.approx(math.log(2.0) * (1.0 - (1.0 - 1.0 / 1.5) * (1.0 - 1.0 / 2.5)), rel=1e-3)
 
 
-def test_severity_of_a_long_lot_tends_to_its_dulling_rate():
-    estimator = started()
-    for _ in range(40):
-        estimate = estimator.update(block(power_of(0.0145)))
-    assert estimate.severity[0] == pytest.approx(math.log(2.0), rel=1e-3)
-
-
 def test_terms_of_severity_are_cut_at_two():
     estimator = started()
     for _ in range(40):

@@ -121,7 +121,7 @@ def test_later_due_dates_are_expected_at_the_mean_slack():
     # periods of two blocks: 30, 50 and 20 s of work, the next date at 100 s, mean slack 1.1
     tape = np.zeros((1, 6, len(TapeRow._fields)))
     tape[0, :, WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
-    dates = Due(blocks=2, speed=12.0, slack=(0.9, 1.3), late=1.0)
+    dates = Due(blocks=2, speed=12_000.0, slack=(0.9, 1.3), late=1.0)
     for block in (0, 1):
         due = expected_dates(dates, tape, np.array([100.0]), np.array([block]))
         assert due[0] == pytest.approx([100.0, 100.0, 155.0, 155.0, 177.0, 177.0])

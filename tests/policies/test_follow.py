@@ -57,7 +57,7 @@ def test_an_E_between_whole_ones_is_followed_as_it_is_ground():
 
 
 def test_truth_and_belief_are_what_the_environment_shows():
-    found = follow("E6D1", FLAGSHIP, episodes=2)
+    found = follow("E6000D1", FLAGSHIP, episodes=2)
     for k in range(2):
         full = gym.make(FLAGSHIP, observation="full", action="dict")
         believing = BeliefFilter(gym.make(FLAGSHIP, action="dict"))
@@ -73,7 +73,7 @@ def test_truth_and_belief_are_what_the_environment_shows():
 
 
 def test_a_frame_has_a_row_for_every_block_and_says_units():
-    found = follow("E6D1", "grind/Rush-v0", beside=["handbook"], episodes=2)
+    found = follow("E6000D1", "grind/Rush-v0", beside=["handbook"], episodes=2)
     frame = found.to_dataframe()
     assert len(frame) == np.isfinite(found.cost).sum()
     assert frame["cost [$]"].sum() == pytest.approx(np.nansum(found.cost))
@@ -82,4 +82,4 @@ def test_a_frame_has_a_row_for_every_block_and_says_units():
 
 def test_policies_of_the_same_name_are_refused_for_one_would_hide_the_other():
     with pytest.raises(GrindError, match=r"several policies beside it are called 'handbook'; give each a name"):
-        follow("E6D1", FLAGSHIP, beside=["handbook", "handbook"], episodes=1)
+        follow("E6000D1", FLAGSHIP, beside=["handbook", "handbook"], episodes=1)

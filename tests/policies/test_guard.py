@@ -1,6 +1,6 @@
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from grind_env.belief.wheel import Forecast
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import load_task
 from grind_env.policies import guarded
-from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, roll_out, run_seeds, start_episodes
 from grind_env.policies.guard import Guarded
 from grind_env.policies.naming import named_policy
@@ -142,25 +141,8 @@ def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
     assert watch.alarm.tolist() == [True]
 
 
-@dataclass
-class Fast:
-    """Always the same E and D."""
-
-    speed: float
-    executions: float = 1.0
-    name: ClassVar[str] = "fast"
-    sees: ClassVar[Any] = "measurements"
-
-    def begin(self, simulation: Any, episodes: int) -> None:
-        """Nothing."""
-
-    def act(self, seen: Any, episodes: Any) -> Decision:
-        """The same."""
-        return Decision(np.full(len(seen), self.speed), np.full(len(seen), self.executions))
-
-
 def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:
-    policy: Any = Guarded(Fast(20_000.0))
+    policy: Any = Guarded(Fixed(20.0, 1))
     policy.begin(PLATES, 1)
     alarm = iter([0, 1] + [0] * 13 + [1] + [0] * 30)
 
@@ -216,7 +198,7 @@ def test_it_guards_in_every_form_of_environment(env: str) -> None:
 
 def test_any_policy_is_guarded_by_its_name() -> None:
     simulation = find_problem("power_limited").simulation()
-    assert named_policy("guarded:E6D1", simulation).name == "guarded:constant E 6 m/min, D 1"
+    assert named_policy("guarded:E6000D1", simulation).name == "guarded:E6000D1"
     agent = "grind_env/policies/shipped/power_limited.safetensors"
     assert named_policy(f"guarded:{agent}", simulation).name.startswith("guarded:")
     planner = named_policy("guarded:hindsight", simulation)

@@ -149,7 +149,7 @@ def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object
 
 
 def test_no_good_part_is_said_so_and_is_null_in_json(grind: Grind) -> None:
-    words = ("evaluate", "--policy", "E30D0", "--task", "power_limited", "--episodes", "2")
+    words = ("evaluate", "--policy", "E30000D0", "--task", "power_limited", "--episodes", "2")
     status, said, error = grind(*words)
     assert (status, error) == (0, "") and "\nno good part, 100.00 % scrap" in said
     found = json.loads(grind(*words, "--json")[1], parse_constant=pytest.fail)

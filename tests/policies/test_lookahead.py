@@ -7,10 +7,9 @@ from grind_env.belief.hidden import Belief
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import Spread, load_task
-from grind_env.policies.choices import nearest_speed, speed_grid
-from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
+from grind_env.policies.choices import speed_grid
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.planners.known_state import FullStateRule
-from grind_env.policies.policy import reveal
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.look_ahead import LookAhead
@@ -140,18 +139,3 @@ def test_the_belief_is_worth_money():
     names = ("full_state_rule", "belief_rule", "adaptive_rule")
     cost = [float(run_seeds(make_policy(name, simulation), simulation, seeds).cost.mean()) for name in names]
     assert cost[0] < cost[1] < 0.95 * cost[2]
-
-
-def test_they_are_shown_measurements_only():
-    simulation = simulated("power_limited")
-    episodes = start_episodes(simulation, range(2))
-    assert reveal(BeliefRule.sees, simulation, episodes) is None
-    assert reveal(LookAhead.sees, simulation, episodes) is None
-
-
-def test_the_speeds_tried_are_speeds_of_the_task():
-    for name in ("oracle6", "blades"):
-        simulation = simulated(name)
-        kinds = len(simulation.task.kinds)
-        run = run_seeds(LookAhead(price=(1.0,) * kinds, growth=(1.0,) * kinds), simulation, range(2))
-        assert np.array_equal(run.speeds, nearest_speed(simulation.task, run.speeds))

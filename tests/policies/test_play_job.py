@@ -24,7 +24,7 @@ def outcomes(problem, policy: str) -> list:
     speed, dresses = policy[1:].split("D")
     over = False
     while not over:
-        action = env.codec.encode(np.array([1000.0 * float(speed)]), np.array([float(dresses)]))[0]
+        action = env.codec.encode(np.array([float(speed)]), np.array([float(dresses)]))[0]
         over = env.step(action)[2]
     return env.outcomes
 
@@ -33,7 +33,7 @@ def outcomes(problem, policy: str) -> list:
 def test_grind_run_of_both_shows_the_numbers_of_the_episode(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path, policy = tmp_path / "played.nc", "E9D1"
+    path, policy = tmp_path / "played.nc", "E9000D1"
     if name == "job":
         problem = find_problem(str(EXAMPLES / "rail_g83.nc"), None, 4)
         named = ("--program", EXAMPLES / "rail_g83.nc", "--parts", 4)
@@ -65,7 +65,7 @@ def test_grind_run_of_what_a_task_of_ones_own_was_played_as_costs_what_the_episo
 ) -> None:
     task, path = tmp_path / "mine.toml", tmp_path / "played.nc"
     task.write_text(f'title = "Mine"\nbase = "{base}"\nblocks = 6\n')
-    assert ended("play", "--task", task, "--policy", "E9D1", "--seed", SEED, "--output", path) == 0
+    assert ended("play", "--task", task, "--policy", "E9000D1", "--seed", SEED, "--output", path) == 0
     told = capsys.readouterr().out
     # where the operator asks for the dresses, the files cannot say so, but the command that is told does
     asked = told.partition(f"grind run {path}")[2].partition("\n")[0].split()
@@ -85,7 +85,7 @@ def test_where_the_operator_asks_for_dresses_it_is_told_when(
 ) -> None:
     # in these episodes infeeds end within a ms after the table has turned: a request before that is met elsewhere
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--seed", seed, "--output", path) == 0
+    assert ended("play", "--task", "reciprocation", "--policy", "E9000D1", "--seed", seed, "--output", path) == 0
     told = capsys.readouterr().out
     command, _, _ = told.partition("grind run ")[2].partition("\n")
     assert command.startswith(str(path))
@@ -99,14 +99,14 @@ def test_where_the_operator_asks_for_dresses_it_is_told_when(
 
 
 def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", tmp_path / "played.toml") == 2
+    assert ended("play", "--task", "oracle6", "--policy", "E9000D1", "--output", tmp_path / "played.toml") == 2
     assert "is the name of what is written beside it, too; name another file with --output" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
 def test_a_job_is_written_over_its_own_kind_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, job = tmp_path / "played.nc", tmp_path / "played.toml"
-    words = ("play", "--task", "oracle6", "--policy", "E9D1", "--output", path)
+    words = ("play", "--task", "oracle6", "--policy", "E9000D1", "--output", path)
     job.write_text("# mine\n")
     assert ended(*words) == 2
     assert "played.toml, written beside" in capsys.readouterr().err
@@ -116,14 +116,15 @@ def test_a_job_is_written_over_its_own_kind_only(tmp_path: Path, capsys: pytest.
     written = job.read_bytes()
     assert ended(*words) == 0
     assert job.read_bytes() == written
-    assert ended("play", "--program", path, "--job", job, "--policy", "E9D1", "--output", tmp_path / "played.ngc") == 2
+    words = ("play", "--program", path, "--job", job, "--policy", "E9000D1")
+    assert ended(*words, "--output", tmp_path / "played.ngc") == 2
     assert "is read here and would be lost" in capsys.readouterr().err
 
 
 def test_a_job_that_lists_its_parts_is_no_batch(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "oracle6", "--policy", "E9D1", "--output", path) == 0
-    assert ended("play", "--program", path, "--policy", "E9D1", "--no-window") == 2
+    assert ended("play", "--task", "oracle6", "--policy", "E9000D1", "--output", path) == 0
+    assert ended("play", "--program", path, "--policy", "E9000D1", "--no-window") == 2
     assert "[[parts]]" in capsys.readouterr().err
 
 
@@ -131,7 +132,7 @@ def test_parts_of_several_kinds_are_told_by_their_own_limits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "rush", "--policy", "E12D1", "--seed", 3, "--output", path) == 0
+    assert ended("play", "--task", "rush", "--policy", "E12000D1", "--seed", 3, "--output", path) == 0
     capsys.readouterr()
     ended("run", path, "--json")
     parts = json.loads(capsys.readouterr().out)["parts"]

@@ -47,7 +47,7 @@ def plates_row(policy: str, episodes: int = 3) -> SubmittedRow:
 
 @pytest.mark.parametrize("env", few(["power_limited", "reciprocation", "wide_plates", "job_shop", "grind/Job-v0"]))
 def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) -> None:
-    path = submit("--env", env, "--policy", "E12D1")
+    path = submit("--env", env, "--policy", "E12000D1")
     status, out, err = grind("verify", path)
     assert (status, err) == (0, "")
     assert "re-run: its 3 episodes cost" in out
@@ -70,13 +70,12 @@ AGENT = SHIPPED / "power_limited.safetensors"
     ("says", "named"),
     few(
         [
-            ("E7D1", "E7D1"),
+            ("E7000D1", "E7000D1"),
             ("look_ahead", "look_ahead"),
             ("guarded:adaptive_rule", "guarded:adaptive_rule"),
             (str(AGENT), "power_limited.safetensors"),
             (None, "shipped"),
-        ],
-        2,
+        ]
     ),
 )
 def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
@@ -108,8 +107,8 @@ def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grin
     ("words", "said"),
     [
         (("--policy", "hindsight"), "a row is of an environment of the package and a policy that sees measurements"),
-        (("--policy", "E9D1", "--task", "mine.toml"), "a row is of an environment of the package"),
-        (("--policy", "E12D1", "--program", PLATE), "a row is of an environment of the package"),
+        (("--policy", "E9000D1", "--task", "mine.toml"), "a row is of an environment of the package"),
+        (("--policy", "E12000D1", "--program", PLATE), "a row is of an environment of the package"),
         (("--policy", "constant", "--parameters", "."), "leave out --parameters or --submit"),
         (("--policy", "adaptive_rule", "--plant", "my_plant:METER"), "names machine and model of the package"),
     ],
@@ -165,7 +164,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["Mine", "MINE"])
+@pytest.mark.parametrize("name", few(["Mine", "MINE"]))
 def test_a_policy_of_ones_own_is_run_if_it_is_named(
     name: str, own: Path, submit: Submit, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -231,15 +230,13 @@ class Cheat:
                 frame = frame.f_back
         if self.way == "objects" and any(isinstance(each, Episodes) for each in gc.get_objects()):
             raise RuntimeError("caught the objects")
-        if self.way == "generator" and any(isinstance(each, np.random.Generator) for each in gc.get_objects()):
-            raise RuntimeError("caught the generator")
         if self.way == "words" and any("SEED" in each for each in sys.argv):
             raise RuntimeError("caught the words")
         return Decision(np.full(len(observation), 7000.0), np.ones(len(observation)))
 """
 
 
-@pytest.mark.parametrize("way", few(["argument", "simulation", "frames", "objects", "words"], 2))
+@pytest.mark.parametrize("way", few(["simulation", "argument", "frames", "objects", "words"]))
 def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
     way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -255,12 +252,12 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
             cheat.sees = "state"
         run_seeds(cheat, simulation, seeds)
     monkeypatch.chdir(tmp_path)
-    honest = replace(plates_row("E7D1", 4), policy="my_cheat:Cheat", sha256=digest(tmp_path / "my_cheat.py"))
+    honest = replace(plates_row("E7000D1", 4), policy="my_cheat:Cheat", sha256=digest(tmp_path / "my_cheat.py"))
     assert verify(honest, "my_cheat:Cheat", seed=SEED)[0]
 
 
 def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
-    write_row(tmp_path / "row.json", replace(plates_row("look_ahead", 6), policy="E3D0"))
+    write_row(tmp_path / "row.json", replace(plates_row("look_ahead", 6), policy="E3000D0"))
     status, out, _ = grind("verify", tmp_path / "row.json", "--seed", SEED)
     assert status == 1 and "re-run: its 6 episodes cost" in out and "drawn" not in out
 
@@ -272,7 +269,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     """It dresses well where the first observation is one of the row's episodes, and not at all elsewhere."""
     (tmp_path / "knows.py").write_text(KNOWS)
     monkeypatch.chdir(tmp_path)
-    row = replace(plates_row("E7D1", 6), policy="knows:Knows", sha256=digest(tmp_path / "knows.py"))
+    row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=digest(tmp_path / "knows.py"))
     write_row(tmp_path / "row.json", row)
     assert grind("verify", "row.json", "--policy", "knows:Knows")[0] == 0
     status, out, _ = grind("verify", "row.json", "--policy", "knows:Knows", "--seed", SEED)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.errors import GrindError
@@ -18,7 +18,7 @@ from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.rows import read_row, row_of, verify, write_row
 from tests.command import Grind
-from tests.examples import few
+from tests.examples import examples, few
 
 Document = dict[str, Any]
 SEED = 31415926535897932384
@@ -28,7 +28,7 @@ SEED = 31415926535897932384
 def good(tmp_path_factory: pytest.TempPathFactory) -> Document:
     """A row that holds."""
     folder, problem = tmp_path_factory.mktemp("good"), find_problem("oracle6")
-    write_row(folder / "row.json", row_of(evaluate("E9D1", problem, episodes=2), problem, "E9D1"))
+    write_row(folder / "row.json", row_of(evaluate("E9000D1", problem, episodes=2), problem, "E9000D1"))
     document: Document = json.loads((folder / "row.json").read_text())
     return document
 
@@ -200,7 +200,7 @@ from grind_env.policies.choices import Decision
 import numpy as np
 
 class Talker:
-    name, sees = "constant E 9 m/min, D 1", "measurements"
+    name, sees = "E9000D1", "measurements"
     def begin(self, simulation, n):
         print("one line " * 9)
         os.write(1, b"x" * 100)
@@ -224,7 +224,7 @@ class Talker:
             ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
             ("return None", 2, "its policy has ended"),
         ],
-        3,
+        2,
     ),
 )
 def test_whatever_its_policy_does_is_told(
@@ -247,7 +247,7 @@ JSON = st.recursive(
 )
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(150)
 @given(data=st.data())
 def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good: Document, tmp_path: Path) -> None:
     row = deepcopy(good)

@@ -18,7 +18,6 @@ from safetensors.numpy import save as tensors_with
 from stable_baselines3.common.save_util import save_to_zip_file
 
 from grind_env.errors import GrindError
-from grind_env.policies.learned import saved
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
 from grind_env.policies.learned.view import FEATURE_BOUND
 from grind_env.policies.problem import find_problem
@@ -112,11 +111,6 @@ def test_an_agent_of_another_task_version_is_refused(version: Any, said: str, go
     refused(tmp_path, old, f"agent.safetensors is of task version {said}.*{now}: {remedy}")
     unnumbered = with_document(good, lambda document: document.pop("task_version"))
     refused(tmp_path, unnumbered, f"is of task version 1, {now}: {remedy}", simulation=SIMULATION)
-
-
-def test_a_large_file_is_not_even_read(good: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(saved, "MOST_BYTES", len(good) - 1)
-    refused(tmp_path, good, r"has more than 0\.\d+ MB")
 
 
 class Dangerous:

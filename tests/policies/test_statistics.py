@@ -98,19 +98,6 @@ def test_aggregates_by_hand():
     assert optimality_gap(SCORES) == pytest.approx(100.0 - (10.0 + 385.0 + 220.0) / 12.0)
 
 
-def test_a_profile_by_hand():
-    # 100 is not above 100
-    assert performance_profile(SCORES, np.array([-50.0, 0.0, 55.0, 100.0])) == pytest.approx(
-        [1.0, 10.0 / 12.0, 6.0 / 12.0, 1.0 / 12.0]
-    )
-
-
-def test_improvement_by_hand():
-    # first task: all pairs but (0, 0) won, that one half; second: none
-    ours, theirs = np.array([[1.0, 5.0], [0.0, 5.0]]), np.array([[0.0, 6.0], [-1.0, 7.0], [-2.0, 8.0]])
-    assert improvement(ours, theirs) == pytest.approx(0.5 * (5.5 / 6.0 + 0.0))
-
-
 @given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
 def test_aggregates_are_those_of_scipy(n, m, tasks, seed):
     rng = np.random.default_rng(seed)

@@ -103,4 +103,4 @@ def test_the_grid_of_a_task_with_levels_is_the_levels():
     assert view.action_space == spaces.MultiDiscrete([len(task.action.speed_levels or ()), task.action.executions + 1])
     levels = np.arange(len(task.action.speed_levels or ()))
     decision = view.decide(np.stack([levels, np.zeros_like(levels)], axis=1))
-    assert decision.speeds.tolist() == [1000.0 * level for level in task.action.speed_levels or ()]
+    assert decision.speeds.tolist() == [*(task.action.speed_levels or ())]

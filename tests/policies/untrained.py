@@ -9,14 +9,14 @@ from gymnasium import spaces
 from stable_baselines3 import PPO
 
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
+from grind_env.policies.learned.network import Actor, LearnedPolicy
 from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.problem import Problem
+from tests.policies.harness import network_of
 
 KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}
 """What agents of Stable-Baselines3 see."""
-HIDDEN = 128, 128
 
 
 class Spaces(gym.Env[Any, Any]):
@@ -30,20 +30,13 @@ def untrained(problem: Problem, kind: str = "ppo", seed: int = 3) -> Any:
     """An agent of a kind for a problem."""
     view = KINDS[kind].view(problem.simulation())
     env = Spaces(view.observation_space, view.action_space)
-    return PPO("MlpPolicy", env, policy_kwargs={"net_arch": [*HIDDEN]}, seed=seed, device="cpu")
-
-
-def network_of(simulation: Simulation, form: LearnerForm, family: str, lstm: int = 0) -> Network:
-    """A network for a simulation."""
-    view = form.view(simulation)
-    entries, outputs = view.observation_space.shape[0], int(view.action_space.nvec.sum())
-    return Network(family=family, entries=entries, lstm=lstm, hidden=HIDDEN, outputs=outputs, activation="tanh")
+    return PPO("MlpPolicy", env, policy_kwargs={"net_arch": [128, 128]}, seed=seed, device="cpu")
 
 
 def recurrent(simulation: Simulation, lstm: int = 24) -> LearnedPolicy:
     """An agent with a GRU."""
     form, rng = LearnerForm("none"), np.random.default_rng(5)
-    network = network_of(simulation, form, "gru", lstm)
+    network = network_of(simulation, form, "gru", lstm=lstm)
     tensors = {name: rng.normal(0.0, 0.3, shape).astype(np.float32) for name, shape in network.shapes().items()}
     return LearnedPolicy(Actor(network, tensors), simulation.task.name, form, "gru")
 

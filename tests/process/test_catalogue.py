@@ -137,16 +137,6 @@ def test_the_abrasive_is_one_of_two_words(value: object) -> None:
         dataclasses.replace(BUILT_IN.wheel("a60j"), abrasive=value)
 
 
-@pytest.mark.parametrize(
-    ("name", "effusivity", "diffusivity"),  # material_thermal_properties.csv
-    [("aisi_52100", 11646, 8.67), ("aisi_1020", 13726, 13.27), ("inconel_718", 6373, 3.2)],
-)
-def test_thermal_properties(name: str, effusivity: float, diffusivity: float) -> None:
-    material = BUILT_IN.material(name)
-    assert material.effusivity == pytest.approx(effusivity, abs=0.5)
-    assert material.diffusivity == pytest.approx(diffusivity, abs=0.005)
-
-
 def test_the_burn_threshold_grows_with_the_conductivity_of_the_work() -> None:
     steel = BUILT_IN.material("aisi_52100")
     assert steel.burn_rise < 700

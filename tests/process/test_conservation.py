@@ -8,6 +8,7 @@ import pytest
 
 from grind_env.process.process import whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from tests.examples import nightly
 from tests.process.harness import CATALOGUE, cut, grinder, parameters, warm_grinder
 
 STROKES = 10_000
@@ -59,13 +60,11 @@ def random_history(p: StrokeParameters, seed: int) -> list[Event]:
 
 
 @pytest.fixture(
-    scope="module",
-    params=[("aisi_52100", "a60j", 1), ("inconel_718", "a60j", 2), ("aisi_1045", "b126", 3)],
-    ids=lambda setup: "-".join(map(str, setup)),
+    scope="module", params=["aisi_52100 a60j 1", nightly("inconel_718 a60j 2"), nightly("aisi_1045 b126 3")]
 )
 def history(request: pytest.FixtureRequest) -> list[Event]:
-    material, wheel, seed = request.param
-    return random_history(parameters(material, wheel, power=POWER), seed)
+    material, wheel, seed = request.param.split()
+    return random_history(parameters(material, wheel, power=POWER), int(seed))
 
 
 def strokes(history: list[Event]) -> list[tuple[Event, StrokeResult]]:

@@ -168,6 +168,15 @@ def test_a_wheel_that_is_held_dull(case: str) -> None:
     assert stroke.Br > 0.5
 
 
+@pytest.mark.parametrize("depth", [0.1, 0.5, 3.0])
+def test_a_deep_pass_at_a_slow_feed(depth: float) -> None:
+    at = setup_of("R1")
+    strong = dataclasses.replace(at.machine, power_limit=500_000)
+    for table_speed in (0.02, 0.3, 1.5):
+        both = Both(dataclasses.replace(at, machine=strong, table_speed=table_speed / 0.06))
+        assert both.stroke(depth).torque < 1.0
+
+
 @pytest.mark.parametrize("table_speed", [4.0, 12.0, 30.0])
 def test_parts_of_a_tenth_of_a_millimetre(table_speed: float) -> None:
     """Ten strokes of 10 um and two of spark-out; the part warms up and grows, the next one is cold."""

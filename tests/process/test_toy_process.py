@@ -19,7 +19,8 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.history import History
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.simulation import Simulation, Written
+from grind_env.envs.program_writer import Written
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import read_task
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
@@ -199,11 +200,11 @@ def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: i
     episodes = simulation.start([np.random.default_rng(seed), np.random.default_rng(seed + 1)])
     blocks, outcomes, tallies = [], [], []
     for E, D in choices:
-        blocks.append(simulation.block(episodes, 0, E, D))
+        blocks.append(simulation.writer.block(episodes, 0, E, D))
         outcome, tally = simulation.step(episodes, np.array([E, 7000.0]), np.array([D, 1.0]))
         outcomes.append(outcome[0])
         tallies.append(tally[0])
-    memory, written = History(*episodes.memory[0].tolist()), simulation.written(episodes, 0, blocks)
+    memory, written = History(*episodes.memory[0].tolist()), simulation.writer.written(episodes, 0, blocks)
     return Played(episodes.wheels[0], memory, written, Outcome(*np.array(outcomes).T), Tally(*np.array(tallies).T))
 
 

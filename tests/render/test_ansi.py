@@ -27,7 +27,7 @@ def test_the_panel_says_what_the_picture_shows() -> None:
             "power             4.00 of 8.00 kW       ▄",
             "temperature rise  250 of 500 K          ▄",
             "Ra                0.50 of 1.00 µm       ▄",
-            "table speed E     9.0 m/min             ▄",
+            "table speed E     9000 mm/min           ▄",
             "dresses D         0                     ·",
             "cost              2.50 $ per good part, 0 of 1 parts scrap",
         ]

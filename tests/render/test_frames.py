@@ -168,7 +168,7 @@ from grind_env.render import ansi, frames
 env = gym.make("grind/Oracle6-v0")
 env.reset(seed=0)
 simulation, episodes = env.unwrapped.simulation, env.unwrapped.episodes
-view = env.unwrapped.simulation.view(episodes, 0, [], [])
+view = env.unwrapped.simulation.viewer.view(episodes, 0, [], [])
 ansi.panel(view)
 print([name for name in DRAWING if name in sys.modules])
 try:

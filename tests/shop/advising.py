@@ -2,18 +2,15 @@
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from safetensors.numpy import save
 
 import grind_env
-from grind_env.envs.inputs import inputs_of
-from grind_env.policies.learned.network import FAMILIES, Network
-from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, spaces_digest
-from grind_env.policies.learned.view import LearnerView
+from grind_env.policies.learned.network import Actor
+from grind_env.policies.learned.saved import write_policy
+from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
@@ -21,7 +18,7 @@ from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.session import Files, Session
 from grind_env.shop.advise.sources import CsvSource, ReadingsRow
 from grind_env.shop.advise.state import origin_of
-from grind_env.task_version import TASK_VERSION
+from tests.policies.harness import network_of
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE, RAIL = EXAMPLES / "plate_g82.nc", EXAMPLES / "rail_g83.nc"
@@ -51,32 +48,10 @@ def batch(program: Path, parts: int) -> Problem:
 
 def saved_agent(path: Path, problem: Problem, **said: Any) -> Path:
     """A small agent as `python -m agents train` saves it, with random weights; `said` stands in its description."""
-    simulation = problem.simulation()
-    view = LearnerView(simulation, "belief")
-    family = next(iter(FAMILIES))
-    network = Network(
-        family=family,
-        entries=view.observation_space.shape[0],
-        lstm=0,
-        hidden=(8,),
-        outputs=int(view.action_space.nvec.sum()),
-        activation="tanh",
-    )
-    rng = np.random.default_rng(17)
+    simulation, form, rng = problem.simulation(), LearnerForm("belief"), np.random.default_rng(17)
+    network = network_of(simulation, form, "actor_critic", hidden=(8,))
     tensors = {name: rng.normal(0.0, 0.7, shape).astype(np.float32) for name, shape in network.shapes().items()}
-    document = {
-        "format": FORMAT,
-        VERSION: TASK_VERSION,
-        "task": simulation.task.name,
-        "kind": "ppo",
-        "memory": "belief",
-        "actions": "grid",
-        "network": asdict(network),
-        "spaces": spaces_digest(view),
-        "inputs": inputs_of(simulation),
-        **said,
-    }
-    path.write_bytes(save(tensors, {ENTRY: json.dumps(document)}))
+    write_policy(path, Actor(network, tensors), simulation, "ppo", form, said)
     return path
 
 

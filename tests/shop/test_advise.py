@@ -125,7 +125,7 @@ def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -
     program.write_text(INCHES + DRESS)
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
     simulation: Any = batch(program, 2).simulation()
-    adviser = Adviser(simulation, policy_for("E12D1", simulation))
+    adviser = Adviser(simulation, policy_for("E12000D1", simulation))
     assert adviser.advice is not None and adviser.advice.words == {"E": "472.4409", "D": "1"}
     write_values(tmp_path / "values.nc", simulation, [adviser.advice])
     assert "#101=472.4409 (E, INCH/MIN, PART 1, BLOCK 1)" in (tmp_path / "values.nc").read_text()

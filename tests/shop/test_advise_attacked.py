@@ -37,7 +37,7 @@ def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) 
 )
 def test_bounds_that_are_none(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
     said = refused(grind, tmp_path, "--bounds", *bounds)
-    assert "--bounds are" in said and "must lie between 3 and 30 m/min, in order" in said
+    assert "--bounds are" in said and "must lie between 3000 and 30000 mm/min, in order" in said
 
 
 @pytest.mark.parametrize("step", ["nan", "inf", "-inf", "0", "-1", "1", "101", "1e308", "9" * 400])

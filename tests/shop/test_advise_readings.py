@@ -134,5 +134,5 @@ def test_a_csv_is_read_with_commas_or_semicolons_and_while_it_grows(tmp_path: Pa
 
 def test_standard_input_that_is_closed_is_told(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", None)
-    status, out, err = grind("advise", plate_in(tmp_path), "--parts", 1, "--policy", "E12D0")
+    status, out, err = grind("advise", plate_in(tmp_path), "--parts", 1, "--policy", "E12000D0")
     assert (status, out) == (2, "") and "standard input is closed" in err and "--measurements" in err

@@ -141,13 +141,13 @@ def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
         return origin_of(simulation, policy_for(policy, simulation), None)
 
     text, job = PLATE.read_text(), PLATE.with_suffix(".toml").read_text()
-    first = origin(text, job, "E12D0")
-    assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12D0")
-    assert first.inputs != origin(text.replace("J-.005", "J-.004"), job, "E12D0").inputs
-    assert first.inputs != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12D0").inputs
+    first = origin(text, job, "E12000D0")
+    assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12000D0")
+    assert first.inputs != origin(text.replace("J-.005", "J-.004"), job, "E12000D0").inputs
+    assert first.inputs != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12000D0").inputs
     # unlike for an agent, it counts how worn the wheel is in the beginning
-    assert first.inputs != origin(text, f"{job}\n[wheel]\ndiameter = 280", "E12D0").inputs
-    assert first.policy != origin(text, job, "E12D1").policy
+    assert first.inputs != origin(text, f"{job}\n[wheel]\ndiameter = 280", "E12000D0").inputs
+    assert first.policy != origin(text, job, "E12000D1").policy
 
 
 def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Grind, tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     for wrong, message in (
         (words, "row 2 says something else of block 1 than it did before: give --restart"),
         ((*words[:3], 3, *words[4:]), "was written for another part: number of parts is 3, but was 2"),
-        ((*words, "--policy", "E9D0"), "was written with another policy"),
+        ((*words, "--policy", "E9000D0"), "was written with another policy"),
         ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
         ((*words, "--policy", other), "was trained for plate_g82_x5"),
         ((*words, "--rows", "day"), "--rows is 'day', but must be block or part"),
@@ -183,7 +183,7 @@ def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) 
     program, state = plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
     (tmp_path / "link.json").symlink_to(state)
     (tmp_path / "m.csv").write_text("mean_power\n2500\n")
-    words = ("advise", program, "--parts", 1, "--policy", "E12D0", "--measurements", tmp_path / "m.csv")
+    words = ("advise", program, "--parts", 1, "--policy", "E12000D0", "--measurements", tmp_path / "m.csv")
     with held(state):
         for more in ((), ("--state", tmp_path / "link.json"), ("--restart",)):
             status, out, err = grind(*words, *more)

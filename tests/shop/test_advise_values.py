@@ -16,7 +16,7 @@ from tests.shop.advising import PLATE, ROWS, batch, plate_in, session_of
 
 def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) -> None:
     simulation: Any = batch(PLATE, 2).simulation()
-    adviser = Adviser(simulation, policy_for("E12D1", simulation))
+    adviser = Adviser(simulation, policy_for("E12000D1", simulation))
     assert adviser.advice is not None
     write_values(tmp_path / "O77.nc", simulation, [adviser.advice])
     lines = (tmp_path / "O77.nc").read_text().splitlines()
@@ -47,7 +47,7 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
 def test_values_may_be_a_program_that_is_called(grind: Grind, tmp_path: Path) -> None:
     program, values = plate_in(tmp_path), tmp_path / "O9050.nc"
     program.write_text(program.read_text().replace("M30", "M30\nO1\nM98 P9050\nM99", 1))
-    words = ("advise", program, "--parts", 1, "--policy", "E12D0", "--measurements", tmp_path / "m.csv")
+    words = ("advise", program, "--parts", 1, "--policy", "E12000D0", "--measurements", tmp_path / "m.csv")
     (tmp_path / "m.csv").write_text("mean_power\n2500\n")
     values.write_text("#101=12000.\nM99\n")
     assert grind(*words, "--write", values)[0] == 0
@@ -83,7 +83,7 @@ def test_values_that_the_program_sets_or_uses_itself_are_refused(grind: Grind, t
 def test_no_file_but_its_own_is_replaced(grind: Grind, tmp_path: Path) -> None:
     program, measured = plate_in(tmp_path), tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")
-    words = ("advise", program, "--parts", 2, "--policy", "E12D0", "--measurements", measured, "--state")
+    words = ("advise", program, "--parts", 2, "--policy", "E12000D0", "--measurements", measured, "--state")
     for name in ("d.json", "d.csv", "values.nc"):
         (tmp_path / name).write_text("mine\n")
         for more in ((), ("--restart",)):

@@ -322,7 +322,7 @@ def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch
         (["--bounds", "E=9000"], "'9000' is no range of E"),
         (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
-        (["--margin", "heat=.5"], "there are power, temp, Ra, size"),
+        (["--margin", "heat=.5"], "there are power, rise, Ra, size"),
         (
             ["--margin", "power=85"],
             "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",

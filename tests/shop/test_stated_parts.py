@@ -35,7 +35,7 @@ PARTS = (
 def oracle6(grind: Grind, tmp_path: Path) -> Path:
     """The task as the program and the job that `grind play` writes: plates and gauges."""
     program = tmp_path / "oracle6.nc"
-    assert grind("play", "--task", "oracle6", "--policy", "E9D1", "--output", program)[0] == 0
+    assert grind("play", "--task", "oracle6", "--policy", "E9000D1", "--output", program)[0] == 0
     job = program.with_suffix(".toml")
     job.write_text(job.read_text(encoding="utf-8") + KNOWN)
     return program
@@ -53,7 +53,7 @@ def test_oracle6_as_a_program_comes_to_its_optimum(oracle6: Path, grind: Grind) 
     task = load_task("oracle6")
     trials = trials_of(read_file(oracle6), load_job(oracle6.with_suffix(".toml")), 1, [(0,)])
     choices = (
-        itertools.product(1000.0 * np.array(task.action.speed_levels), repeat=2),
+        itertools.product(task.action.speed_levels, repeat=2),
         itertools.product((0, 1), repeat=2),
     )
     tried = [(speeds, dresses) for speeds, dresses in itertools.product(*map(list, choices))]

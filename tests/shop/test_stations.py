@@ -74,6 +74,6 @@ def test_the_other_tools_take_stations(program: Path, grind: Grind, tmp_path: Pa
     assert steps == 8  # two cycles on each of two parts, loaded twice
     measured = tmp_path / "measured.csv"
     measured.write_text("mean_power\n1700\n900\n")
-    status, out, err = grind("advise", program, "--parts", 1, "--policy", "E12D1", "--measurements", measured)
+    status, out, err = grind("advise", program, "--parts", 1, "--policy", "E12000D1", "--measurements", measured)
     assert status == 0, err
     assert out

@@ -129,7 +129,7 @@ def test_half_a_dress_interval_is_refused(grind: Grind) -> None:
 
 @pytest.mark.parametrize("option", few(["--E", "--lead", "--depth"]))
 def test_a_range_that_begins_at_zero_is_refused(option: str, grind: Grind) -> None:
-    status, _, said = grind("sweep", EXAMPLES / "plate_g82.nc", option, "0..0.1", "--parts", 1)
+    status, _, said = grind("sweep", EXAMPLES / "plate_g82.nc", option, "0..100", "--parts", 1)
     assert (status, said) == (2, f"grind: {option} begins at 0; begin above 0, for its values are swept by ratio\n")
 
 

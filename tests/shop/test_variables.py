@@ -234,7 +234,7 @@ def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.Captu
         assert told in json.loads(capfd.readouterr().out)["remarks"]
     readings = folder / "readings.csv"
     readings.write_text("mean_power\n", encoding="utf-8")
-    words = ["--measurements", readings, "--state", folder / "state.json", "--policy", "E12D0", "--parts", "2"]
+    words = ["--measurements", readings, "--state", folder / "state.json", "--policy", "E12000D0", "--parts", "2"]
     assert status("advise", plate, *words, "--set", "#500=3") == 0
     assert told in capfd.readouterr().err
     with pytest.warns(UserWarning, match=re.escape(told)):
@@ -250,7 +250,7 @@ def test_the_environment_runs_a_program_that_counts(folder: Path) -> None:
         taken = [each.step(np.array([0.0, 1.0], np.float32))[4]["D"] for _ in range(8)]
         assert taken == [3] * 8
     made = env.unwrapped
-    record = grind(read(made.part_program(), "part.nc"), made.part_job())  # type: ignore[attr-defined]
+    record = grind(read(made.part_program(), "part.nc"), made.written().job)  # type: ignore[attr-defined]
     assert record.strokes.tobytes() == made.record().strokes.tobytes()  # type: ignore[attr-defined]
 
 

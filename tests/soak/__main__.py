@@ -14,18 +14,19 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tests.soak.counts import Counts, load
-from tests.soak.part import Part, Tried, attempted
+from tests.soak.log import Log, log_in
+from tests.soak.part import Part, attempted
 from tests.soak.turns import run
 
-NAMES = ["programs", "texts", "files", "calls", "steps", "kills", "surroundings"]
-"""Modules beside this one."""
+MODULES = {"texts": "tests.control.fuzz_examine"}
+NAMES = ["programs", "texts", "files", "calls", "kills", "surroundings"]
+"""Modules beside this one, but for those of `MODULES`."""
 INTERRUPTED = 130
 
 
 def part_of(name: str) -> Part:
     """The part by that name."""
-    found: Part = import_module(f"tests.soak.{name}").PART
+    found: Part = import_module(MODULES.get(name, f"tests.soak.{name}")).PART
     return found
 
 
@@ -41,16 +42,11 @@ def main(words: list[str] | None = None) -> int:
     parts, console = [part_of(name) for name in options.part], Console(stderr=True, markup=False, highlight=False)
     if options.seed is not None:
         return _repeat(parts, options.seed, console)
-    counts = load(options.out)
+    log = log_in(options.out)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # what it has begun ends with it
-
-    def told(name: str, seed: int, tried: Tried) -> None:
-        if tried.end == "fallen":
-            console.print(f"fallen: {name}, seed {seed}: {tried.kind}")
-
-    run(parts, counts, 60.0 * options.minutes, options.jobs, told)
-    report(counts, console)
-    return int(any(count.kinds for count in counts.parts.values()))
+    run(parts, log, 60.0 * options.minutes, options.jobs)
+    report(log, console)
+    return int(any(count.falls for count in log.counts().values()))
 
 
 def _repeat(parts: list[Part], seed: int, console: Console) -> int:
@@ -62,9 +58,10 @@ def _repeat(parts: list[Part], seed: int, console: Console) -> int:
     return int(tried.end == "fallen")
 
 
-def report(counts: Counts, console: Console) -> None:
+def report(log: Log, console: Console) -> None:
     """Print what has been tried, how it ended, what was counted on the way, and what has fallen."""
-    for name, count in counts.parts.items():
+    counts = log.counts()
+    for name, count in counts.items():
         table = Table("counted", "sum", title=name)
         for each, value in sorted(count.sums.items(), key=lambda item: -item[1]):
             table.add_row(each, f"{value:,.0f}")
@@ -72,17 +69,15 @@ def report(counts: Counts, console: Console) -> None:
             table.add_row(f"most: {each}", f"{value:.3g}")
         console.print(table)
     table = Table("part", *("tried", "accepted", "refused", "fallen", "hours"))
-    for name, count in counts.parts.items():
-        ends = [f"{count.ends.get(end, 0):,}" for end in ("accepted", "refused", "fallen")]
-        table.add_row(name, f"{count.tried:,}", *ends, f"{count.seconds / 3600.0:.2f}")
+    for name, count in counts.items():
+        ends = [f"{count.ends[end]:,}" for end in ("accepted", "refused", "fallen")]
+        table.add_row(name, f"{len(count.ended):,}", *ends, f"{count.seconds / 3600.0:.2f}")
     console.print(table)
-    for name, count in counts.parts.items():
-        for kind, often in count.kinds.items():
-            seeds = [fall.seed for fall in count.falls if fall.kind == kind]
-            details = next((fall.details for fall in count.falls if fall.kind == kind), "")
-            console.rule(f"{name}: {kind}, {often} times, seeds {seeds}")
-            console.print(details)
-    console.print(f"counts in {counts.path}")
+    for name, count in counts.items():
+        for kind, falls in count.falls.items():
+            console.rule(f"{name}: {kind}, {len(falls)} times, seeds {[seed for seed, _ in falls[:5]]}")
+            console.print(falls[0][1])
+    console.print(f"cases in {log.path}")
 
 
 if __name__ == "__main__":

@@ -43,7 +43,6 @@ class BlockWriter:
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
-        self.constructs: set[str] = set()
         self.table = Table()
         self.depth = 0.0  # to which the program has led on the part, mm
         self.height = 20.0  # where the wheel stands, mm
@@ -64,9 +63,6 @@ class BlockWriter:
 
     def _uniform(self, low: float, high: float) -> float:
         return self.rng.uniform(low, high)
-
-    def _saw(self, construct: str) -> None:
-        self.constructs.add(construct)
 
     # --------------------------------------------------------------------------------------------- words
 
@@ -107,7 +103,6 @@ class BlockWriter:
         feed = f" {self._feed(500.0)}" if move == "G01" else ""
         lines.append(f"{move} {self._at(self.down, self.height)}{feed}")
         if self._chance(0.05):
-            self._saw("dwell")
             lines.append(self._dwell())
         return lines
 
@@ -123,7 +118,6 @@ class BlockWriter:
         elif kind < 0.92:
             self.edge = part.across + self._one(5.0, -7.3)
         else:
-            self._saw("beside the part")
             self.edge = part.across + self._one(part.width + 10.0, -wheel.width - 10.0)
         return self.edge
 
@@ -139,9 +133,6 @@ class BlockWriter:
             return self._loop_of_cycles()
         pre = self.dress and self._chance(0.18)
         words = self._table_words() + self._dress_words(code, pre)
-        if pre:
-            self._saw(".1 form")
-        self._saw(code)
         lines = []
         if code != "G81":
             words += self._plunge_words(code)
@@ -157,12 +148,10 @@ class BlockWriter:
         far, near = self.start + part.length + 30.0, self.start - 30.0
         kind = self.rng.random()
         if self._odd(0.3):
-            self._saw("strokes inside the part")
             far, near = self._one((far, self.start + 20.0), (self.start + 0.7 * part.length, near))
         elif kind < 0.2:
             far, near = far - 25.0, near + 25.0
         elif self._odd(0.1):
-            self._saw("beside the part")
             far, near = self.start - 10.0, self.start - 60.0
         elif self._odd(0.1):
             far, near = near, far
@@ -180,7 +169,6 @@ class BlockWriter:
         kind = self.rng.random()
         if kind < 0.85:
             return float(round(self._uniform(4000.0, 30_000.0)))
-        self._saw("extreme E")
         # an E that the control clamps has no exact word in inches
         return self._one(400.0, 1500.0, 2999.0, 40_000.0, 50_000.0 if self.inch else 90_000.0, 60.0)
 
@@ -192,10 +180,8 @@ class BlockWriter:
         if "P" not in known or self._chance(0.5):
             words.append(f"P{DRESSER}")
             known.add("P")
-            self._saw("dress program")
         if code != "G81" and self._chance(0.45):
             words.append(f"D{self._one(0, 1, 1, 2, 3, 7)}")
-            self._saw("D")
         return words
 
     def _plunge_words(self, code: str) -> list[str]:
@@ -207,7 +193,6 @@ class BlockWriter:
                 deeper = 0.15
             target = min(self.surface - self.depth, self.height) - deeper
             if kind > 0.96 and not self.table.runs:
-                self._saw("above the part")
                 self.lift, self.height = f"G00 {self._at(self.down, self.surface + 0.5)}", self.surface + 0.5
                 target = self.surface + 0.3
             words.append(self._at(self.down, target))
@@ -219,14 +204,11 @@ class BlockWriter:
         if "J" not in known or self.way > 14.0 * self.pick or self._chance(0.8):
             self.pick = max(self._one(0.01, 0.01, 0.005, 0.017, 0.02, 0.05, 0.08), self.way / 14.0)
             if self._chance(0.05):
-                self._saw("J above the depth")
                 self.pick = 0.5
             words.append(self._pick(INTEGRANDS[self.down], -self.pick))
         if self._chance(0.25):
-            self._saw("Q")
             words.append(self._pick("Q", -self._one(0.0, 0.004, 0.009, 0.02)))
         if self._chance(0.5):
-            self._saw("L")
             words.append(f"L{self._one(0, 1, 1, 2, 3)}")
         words.append(
             self._feed(
@@ -275,16 +257,12 @@ class BlockWriter:
         self.pick = 0.01
         self.table.runs = body[-1] not in ("G80", "M01")
         self.table.known |= {"down", "J", "F"}
-        self._saw("G82")
         if "G80" in body:
             body.append(f"G00 {self._at(self.along, self.begin)}")
             if self._chance(0.3):
                 body.append(f"G00 {self._at(self.down, self.surface)}")
                 self.height = self.surface
-        else:
-            self._saw("second block in a running cycle")
         if self._chance(0.5):
-            self._saw("WHILE")
             return [
                 *lines,
                 f"#{variable}=0",
@@ -293,7 +271,6 @@ class BlockWriter:
                 *body,
                 "END 2",
             ]
-        self._saw("GOTO")
         label = 100 + self.gone
         return [
             *lines,
@@ -321,7 +298,6 @@ class BlockWriter:
                 lines.append(f"G01 {self._at(self.down, self.surface - self.depth)} {feed}")
                 self.height = self.surface - self.depth
             elif kind < 0.85:
-                self._saw("dwell")
                 lines.append(self._dwell())
             elif kind < 0.93:
                 self.edge += self._one(3.0, -3.0, 8.0)
@@ -340,20 +316,16 @@ class BlockWriter:
         self.height = self.surface - self.depth
         move, wait = f"G01 {goal} {self._feed(self._one(0.8, 3.0))}", ""
         if self._chance(0.6):
-            self._saw("dwell")
             wait = self._dwell(1.0)
         if self._chance(0.6):
-            self._saw("WHILE")
             lines = [f"#{variable}=0", f"WHILE [#{variable} LT {count}] DO 1", f"#{variable}=#{variable}+1"]
             return [*lines, move, wait, "END 1"]
-        self._saw("GOTO")
         label = 200 + self.gone
         lines = [f"#{variable}=0", f"N{label} #{variable}=#{variable}+1", move, wait]
         return [*lines, f"IF [#{variable} LT {count}] GOTO {label}"]
 
     def _redirected(self) -> str:
         """Another reversal point or speed for the table under way."""
-        self._saw("redirected table")
         self.table.known.discard("along")
         kind = self.rng.random()
         if kind < 0.4:
@@ -374,37 +346,29 @@ class BlockWriter:
             self.table.runs = False
             return ["G80", *(self._by_feed_moves() if self._chance(0.25) else [])]
         if kind < 0.34:
-            self._saw("dwell")
             return [self._dwell()]
         if kind < 0.46:
-            self._saw("M01 in a cycle" if runs else "M01")
-            self._saw("M01")
             return ["M01"]
         if kind < 0.60 and runs:
-            self._saw("M00 in a cycle")
             found = ["M00"]
             if self._chance(0.4):
                 found.append("G80")
                 self.table.runs = False
             return found
         if kind < 0.68 and runs:
-            self._saw("wheel left above")
             self.height = self.surface + self._one(0.3, 5.0, 20.0)
             return [f"G00 {self._at(self.down, self.height)}"]
         if kind < 0.76 and runs:
             return self._fed()
         if kind < 0.82:
             self.table.runs = False
-            self._saw("M01")
             return ["G80", "M01"]
         if kind < 0.88 and not runs:
             self.height = self.surface + 20.0
             return [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, self.begin)}"]
         if kind < 0.92:
-            self._saw("coolant or spindle in between")
             return [self._one("M09", "M08", "S1500 M03", "M05", "G97 S1800")] if self._odd(0.8) else [""]
         if kind < 0.95:
-            self._saw("G91")
             self.height += 0.02
             up = self._length(0.02)
             return ["G91", f"G01 {self.down}{up} {self._feed(60.0)}", "G90"]
@@ -412,7 +376,6 @@ class BlockWriter:
 
     def _by_feed_moves(self) -> list[str]:
         """Strokes by the program itself, from beside the part."""
-        self._saw("strokes by G01")
         part, self.height = self.job.part, self.surface + 20.0
         near, far = self.start - 30.0, self.start + part.length + 30.0
         lines = [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]
@@ -432,7 +395,6 @@ class BlockWriter:
         code = self._one("G77", "G76")
         first, second = {"G17": "XY", "G18": "ZX", "G19": "YZ"}[self.plane]
         infeed, space = (second, first) if code == "G77" else (first, second)
-        self._saw(f"grooving by {'the wheel' if self.job.setup.grooving_wheel else 'a tool'}")
         lines = [] if not self.table.runs else ["G80"]
         self.table.runs = False
         top = self.surface + self._one(1.0, 0.2)

@@ -162,4 +162,4 @@ class _Play:
         )
 
 
-PART = Part(name="calls", attempt=attempt, share=1.0)
+PART = Part(name="calls", attempt=attempt, share=2.0, growth=50.0)

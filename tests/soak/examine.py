@@ -3,10 +3,8 @@
 import math
 import random
 import time
-import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -32,9 +30,9 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
-from grind_env.shop.trials import Trials
 from tests.machine.harness import machine_after
 from tests.soak.limits import TooSlowError, limited
+from tests.soak.part import fallen
 from tests.soak.writer import Case
 
 SLOW = 5.0
@@ -110,10 +108,8 @@ def examine(case: Case, seconds: float = SLOW) -> Examined:
             )
             break
         except Exception as error:
-            frames = traceback.extract_tb(error.__traceback__)
-            last = next((frame for frame in reversed(frames) if "grind_env" in frame.filename), frames[-1])
-            kind = f"{name}: {type(error).__name__} in {Path(last.filename).name}:{last.name}"
-            examined.findings.append(Finding(kind, "".join(traceback.format_exception(error))))
+            fell = fallen(error)
+            examined.findings.append(Finding(f"{name}: {fell.kind}", fell.details))
             break
         if not go_on:
             break
@@ -296,7 +292,7 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.differ("replay: grinds what is refused", "ground", known["refused"][:300])
         return False
     examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
-    episode, wheels = ProgramEpisode(programs, job, job.parts), []
+    episode, wheels = ProgramEpisode(programs, job), []
     while episode.block is not None:
         mount, changes = episode.run.mount, episode.run.mount.changes
         episode.step({})
@@ -316,7 +312,6 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if not _by_blocks(simulation, record):
         return True
     _compare_parts(way, simulation, found, record, examined)
-    _compare_measures(way, simulation, record, examined)
     if simulation.script is not None:
         _choose(case, simulation, examined)
     return True
@@ -470,23 +465,6 @@ def _compare_parts(
         if not record.stages[part]:
             pairs["temperature"] = (found.outcome("rise")[blocks].max(), row["rise"])
         _compare(f"{way}: part", pairs, examined)
-
-
-def _compare_measures(way: str, simulation: JobSimulation, record: GrindingRecord, examined: Examined) -> None:
-    """What `optimise` says of the program itself."""
-    trials, parts = Trials(simulation, 1, ((0,),), simulation.blocks, alike=True, execution=0.0), record.parts
-    measured = trials.measure(trials.own[None], handover=False)
-    pairs = {
-        "cost": (measured.cost[0, 0], parts["total_cost"].mean() if not _worn_away(record) else measured.cost[0, 0]),
-        "seconds": (measured.seconds[0, 0], parts["seconds"].mean()),
-        "power": (measured.power[0, 0], parts["peak_power"].mean() / 1000.0),
-        "scrap": (measured.scrap[0, 0], 1.0 - parts["survival"].mean()),
-        "temperature": (measured.rise[0, 0], parts["rise"].mean()),
-        "highest temperature": (measured.highest_rise[0, 0], parts["highest_rise"].mean()),
-        "Ra": (measured.Ra[0, 0], parts["Ra"].mean()),
-        "size error": (measured.size_error[0, 0], np.abs(parts["worst_error"]).mean()),
-    }
-    _compare(f"optimise by {way}:", pairs, examined)
 
 
 def _reason(sentence: str) -> str:

@@ -9,7 +9,6 @@ import io
 import json
 import os
 import random
-import shutil
 import sys
 import tempfile
 import warnings
@@ -20,7 +19,7 @@ from grind_env.files import FORMULA
 from tests.soak.hostile import CANARY, MARKUP, lay
 from tests.soak.limits import TooSlowError, limited, room
 from tests.soak.part import Part, Tried, broken, fallen, refused
-from tests.soak.readers import NAME, READS, Read, call, good_files
+from tests.soak.readers import NAME, READS, Read, call, copied, good_folder
 from tests.test_printable import CONTROLS
 
 ROOM = 1 << 30
@@ -39,41 +38,20 @@ def __getattr__(name):
 """Leaves a file behind where its code is run."""
 STATUSES = (0, 1, 3, 4)
 """Of a command that has done its work."""
+SECRETS = {"secret_txt": f"{TOKEN}\n", "secret_toml": f'[login]\npassword = "{TOKEN}"\n'}
+"""What lies beside the good files, and nobody may read or write."""
 LAID = 0.08
 """Share of names under which no file lies."""
-FOLDER: list[Path] = []
-"""That of the good files of this process."""
 WARM: set[Read] = set()
 """What has read a good file in this process, so that what it needs is compiled."""
 
 
 def prepare() -> None:
     """Write good files."""
-    before = Path.cwd()
-    FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-good-")))
-    good_files(FOLDER[0])
-    os.chdir(before)
+    good_folder()
     modules = tempfile.mkdtemp(prefix="soak-modules-")
     Path(modules, f"{CANARY}.py").write_text(MODULE)
     sys.path.append(modules)
-
-
-class _copied:
-    """A folder with good files, into which one goes; beside it lies what nobody may read or write."""
-
-    def __enter__(self) -> Path:
-        self.before = Path.cwd()
-        self.base = Path(tempfile.mkdtemp(prefix="soak-files-"))
-        (self.base / "secret.txt").write_text(f"{TOKEN}\n")
-        (self.base / "secret.toml").write_text(f'[login]\npassword = "{TOKEN}"\n')
-        self.inside = self.base / "inside"
-        shutil.copytree(FOLDER[0], self.inside)
-        os.chdir(self.inside)
-        return self.inside
-
-    def __exit__(self, *raised: object) -> None:
-        os.chdir(self.before)
-        shutil.rmtree(self.base)
 
 
 def attempt(seed: int) -> Tried:
@@ -82,9 +60,9 @@ def attempt(seed: int) -> Tried:
     (read,) = rng.choices(READS, [each.weight for each in READS])
     if read not in WARM:
         WARM.add(read)
-        with _copied() as inside:
+        with copied(**SECRETS) as inside:
             _read(read, inside)
-    with _copied() as inside:
+    with copied(**SECRETS) as inside:
         path = inside / read.file
         if read.file != NAME and rng.random() < LAID:
             os.chdir(path.parent)

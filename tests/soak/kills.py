@@ -8,19 +8,14 @@ import os
 import random
 import re
 import resource
-import shlex
-import shutil
 import signal
 import sys
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from agents.application import app as agents
 from tests.soak.part import Part, Tried, broken
-from tests.soak.readers import call, contents, good_files
+from tests.soak.readers import call, contents, copied, good_folder
 
 MOMENTS = re.compile(rb"\d{4}-\d\d-\d\d[T ]?\d\d:\d\d(:\d\d(\.\d+)?)?|D:\d{14}|[0-9a-f]{10,}")
 """What differs from run to run: times, and names that are drawn."""
@@ -30,9 +25,9 @@ COMMANDS = (
     "run part.nc --record out.csv",
     "run part.nc --record out.parquet --plot out.png",
     "report part.nc",
-    "play --policy E12D1 --task oracle6 --no-window --output out.nc",
+    "play --policy E12000D1 --task oracle6 --no-window --output out.nc",
     "init made",
-    "evaluate --task oracle6 --policy E12D1 --episodes 2 --submit out.json",
+    "evaluate --task oracle6 --policy E12000D1 --episodes 2 --submit out.json",
     "calibrate --plan out.nc --program part.nc --job part.toml",
     f"optimise part.nc --parts 2 {SMALL} -o out.nc --report out.html --plot out.svg",
     "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc --plot out.svg",
@@ -85,7 +80,6 @@ class Whole:
 
 
 WATCH = Watch()
-FOLDER: list[Path] = []
 WHOLE: dict[str, Whole] = {}
 
 
@@ -93,10 +87,7 @@ def prepare() -> None:
     """Write good files."""
     sys.addaudithook(WATCH.hear)
     os.environ["SOURCE_DATE_EPOCH"] = "0"
-    before = Path.cwd()
-    FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-kills-")))
-    good_files(FOLDER[0])
-    os.chdir(before)
+    good_folder()
 
 
 def attempt(seed: int) -> Tried:
@@ -106,13 +97,14 @@ def attempt(seed: int) -> Tried:
     whole, rng = _whole(words), random.Random(seed)
     if whole.status not in STATUSES:
         return broken(f"{words}: status {whole.status}", "")
-    with _folder() as folder:
+    with copied() as folder:
         if turn % 2 and not words.startswith(("init", "advise")):  # these go on, or replace nothing
             _run(words)
         before = contents(folder)
         step, most = 1 + turn // 2 % max(whole.writes, 1), 0
         if turn % 4 == 3:
-            largest = max(len(data) for name, data in whole.files.items() if data and name not in _good())
+            good = contents(good_folder())
+            largest = max(len(data) for name, data in whole.files.items() if data and name not in good)
             step, most = 0, rng.randrange(1, largest)
         status = _killed(words, step, most)
         how = f"{words}, killed at write {step} of {whole.writes}, or beyond {most} bytes: {status}"
@@ -141,9 +133,9 @@ def attempt(seed: int) -> Tried:
 def _whole(words: str) -> Whole:
     """The run that is not killed, once in each process; it loads here what the killed ones need."""
     if words not in WHOLE:
-        with _folder() as folder:
+        with copied() as folder:
             _run(words)  # what is imported and compiled writes, too
-        with _folder() as folder:
+        with copied() as folder:
             WATCH.count, WATCH.kill, WATCH.on, WATCH.put = 0, 0, True, []
             status = _run(words)
             WATCH.on = False
@@ -153,12 +145,6 @@ def _whole(words: str) -> Whole:
 
 def _run(words: str) -> int:
     """Run a command here."""
-    if words.startswith("agents"):
-        try:
-            agents(shlex.split(words)[1:], standalone_mode=False)
-        except SystemExit as end:
-            return int(end.code or 0)
-        return 0
     return call(words).status
 
 
@@ -176,24 +162,6 @@ def _killed(words: str, step: int, most: int) -> int:
         os._exit(_run(words))
     finally:
         os._exit(99)
-
-
-@contextmanager
-def _folder() -> Iterator[Path]:
-    """A copy of the good files, in which one is."""
-    before = Path.cwd()
-    with tempfile.TemporaryDirectory(prefix="soak-killed-") as base:
-        folder = Path(base, "inside")
-        shutil.copytree(FOLDER[0], folder)
-        os.chdir(folder)
-        try:
-            yield folder
-        finally:
-            os.chdir(before)
-
-
-def _good() -> Mapping[str, bytes | None]:
-    return contents(FOLDER[0])
 
 
 def _writes(arguments: tuple[object, ...]) -> bool:

@@ -28,7 +28,7 @@ def attempt(seed: int) -> Tried:
     drawn = case(seed)
     examined = examine(drawn)
     most = {"slowest program, s": time.process_time() - began}
-    sums: Counter[str] = Counter(drawn.constructs | examined.happened)
+    sums: Counter[str] = Counter(examined.happened)
     sums[f"end: {examined.end or 'fell'}"] += 1
     sums[f"replay: {examined.replay or 'none'}"] += 1
     sums["strokes ground"] += examined.strokes

@@ -1,12 +1,14 @@
 """Every file that a command or a public function reads, with a good one of its kind, and how to have it read."""
 
+import functools
 import io
 import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stderr, redirect_stdout
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
@@ -73,8 +75,9 @@ SWEEP = "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"
 OPTIMISE = "optimise part.nc --parts 2 --budget 0.1s -o out.nc"
 ON_PLANTS = (
     *(f"run part.nc {OUT}", "run part.nc --json", "report part.nc -o out.html", OPTIMISE),
-    "evaluate --policy E12D1 --episodes 2",
-    *("evaluate --program part.nc --policy E12D1 --episodes 2", "play --policy handbook --no-window --output out.nc"),
+    "evaluate --policy E12000D1 --episodes 2",
+    "evaluate --program part.nc --policy E12000D1 --episodes 2",
+    "play --policy handbook --no-window --output out.nc",
 )
 READS = (
     Read("part.nc", "check part.nc", weight=3.0),
@@ -82,8 +85,8 @@ READS = (
     Read("part.nc", "trace part.nc --strokes 3"),
     Read("part.nc", f"run part.nc {OUT}", weight=3.0),
     Read("part.nc", "report part.nc -o out.html", weight=0.5),
-    Read("part.nc", "evaluate --program part.nc --policy E12D1 --episodes 2"),
-    Read("part.nc", "play --program part.nc --policy E12D1 --no-window --output out.nc"),
+    Read("part.nc", "evaluate --program part.nc --policy E12000D1 --episodes 2"),
+    Read("part.nc", "play --program part.nc --policy E12000D1 --no-window --output out.nc"),
     Read("part.nc", SWEEP, 30.0, weight=0.2),
     Read("part.nc", OPTIMISE, 60.0, weight=0.1),
     Read("part.nc", ADVISE),
@@ -103,11 +106,11 @@ READS = (
     Read("entries.toml", "catalogue --file entries.toml", weight=2.0),
     Read("task.toml", "tasks task.toml", weight=2.0),
     Read("task.toml", "tasks task.toml --json"),
-    Read("task.toml", "evaluate --task task.toml --policy E12D1 --episodes 2", weight=2.0),
+    Read("task.toml", "evaluate --task task.toml --policy E12000D1 --episodes 2", weight=2.0),
     Read("task.toml", "play --task task.toml --policy handbook --no-window --output out.nc"),
     Read("whole_task.toml", "tasks whole_task.toml", weight=2.0),
     Read("whole_task.toml", "figure dress --env whole_task.toml --dress-every 2 -o out.svg", weight=0.3),
-    Read("whole_task.toml", "evaluate --task whole_task.toml --policy E12D1 --episodes 2"),
+    Read("whole_task.toml", "evaluate --task whole_task.toml --policy E12000D1 --episodes 2"),
     Read("agent.safetensors", "evaluate --policy agent.safetensors --episodes 2", change=tensors, weight=4.0),
     Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
     Read("agent.zip", "evaluate --policy agent.zip --episodes 2"),
@@ -116,7 +119,7 @@ READS = (
     Read("measured.csv", f"{ADVISE} --measurements measured.csv", weight=3.0),
     Read("measured.csv", f"{LOOKING_ON} --measurements measured.csv"),
     Read("readings.jsonl", ADVISE, weight=3.0),
-    Read("readings.jsonl", f"{LOOKING_ON} --max-step 2 --bounds 5 20"),
+    Read("readings.jsonl", f"{LOOKING_ON} --max-step 2 --bounds 5000 20000"),
     Read("kept.advise.json", f"{ADVISE} --state kept.advise.json", weight=3.0, typed="further.jsonl"),
     Read("kept.advise.csv", f"{ADVISE} --state kept.advise.json", typed="further.jsonl"),
     Read("values.nc", f"{ADVISE} --write values.nc"),
@@ -133,12 +136,12 @@ READS = (
     Read("plant.toml", f"run part.nc --job plant.toml {OUT}", change=named, weight=2.0),
     Read("plant.toml", "check part.nc --job plant.toml", change=named),
     Read("plant.toml", "report part.nc --job plant.toml -o out.html", change=named, weight=0.3),
-    Read("plant.toml", "evaluate --program part.nc --job plant.toml --policy E12D1 --episodes 2", 30.0, named),
+    Read("plant.toml", "evaluate --program part.nc --job plant.toml --policy E12000D1 --episodes 2", 30.0, named),
     Read("plant.toml", f"{SWEEP} --job plant.toml", 30.0, named, weight=0.2),
     Read("plant.toml", f"{OPTIMISE} --job plant.toml", 60.0, named, weight=0.1),
     Read("plant.toml", f"{ADVISE} --job plant.toml", change=named),
     Read("plant_task.toml", "tasks plant_task.toml", change=named),
-    Read("plant_task.toml", "evaluate --task plant_task.toml --policy E12D1 --episodes 2", 30.0, named),
+    Read("plant_task.toml", "evaluate --task plant_task.toml --policy E12000D1 --episodes 2", 30.0, named),
     Read("plant_task.toml", "play --task plant_task.toml --policy handbook --no-window --output out.nc", 30.0, named),
     *(
         Read(f"read/{name}", read, change=tensors if name.endswith(".safetensors") else mutated)
@@ -188,9 +191,33 @@ def good_files(folder: Path) -> None:
     for name in ("tuned", "read"):
         (folder / name).mkdir()
     shutil.copy(PACKAGE / "policies" / "parameters" / "oracle6.toml", folder / "tuned" / "oracle6.toml")
-    call("evaluate --task oracle6 --policy E12D1 --episodes 2 --submit row.json")
+    call("evaluate --task oracle6 --policy E12000D1 --episodes 2 --submit row.json")
     call(f"{ADVISE} --state kept.advise.json", READINGS.splitlines()[0].encode())
     _files_of_readers(folder / "read", folder, agent)
+
+
+@functools.cache
+def good_folder() -> Path:
+    """The folder with the good files of this process."""
+    before, folder = Path.cwd(), Path(tempfile.mkdtemp(prefix="soak-good-"))
+    good_files(folder)
+    os.chdir(before)
+    return folder
+
+
+@contextmanager
+def copied(**beside: str) -> Iterator[Path]:
+    """A copy of the good files, in which one is; beside it lie texts by the stems of their names."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="soak-copy-") as base:
+        for stem, text in beside.items():
+            Path(base, stem.replace("_", ".")).write_text(text)
+        shutil.copytree(good_folder(), inside := Path(base, "inside"))
+        os.chdir(inside)
+        try:
+            yield inside
+        finally:
+            os.chdir(before)
 
 
 def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:

@@ -20,14 +20,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.soak.part import Part, Tried, broken, clean
-from tests.soak.readers import PACKAGE, contents, good_files
+from tests.soak.readers import PACKAGE, contents, good_folder
 from tests.test_printable import CONTROLS
 
 COMMANDS = (
     *("check part.nc --json", "trace part.nc", "run part.nc --record out.csv", "run part.nc --plot out.png", "facts"),
     *("run part.nc --json", "report part.nc -o out.html", "catalogue", "tasks", "tasks task.toml", "job --template"),
-    *("tasks grind/Rush-v0", "evaluate --policy E12D1 --episodes 2", "init made", "figure dress -o out.svg"),
-    *("play --policy E12D1 --no-window --output out.nc", "play --policy handbook", "--help", "", "run --help"),
+    *("tasks grind/Rush-v0", "evaluate --policy E12000D1 --episodes 2", "init made", "figure dress -o out.svg"),
+    *("play --policy E12000D1 --no-window --output out.nc", "play --policy handbook", "--help", "", "run --help"),
     *("advise part.nc --parts 2 --policy handbook", "calibrate settings.csv --job part.toml -o out.toml"),
     *("run missing.nc", "check missing.nc", "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"),
 )
@@ -126,12 +126,8 @@ FOLDER: list[Path] = []
 
 def prepare() -> None:
     """Write good files, and install the package where it is only read."""
-    before = Path.cwd()
+    good_folder()
     FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-around-")))
-    good = FOLDER[0] / "good"
-    good.mkdir()
-    good_files(good)
-    os.chdir(before)
     (FOLDER[0] / "grind").write_text("from grind_env.__main__ import main\nmain()\n")
     installed = FOLDER[0] / "site" / "grind_env"
     shutil.copytree(PACKAGE, installed, ignore=shutil.ignore_patterns("__pycache__"))
@@ -145,7 +141,7 @@ def attempt(seed: int) -> Tried:
     words = rng.choice(COMMANDS)
     with tempfile.TemporaryDirectory(prefix="soak-surroundings-") as base:
         folder = Path(base, "inside")
-        shutil.copytree(FOLDER[0] / "good", folder)
+        shutil.copytree(good_folder(), folder)
         before = contents(folder)
         around = _drawn(rng, folder, FOLDER[0] / "site" / "grind_env")
         began = time.monotonic()

@@ -13,13 +13,13 @@ from grind_env.plants import find_plant
 from tests.patience import wait_until
 from tests.soak import __main__ as soak
 from tests.soak import files
-from tests.soak.counts import Counts, load
 from tests.soak.files import PART as FILES
 from tests.soak.hostile import CANARY
 from tests.soak.kills import COMMANDS
+from tests.soak.log import Log
 from tests.soak.part import Part, Tried
 from tests.soak.readers import READS, Read, Said
-from tests.soak.turns import plan, run
+from tests.soak.turns import run
 from tests.test_outputs import TREE
 
 
@@ -58,33 +58,32 @@ def test_what_falls_is_told_however_it_falls(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(soak, "part_of", {"texts": ODD}.get)
-    monkeypatch.setattr("tests.soak.counts.commit", lambda: "00000000-dirty")
+    monkeypatch.setattr(soak, "log_in", lambda folder: Log(folder / "log.jsonl"))
     words = ["--part", "texts", "--minutes", "0.05", "--jobs", "1", "--out", str(tmp_path)]
     assert soak.main(words) == 1
     said = capsys.readouterr().err
-    count = load(tmp_path).of("odd")
-    assert count.kinds == {"ZeroDivisionError in test_soak.py:odd": 1, "its process ended with -9": 1, "hang": 1}
-    assert {fall.seed: fall.kind in said for fall in count.falls} == {3: True, 5: True, 7: True}
-    assert "Traceback" in count.falls[0].details and "test_soak.py" in count.falls[2].details
-    assert count.ends["fallen"] == 3 and count.tried == count.next > 10 and count.open == []
+    count = Log(tmp_path / "log.jsonl").counts()["odd"]
+    kinds = {"ZeroDivisionError in test_soak.py:odd": 3, "its process ended with -9": 5, "hang": 7}
+    assert {kind: falls[0][0] for kind, falls in count.falls.items()} == kinds and all(kind in said for kind in kinds)
+    assert "Traceback" in said and "test_soak.py" in count.falls["hang"][0][1]
+    assert count.ends["fallen"] == 3 and len(count.ended) == len(count.begun) > 10
     assert soak.main([*words[:2], "--seed", "3"]) == 1 and soak.main([*words[:2], "--seed", "4"]) == 0
 
 
 def test_a_run_that_is_killed_goes_on_with_every_case_once(tmp_path: Path) -> None:
-    counts = load(tmp_path)
-    first = counts.of("even").next
+    log = Log(tmp_path / "log.jsonl", 40)
     process = os.fork()
     if process == 0:
-        run([EVEN], counts, 3600.0)
-    wait_until(lambda: counts.path.exists() and load(tmp_path).of("even").tried > 20)
+        run([EVEN], log, 3600.0)
+    wait_until(lambda: "even" in log.counts() and len(log.counts()["even"].ended) > 20)
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
-    before = load(tmp_path)
-    assert len(before.of("even").open) in (1, 2)
-    run([EVEN], before, 0.5)
-    count = load(tmp_path).of("even")
-    assert count.open == [] and count.ends == {"accepted": count.next - first}
-    assert count.sums == {"seeds": sum(range(first, count.next))}
+    before = log.counts()["even"]
+    assert len(before.begun) - len(before.ended) in (0, 1, 2)
+    run([EVEN], log, 0.5)
+    count = log.counts()["even"]
+    assert count.begun.keys() == count.ended > before.ended and count.ends == {"accepted": len(count.begun)}
+    assert count.sums == {"seeds": sum(count.begun)}
 
 
 def growing(seed: int, kept: list[bytes] = []) -> Tried:  # noqa: B006
@@ -94,19 +93,10 @@ def growing(seed: int, kept: list[bytes] = []) -> Tried:  # noqa: B006
 
 
 def test_memory_that_grows_is_told(tmp_path: Path) -> None:
-    counts = Counts(tmp_path / "counts.json", {})
-    run([Part(name="growing", attempt=growing, growth=5.0), EVEN], counts, 1.0)
-    assert counts.of("growing").kinds == {"memory grows": 1} and counts.of("even").kinds == {}
-
-
-def test_every_part_has_its_share_and_every_process_is_busy_to_the_end() -> None:
-    parts = [Part(name=str(share), attempt=even, share=share) for share in (5.0, 1.0, 0.5, 1.5)]
-    lines = plan(parts, 1200.0, 2)
-    assert [sum(turn.seconds for turn in line) for line in lines] == pytest.approx([1200.0, 1200.0])
-    for part in parts:
-        seconds = sum(turn.seconds for line in lines for turn in line if turn.part is part)
-        assert seconds == pytest.approx(2400.0 * part.share / 8.0)
-    assert [len(line) for line in plan(parts[:1], 60.0, 2)] == [1, 1]
+    log = Log(tmp_path / "log.jsonl")
+    run([Part(name="growing", attempt=growing, growth=5.0), EVEN], log, 1.0)
+    counts = log.counts()
+    assert counts["growing"].falls.keys() == {"memory grows"} and counts["even"].falls == {}
 
 
 # --- hostile files ------------------------------------------------------------------------------------
@@ -115,8 +105,7 @@ def test_every_part_has_its_share_and_every_process_is_busy_to_the_end() -> None
 def of_command(words: str) -> str:
     """The name of a command in the tree of commands."""
     first, *others = words.split()
-    found = f"{first} {others[0]}" if first in ("figure", "agents") else first
-    return " ".join(words.split()[:3]) if first == "agents" else f"grind {found}"
+    return f"grind {first} {others[0]}" if first == "figure" else f"grind {first}"
 
 
 def test_every_command_that_reads_or_writes_has_its_turn() -> None:

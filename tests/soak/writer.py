@@ -22,13 +22,11 @@ class Case:
         seed: from which both follow.
         text: the program.
         job: what it is ground on.
-        constructs: what stands in it, by name.
     """
 
     seed: int
     text: str
     job: Job
-    constructs: frozenset[str]
 
 
 def case(seed: int) -> Case:
@@ -57,14 +55,11 @@ class Writer(BlockWriter):
         self.start, self.surface = self.job.part.start, self.job.part.surface
         if self._chance(0.12):
             self._lay_out()
-        if self.inch:
-            self.constructs.add("inch")
-        self.constructs.add(self.plane)
         self.dress = self._chance(0.65)
         text = "\n".join(line for line in [*self._program(), *self._called()] if line) + "\n"
         if rng.random() < 0.04:
             text = self._damaged(text)
-        return Case(seed, text, self.job, frozenset(self.constructs))
+        return Case(seed, text, self.job)
 
     # ------------------------------------------------------------------------------------------------- the job
 
@@ -74,7 +69,6 @@ class Writer(BlockWriter):
         wheel = catalogue.wheel(one("a60j", "a60j", "a60j", "a46h", "b126"))
         machine = catalogue.machine("default")
         if self._chance(0.35):
-            self._saw("weak spindle")
             machine = replace(machine, power_limit=round(math.exp(self._uniform(math.log(100.0), math.log(2500.0)))))
         machine = replace(
             machine,
@@ -83,8 +77,6 @@ class Writer(BlockWriter):
             reversal_dwell=one(0.15, 0.15, 0.0, 0.5),
             acceleration=one(1000.0, 1000.0, 400.0),
         )
-        if machine.stiffness < 20_000.0:
-            self._saw("soft machine")
         stock = one(0.1, 0.05, 0.03, 0.2)
         part = Part(
             material=material,
@@ -112,8 +104,6 @@ class Writer(BlockWriter):
             dresser_infeed=one(None, 0.03),
             grooving_wheel=self._chance(0.6),
         )
-        if setup.spindle == "by program":
-            self._saw("S and M03")
         change = one(None, None, 240.0)
         start = WheelStart(
             diameter=wheel.minimum_diameter + one(0.02, 0.2, 1.0) if self._chance(0.2) else None,
@@ -121,15 +111,10 @@ class Writer(BlockWriter):
             volume_since_dress=one(None, 50.0, 400.0),
             diamond_flat=one(0.0, 0.2),
         )
-        if change is not None and start.diameter is not None:
-            self._saw("wheel change")
         conditions = ()
         if self._chance(0.2):
-            self._saw("part conditions")
             conditions = tuple(self._conditions(part) for _ in range(self.parts + (rng.random() < 0.5)))
         gauge = one(0.0, 0.0, 12.0, 1.5)
-        if gauge > 0.0:
-            self._saw("gauging")
         return Job(
             part=part,
             setup=setup,
@@ -141,8 +126,6 @@ class Writer(BlockWriter):
 
     def _stages(self, stock: float) -> tuple[Stage, ...]:
         count = self._one(0, 0, 0, 1, 2)
-        if count:
-            self._saw("stages")
         return tuple(
             Stage(
                 stock=round(stock * (k + 1) / (count + 1), 4),
@@ -167,7 +150,6 @@ class Writer(BlockWriter):
 
     def _lay_out(self) -> None:
         """Lay another part beside that of the job, so that each is at a station."""
-        self._saw("stations")
         self.grooves = False
         one = self._one
         away = {
@@ -192,7 +174,6 @@ class Writer(BlockWriter):
                 Station(name="other", offset=second, origin=(x, y, z), part=other),
             )
         else:
-            self._saw("G52")
             there = {"X": x, "Y": y, "Z": z}
             words = (" ".join(letter + self._length(share * there[letter]) for letter in "XYZ") for share in (0.0, 1.0))
             self.places = [f"G52 {each}" for each in words]
@@ -207,7 +188,6 @@ class Writer(BlockWriter):
         self.job = replace(self.job, stations=stations, parts=conditions)
 
     def _diamond(self) -> Diamond:
-        self._saw("diamond")
         at = {self.along: -120.0, self.down: 10.0, self.across: -10.0}
         return Diamond(x=at["X"], y=at["Y"], z=at["Z"])
 
@@ -228,7 +208,6 @@ class Writer(BlockWriter):
         words = ""
         if job.setup.spindle == "by program" or self._chance(0.1):
             if job.setup.constant_surface_speed and not self._odd(0.5):
-                self._saw("G96")
                 speed = job.setup.wheel_speed * 60.0
                 words += f" G96 S{speed / 0.3048 if self.inch else speed:.0f} M03"
             else:
@@ -253,14 +232,11 @@ class Writer(BlockWriter):
         )
         self.shift = (shift[0], shift[1], shift[2])
         if kind < 0.08:
-            self._saw("G54 to G59.3")
             system = self._one("G55", "G56", "G59.1")
             number = {"G55": 2, "G56": 3, "G59.1": 7}[system]
             return [f"G10 L2 P{number} {words}", system]
         if kind < 0.15:
-            self._saw("G52")
             return [f"G52 {words}"]
-        self._saw("G92")
         self.shift = (0.0, 0.0, 0.0)
         return ["G92.1"]
 
@@ -273,22 +249,18 @@ class Writer(BlockWriter):
         return lines
 
     def _by_while(self) -> list[str]:
-        self._saw("WHILE")
         body = self._part(last=False)
         return ["#120=0", f"WHILE [#120 LT {self.parts}] DO 3", "#120=#120+1", *body, "END 3"]
 
     def _by_goto(self) -> list[str]:
-        self._saw("GOTO")
         body = self._part(last=False)
         return ["#121=0", "N60 #121=#121+1", *body, f"IF [#121 LT {self.parts}] GOTO 60"]
 
     def _by_subprogram(self) -> list[str]:
-        self._saw("M98")
         self.subprograms[SUBPROGRAM] = [*self._part(last=False), "M99"]
         return [f"M98 P{SUBPROGRAM} L{self.parts}"]
 
     def _by_macro(self) -> list[str]:
-        self._saw("G65")
         self.subprograms[MACRO] = [*self._part(last=False), "M99"]
         return [f"G65 P{MACRO} A{self._length(self.job.part.length)} L{self.parts}"]
 
@@ -311,8 +283,6 @@ class Writer(BlockWriter):
         for number in range(self._one(1, 1, 2, 2, 3)):
             if number and self._chance(0.5) and not self.table.runs:
                 lines += self._approach()
-            if self.table.runs and number:
-                self._saw("second block in a running cycle")
             lines += self._cycle()
             lines += self._after_cycle()
         if self.grooves and self._chance(0.7):
@@ -326,10 +296,8 @@ class Writer(BlockWriter):
         if self.table.runs:
             kind = self.rng.random()
             if kind < 0.1:
-                self._saw("M00 in a cycle")
                 lines += ["M00", "G80"]
             elif kind < 0.17:
-                self._saw("wheel left above")
                 lines += [up, "G80"]
             elif kind < 0.22:
                 lines += []
@@ -340,10 +308,6 @@ class Writer(BlockWriter):
         self.table.runs = bool(self.table.runs and not lines)
         if not last:
             stop = self._one("M00", "M00", "M00", "M00\nM01", "M01\nM00")
-            if self.table.runs:
-                self._saw("M00 in a cycle")
-            if "M01" in stop:
-                self._saw("M01")
             lines.append(stop)
         return lines
 
@@ -376,20 +340,15 @@ class Writer(BlockWriter):
             for number in range(self._one(0, 1, 1, 2)):
                 lines += [f"{down}{infeed} {fast}", f"{across}{there if number % 2 else back} {slow}"]
         elif shape < 0.67:
-            self._saw("dress by a loop")
             lines += ["G91", "#30=0", "#31=1", "WHILE [#30 LT 2] DO 3", f"G01 {down}{infeed} {fast}"]
             lines += [f"{across}[{there}*#31] {slow}", "#31=-#31", "#30=#30+1", "END 3"]
         elif shape < 0.75:
-            self._saw("dresser advances")
             lines += [f"G91 G01 {across}{there} {slow}", f"{across}{back}"]
         elif shape < 0.82:
-            self._saw("stop in a dress")
             lines += [f"G91 G01 {down}{infeed} {fast}", self._one("M01", "M00", "G04 P.5"), f"{across}{there} {slow}"]
         elif shape < 0.88:
-            self._saw("dress calls")
             lines += ["G91", f"M98 P{CALLED}"]
         elif shape < 0.93:
-            self._saw("dress misses or does nothing")
             lines += [f"G91 G01 {down}{infeed} {fast}", f"{across}{self._length(5.0)} {slow}"]
         else:
             lines += [f"G91 G01 {down}{infeed} {fast}", f"{across}{there} {slow}", f"G00 {down}{self._length(1.0)}"]
@@ -402,7 +361,6 @@ class Writer(BlockWriter):
 
     def _damaged(self, text: str) -> str:
         """The text with a block left out or said twice."""
-        self._saw("damaged")
         lines: Sequence[str] = text.split("\n")
         here = self.rng.randrange(len(lines))
         kept = [*lines[:here], *lines[here + 1 :]] if self._chance(0.5) else [*lines[:here], lines[here], *lines[here:]]

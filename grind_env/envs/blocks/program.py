@@ -1,39 +1,19 @@
-"""An episode as a part program: the blocks that an engineer could carry to the machine.
+"""The part program of an episode of a task: the blocks that an engineer could carry to the machine.
 
 Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
 (tests/envs/test_program_equality.py).
 """
 
 import functools
-import itertools
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from grind_env.belief.hidden import FACTORS
-from grind_env.control import Motion, ProgramEnd, Programs, ProgramStop, Source, execute, read
-from grind_env.control.cycles import RULES
-from grind_env.envs.episodes import Episodes
 from grind_env.envs.feed_motions import infeed_of, segments
-from grind_env.envs.history import History
-from grind_env.envs.tape import SPARE_FACTORS, TapeRow
-from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
-from grind_env.errors import quoted
-from grind_env.machine.dress.program import run_dress
-from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
-from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.run import GrindingRun
+from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, Task
 from grind_env.process.state import WheelState
-from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
-RECIPROCATING_AXIS = 0
-WHEEL_CHANGES, SURFACE = History._fields.index("wheel_changes"), PartState._fields.index("Z")
-KIND, STOCK = TapeRow._fields.index("kind"), TapeRow._fields.index("stock")
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
@@ -69,7 +49,7 @@ class CycleBlock(NamedTuple):
     """With which it began."""
     wheel_changes: int = 0
     """Wheel changes of the episode before the block."""
-    own: tuple[float, ...] = ()
+    extra_state: tuple[float, ...] = ()
     """What process and gauge remembered besides the wheel as it began."""
     stroke: tuple[float, float] | None = None
     """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
@@ -80,17 +60,6 @@ def number(value: float) -> str:
     """A word's number with a decimal point and at most three decimals, as the control reads it."""
     text = f"{value + 0.0:.3f}".rstrip("0")  # -0.0 is the same key of the cache as 0.0
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
-
-
-def coming_block(
-    task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
-) -> CycleBlock:
-    """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
-    row = episodes.row(i)
-    kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
-    surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
-    (wheel, own), changes = episodes.wheel_and_own(i), int(episodes.memory[i, WHEEL_CHANGES])
-    return CycleBlock(kind, surface, stock, float(speed), int(executions), pre_dress > 0.0, wheel, changes, own)
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
@@ -179,150 +148,3 @@ def dress_program(task: Task) -> list[str]:
         lines.append(f"G91 G01 Y{number(-task.dress.depth)} F60.")
         lines.append(f"Z{number(travel if k % 2 == 0 else -travel)} F{number(60.0 * task.dress_feed)}")
     return [*lines, f"G90 G00 Y{number(CLEAR)}", "M99"]
-
-
-def check_task(task: Task, cycle: str | None = None) -> None:
-    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none."""
-    try:
-        job(task, task.kinds[0])
-        for kind in task.kinds:
-            if not kind.starts_part:
-                _check_gauging(task, kind)
-    except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
-    if cycle is None:
-        return
-    if not isinstance(cycle, str) or cycle not in RULES:
-        raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(RULES)}")
-    if cycle != task.cycle:
-        raise TaskError(f"cycle is {cycle!r}, but the blocks of {task.name} are {task.cycle}: leave it out")
-
-
-def _check_gauging(task: Task, kind: Kind) -> None:
-    """Refuse a time to gauge a part that is over before the wheel is back, from its farther end, on the whole depth."""
-    depth = sum(each.stock for each in task.kinds)
-    there = f"G00 X{number(kind.length + task.setup.overrun)} Y{number(-depth)} Z0."
-    way = "\n".join([*start_of(task), there, "M01", *approach(task, depth), "M30"])
-    events = execute(read(way), job(task, kind).control)
-    began, ended = (event.time for event in events if isinstance(event, ProgramStop | ProgramEnd))
-    least = ended - began
-    if task.setup.gauge < least:
-        raise wrong("setup.gauge", task.setup.gauge, f"at least {least:.1f} s, which the way takes", TaskError)
-
-
-def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
-    """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
-
-    Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
-    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else where the first block
-    begins to cut.
-    """
-    setup = Setup(
-        wheel=task.wheel,
-        dresser=task.dresser,
-        fluid=task.fluid,
-        machine=task.machine,
-        wheel_speed=task.setup.wheel_speed,
-    )
-    change = None if task.wheel_change is None else task.wheel_change.seconds
-    times = Times(load=task.setup.load, gauge=task.setup.gauge, dress_setup=0.0, wheel_change=change)
-    part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
-    bare = Job(part=part, setup=setup, times=times)
-    depth = min(kinds[0].pick, kinds[0].stock) if first is None else first
-    position = (-task.setup.overrun, -depth, 0.0)
-    programs = read("\n".join(["M30", *dress_program(task)]))
-    motions = run_dress(programs, DRESS_PROGRAM, bare, bare.control, position, RECIPROCATING_AXIS).plan
-    beyond = task.dress_seconds - motions.seconds
-    if beyond < 0.0:
-        least = task.dress.setup - beyond
-        raise wrong("dress.setup", task.dress.setup, f"at least {least:.1f} s, which its way takes", TaskError)
-    return replace(bare, times=replace(times, dress_setup=beyond))
-
-
-def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
-    """The job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
-    if task.cycle != "G82":
-        return job(task, *task.kinds, first=0.0)
-    first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
-    return job(task, *(block.kind for block in blocks[: first + 1]))
-
-
-def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
-    """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
-    kind, depths = kinds[-1], list(itertools.accumulate(stocks))
-    stages = tuple(
-        Stage(
-            stock=depth,
-            roughness_limit=earlier.roughness_limit,
-            tolerance=earlier.tolerance,
-            rise_allowance=earlier.rise_allowance,
-        )
-        for earlier, depth in zip(kinds[:-1], depths, strict=False)
-    )
-    return Part(
-        material=task.catalogue.material(material),
-        length=kind.length,
-        width=kind.width,
-        height=kind.height,
-        stock=depths[-1],
-        roughness_limit=kind.roughness_limit,
-        tolerance=kind.tolerance,
-        scrap_cost=kind.scrap,
-        rise_allowance=kind.rise_allowance,
-        stages=stages,
-    )
-
-
-def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
-    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
-    parts: list[list[TapeRow]] = []
-    for row in (TapeRow(*values) for values in tape.tolist()):
-        if task.kinds[int(row.kind)].starts_part:
-            parts.append([])
-        parts[-1].append(row)
-    return [
-        PartConditions(
-            part=part_of(
-                task,
-                [task.kinds[int(row.kind)] for row in rows],
-                [row.stock for row in rows],
-                task.materials[int(rows[0].material)],
-            ),
-            factors=_factors(task, rows[0], FACTORS),
-            new_wheel_factors=_factors(task, rows[0], SPARE_FACTORS) if task.wheel_change else None,
-        )
-        for rows in parts
-    ]
-
-
-def _factors(task: Task, row: TapeRow, fields: tuple[str, ...]) -> dict[str, float]:
-    """Factors on the stroke parameters `FACTORS`, from these fields of the tape, with those fixed in the task."""
-    drawn = {name: getattr(row, field) for name, field in zip(FACTORS, fields, strict=True)}
-    return {**task.factors, **{name: value * task.factors.get(name, 1.0) for name, value in drawn.items()}}
-
-
-def request_times(programs: Programs, job: Job) -> tuple[float, ...]:
-    """Times of the control, s, at which the operator asks for a dress; for `Control.operator_dress_at`.
-
-    A request is made when the last motion or dwell before the dwell that says so has ended.
-    """
-    ahead, before = set(), 0
-    for source in programs.main.blocks:
-        if REQUEST in source.text:
-            ahead.add(before)
-        if source.text.startswith("G04") or " Y" in source.text:
-            before = source.line
-    if not ahead:
-        return ()
-    control, times = replace(job.control), []
-    execution = execute(programs, control)
-    run = None if job.process.before is None else GrindingRun(programs, job, control, job.parts)
-    for event in execution:
-        if run is not None:  # the table has a speed of its own
-            run.take(event)
-            run.tell(execution)
-        if isinstance(event, Motion) and event.source is Source.PROGRAM and event.line in ahead:
-            control.request_dress()
-            # just after it, not in the same moment, in which the table may turn
-            times.append(event.finish + 1e-6)
-    return tuple(times)

@@ -6,13 +6,14 @@ import numpy as np
 
 from grind_env.arrays import Table
 from grind_env.control import CycleAhead, CycleStart, Motion, execute, read
-from grind_env.envs.blocks.program import CycleBlock, job_of, program_of
+from grind_env.envs.blocks.job import job_of
+from grind_env.envs.blocks.program import CycleBlock, program_of
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Kind, Task
 from grind_env.machine.script.block import RestTimes, ScriptBlock
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import DRESS_PASSES, OWN_WORDS
-from grind_env.machine.script.tables import BlockRow, ScriptTables, is_whole, tables_of
+from grind_env.machine.script.tables import BlockRow, ScriptTables, is_covered, tables_of
 
 
 def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
@@ -24,7 +25,7 @@ def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
     scripts = [_script_of(task, kind) for kind in task.kinds]
     found = [tables_of(script) for script in scripts]
     rows = np.arange(len(kinds)) // len(task.materials)
-    plans, own, ways = (np.concatenate([each[k] for each in found])[rows] for k in (1, 2, 3))
+    plans, own, rest_times = (np.concatenate([each[k] for each in found])[rows] for k in (1, 2, 3))
     # the mean infeed of a dress program is off by rounding
     own[:, DRESS_PASSES:] = task.dress.passes, task.dress_feed, task.dress.depth, task.dress_seconds
     blocks = [
@@ -32,14 +33,14 @@ def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
         for k, row in zip(rows.tolist(), kinds.tolist(), strict=True)
     ]
     zones = np.concatenate([found[k].zones for k in rows.tolist()], axis=1)
-    tables = ScriptTables(np.array(blocks), plans, own, ways, found[0].motions, zones)
+    tables = ScriptTables(np.array(blocks), plans, own, rest_times, found[0].motions, zones)
     lead = np.array([task.kinds[k].pick if task.cycle == "G82" else 0.0 for k in rows.tolist()])
-    return tables, lead, all(map(is_whole, scripts, found))
+    return tables, lead, all(map(is_covered, scripts, found))
 
 
 def _script_of(task: Task, kind: Kind) -> Script:
     """The script of a block on a part of its own."""
-    block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, 1000.0 * task.action.speed_ends[0])
+    block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, task.action.speed_ends[0])
     programs, job, stands = read(program_of(task, [block])), job_of(task, [block]), (0.0, 0.0, 0.0)
     events = execute(programs, replace(job.control, announce_cycles=True))
     for event in events:
@@ -50,8 +51,8 @@ def _script_of(task: Task, kind: Kind) -> Script:
         elif isinstance(event, CycleStart):
             plan = event.plan
             break
-    ways = (RestTimes(),) * 4
-    ground = ScriptBlock(text, False, plan, stands, stands, False, None, ways=ways, ends_part=True)
+    rest_times = (RestTimes(),) * 4
+    ground = ScriptBlock(text, False, plan, stands, stands, False, None, rest_times=rest_times, ends_part=True)
     return Script(programs, job, (ground,), 0.0, OWN_WORDS)
 
 

@@ -1,41 +1,29 @@
 """Episodes of a task whose steps are cycle blocks: its program has holes for E and D, and its tape says the stocks."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grind_env.control import read
-from grind_env.envs.blocks.program import (
-    block_text,
-    coming_block,
-    conditions,
-    job_of,
-    program_of,
-    request_times,
-)
 from grind_env.envs.blocks.script import task_script
+from grind_env.envs.blocks.writer import TaskWriter
 from grind_env.envs.branches import BlockBranches
 from grind_env.envs.contexts import without_effect
-from grind_env.envs.cost import Outcome, shop_row
+from grind_env.envs.cost import shop_row
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.observations import constant_readings, readings, scaling
-from grind_env.envs.simulation import NO_SETTINGS, Simulation, Written
+from grind_env.envs.program_writer import ProgramWriter
+from grind_env.envs.simulation import NO_SETTINGS, Simulation
 from grind_env.envs.tables import kind_table
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import Scratch, Tables
-from grind_env.envs.view import view_of
-from grind_env.machine.grind import grind
-from grind_env.machine.job import WheelStart
+from grind_env.envs.view import TaskViewer, Viewer
 from grind_env.machine.loops.feeding import Feeding
 from grind_env.machine.loops.rows import RULES_FROM
-from grind_env.machine.record import GrindingRecord
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process
-from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants
@@ -77,39 +65,19 @@ class BlockSimulation(Simulation):
         self._scratch = Scratch(2 * (task.action.executions + 1) if task.infeed > 0.0 else 0)
         self._scaling, self._generator = scaling(task, self.entries), EpisodeGenerator(task)
 
-    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
-        block = coming_block(self.task, episodes, i, speed, executions, pre_dress)
-        if self._infeed == 0.0 or self.process.before is None:
-            return block
-        # how long a stroke takes on a table with a speed of its own, a copy shows
+    @property
+    def writer(self) -> ProgramWriter:
+        return TaskWriter(self.task, self.process, self.with_full_tapes, self.stroke_times)
+
+    @property
+    def viewer(self) -> Viewer:
+        return TaskViewer(self.task, self.writer.text)
+
+    def stroke_times(self, episodes: Episodes, i: int, choice: Sequence[float]) -> tuple[float, float]:
+        """Return how long a stroke takes in the coming block of a G81, and the rest at its end, s: a copy shows it."""
         room = self._scratch.take(1)
-        choice = tuple(np.array([number]) for number in (speed, executions, pre_dress))
-        self._run(episodes.pick([i]), (*choice, NO_SETTINGS), np.arange(1), room)
+        numbers = tuple(np.array([number]) for number in choice)
+        self._run(episodes.pick([i]), (*numbers, NO_SETTINGS), np.arange(1), room)
         found = Feeding(*room[CYCLES][0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
         self._scratch.give_back(room)
-        return block._replace(stroke=(found.travel, found.dwell))
-
-    def text(self, block: Any) -> str:
-        return block_text(self.task, block)
-
-    def program(self, blocks: Sequence[Any]) -> str:
-        return program_of(self.task, blocks)
-
-    def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
-        program, found, start = self.program(blocks), blocks[0].wheel, self.task.start
-        wheel = WheelStart(
-            diameter=found.ds,
-            diamond_flat=found.wd,
-            wear_flat_area=None if start.wear_flat_area is None else found.A,
-            volume_since_dress=None if start.wear_flat_area is None else found.V,
-        )
-        parts, own = conditions(self.task, self.tape(episodes, i)), blocks[0].own[: len(self.process.own._fields)]
-        shop = replace(job_of(self.task, blocks), wheel=wheel, parts=tuple(parts), process=self.process, own=own)
-        return Written(program, shop, request_times(read(program), shop))
-
-    def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
-        program, shop, requests = self.written(episodes, i, blocks)
-        return grind(read(program), shop, control=replace(shop.control, operator_dress_at=requests))
-
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
-        return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
+        return found.travel, found.dwell

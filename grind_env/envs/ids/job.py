@@ -47,10 +47,10 @@ def make(
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D = 0 up to 1/3 and 1 to 3 in equal bins
-    above. The other forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which has
-    no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). There is
-    no third component for a pre-dress: it is not a word of the block but another code, and whether a G82 is a G82.1 the
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3000 to 30,000 mm/min, D = 0 up to 1/3 and 1 to 3 in equal
+    bins above. The other forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which
+    has no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). A
+    pre-dress is no third component: it is not a word of the block but another code, and whether a G82 is a G82.1 the
     program says.
 
     ## Observation space
@@ -109,8 +109,8 @@ def make(
         raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
     if cycle is not None:
         raise TaskError(f"cycle is {cycle!r}, but the program of grind/Job-v0 says which cycles it runs: leave it out")
-    held = variables_of(check_variables(variables), "variables:")
-    simulation = load_simulation(program, job, parts, spread, observation, held, plant)
+    numbers = variables_of(check_variables(variables), "variables:")
+    simulation = load_simulation(program, job, parts, spread, observation, numbers, plant)
     for sentence in simulation.unread:
         warnings.warn(sentence, GrindWarning, stacklevel=2)
     return GrindEnv(

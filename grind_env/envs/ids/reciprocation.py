@@ -16,11 +16,11 @@ make = fixed(
     is that many requests of the operator for a dress, at equal fractions of depth, each of which the control serves
     at the next reversal point. Plates, wheel and what is random are those of `grind/PowerLimited-v0`.
 
-    Actions, observation, reward and episode are those of `GrindEnv`, with E from 3 to 30 m/min and D from 0 to 3;
-    `predress=True` lets an action ask for the G81.1 form. The coming block has no pick to be observed; `last_pick` is
-    what the infeed covered in a stroke of the last block. `info["block"]` holds all blocks of the step, a line each.
+    Actions, observation, reward and episode are those of `GrindEnv`, with E from 3000 to 30,000 mm/min and D from 0 to
+    3; `predress=True` lets an action ask for the G81.1 form. The coming block has no pick to be observed; `last_pick`
+    is what the infeed covered in a stroke of the last block. `info["block"]` holds all blocks of the step, a line each.
 
-    `part_program()` is the episode as a program; `operator_dress_at()` says when the operator has to ask for a dress.
+    `part_program()` is the episode as a program; `written().requests` says when the operator has to ask for a dress.
     """,
 )
 make_vector = side_by_side(make)

@@ -20,8 +20,8 @@ make = fixed(
     its width: the steps that wear makes on the face of a wheel whose leading edge takes the depth are not modelled.
 
     `part_program()` is the episode as a program, and `record()` what `machine.grind` makes of it. Actions, reward and
-    episode are those of `GrindEnv`, with E from 3 to 30 m/min and D from 0 to 3; `predress=True` lets an action ask for
-    the G83.1 form.
+    episode are those of `GrindEnv`, with E from 3000 to 30,000 mm/min and D from 0 to 3; `predress=True` lets an
+    action ask for the G83.1 form.
     """,
 )
 make_vector = side_by_side(make)

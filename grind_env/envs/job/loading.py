@@ -41,8 +41,8 @@ def load_simulation(
     programs = read_file(path)
     batch = repeated(programs, parts, variables)
     plants = plants_of(plant)
-    held = load_job(beside(path, ".toml") if job is None else job, plant=None if plants is None else plants.first)
-    settings, plants = replace(held, variables=variables), plants or plants_of(None, held.plant)
+    loaded = load_job(beside(path, ".toml") if job is None else job, plant=None if plants is None else plants.first)
+    settings, plants = replace(loaded, variables=variables), plants or plants_of(None, loaded.plant)
     if settings.parts:
         message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
         raise JobError(message, "parts")

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.cost import Outcome
+from grind_env.envs.cost import Found, Outcome
 from grind_env.envs.gauge import GAUGE, gauged_diameter
 from grind_env.envs.history import History
+from grind_env.envs.job.disturbances import NEW_LOT
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.tape import NEW_LOT
-from grind_env.envs.simulation import BOOKED, DIAMETER
-from grind_env.envs.transition import EpisodeArrays, Found, settle_of
+from grind_env.envs.simulation import BOOKED, DIAMETER, without_wheel_changes
+from grind_env.envs.transition import EpisodeArrays, settle_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import D, E
 
@@ -59,7 +59,7 @@ class MeasuredEpisode:
     """
 
     def __init__(self, simulation: JobSimulation) -> None:
-        self.simulation = simulation.with_spread(0.0).without_wheel_changes()
+        self.simulation = without_wheel_changes(simulation.with_spread(0.0))
         self._episodes = self.simulation.start([np.random.default_rng(0)])
         self._episodes.tape[..., NEW_LOT] = 0.0
         self._episodes.tape[0, 0, NEW_LOT] = 1.0
@@ -87,7 +87,7 @@ class MeasuredEpisode:
     def take(self, speed: float, executions: int, measured: Measured) -> None:
         """The coming block was ground with E (mm/min) and D, and this was measured of it."""
         simulation, episodes = self.simulation, self._episodes
-        number, kept = episodes.block.copy(), episodes.memory.copy()
+        number, before = episodes.block.copy(), episodes.memory.copy()
         ends = simulation.blocks[int(number[0])].finished > 0
         settings = simulation.own_settings(episodes)
         speeds, dresses = np.array([speed]), np.array([float(executions)])
@@ -107,12 +107,12 @@ class MeasuredEpisode:
         )
         found = Found(
             good=1.0,
-            size_error=float(kept[0, SIZE]) if measured.size_error is None else measured.size_error,
+            size_error=float(before[0, SIZE]) if measured.size_error is None else measured.size_error,
             change=float(measured.new_wheel),
             handover=0.0,
             pick=float(episodes.memory[0, PICK]),
         )
-        episodes.block[:], episodes.memory[:] = number, kept
+        episodes.block[:], episodes.memory[:] = number, before
         if ends and measured.Ra_before is not None:
             episodes.memory[0, GAUGED] = self._roughness(measured.Ra_before)
         if measured.diameter is not None:

@@ -117,7 +117,7 @@ def outline_of_runs(
     programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
     """The cycle blocks of a program that has to be run to know them, on parts as the job states them."""
-    episode = ProgramEpisode(programs, job, job.parts)
+    episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:
         runs.append(episode.step({}))
@@ -125,7 +125,7 @@ def outline_of_runs(
         between()
     blocks = tuple(_outlines(runs, episode))
     for choice in trials:
-        trial = ProgramEpisode(programs, job, job.parts, course_of(blocks))
+        trial = ProgramEpisode(programs, job, course_of(blocks))
         for block in blocks:
             trial.step(block.words(choice))
             between()

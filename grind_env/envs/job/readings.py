@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from grind_env.control.cycles import RULES
 from grind_env.envs.gauge import ROUGHNESS_NOISE, SIZE_NOISE
+from grind_env.envs.job.disturbances import spreads
 from grind_env.envs.job.outline import BlockOutline
-from grind_env.envs.job.tape import spreads
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 
-ACTION = ActionRange(executions=3, speed_range=(3.0, 30.0))
+ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
 
 SEEN = (

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
-from grind_env.control.rewriting import with_words
 from grind_env.envs.branches import ProgramBranches
-from grind_env.envs.contexts import Given
-from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.history import FOUND
+from grind_env.envs.job.disturbances import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -36,27 +36,24 @@ from grind_env.envs.job.outline import (
     refuse_more,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
-from grind_env.envs.job.text import with_words_chosen
+from grind_env.envs.job.writer import JobWriter
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import DIAMETER, Simulation, Written
+from grind_env.envs.program_writer import ProgramWriter
+from grind_env.envs.simulation import DIAMETER, Simulation
 from grind_env.envs.tape import BLOCKS
-from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
-from grind_env.envs.view import job_view
+from grind_env.envs.transition import KIND, EpisodeArrays, price_of_handover, settle_of
+from grind_env.envs.view import ProgramViewer, Viewer
 from grind_env.machine.job import Job, PartConditions, require_conditions
-from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
-from grind_env.machine.script.tables import is_whole, tables_of
+from grind_env.machine.script.tables import is_covered, tables_of
 from grind_env.process.gauge import Gauge
-from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants
@@ -72,21 +69,7 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
         picks: the lowest and the highest J, mm; none for those of the program.
         spark_outs: the same of L.
     """
-    low, high = ACTION.speed_ends
-    return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
-
-
-class RunBlock(NamedTuple):
-    """A cycle block with what was chosen for it."""
-
-    number: int
-    """Of the block, from 0."""
-    speed: float
-    """E, mm/min."""
-    executions: int
-    """D."""
-    own: tuple[float, ...]
-    """What process and gauge remembered besides the wheel as it began."""
+    return Ranges(E=ACTION.speed_ends, J=picks, L=spark_outs)
 
 
 class JobSimulation(Simulation):
@@ -119,6 +102,7 @@ class JobSimulation(Simulation):
     """
 
     branches: ProgramBranches
+    whole_program = True
 
     def __init__(
         self,
@@ -170,7 +154,7 @@ class JobSimulation(Simulation):
                 "table over the part, and no E, F or D to choose"
             )
         self.compiled = self.script is not None
-        self._covered = self.script is None or is_whole(self.script, self.tables)
+        self._covered = self.script is None or is_covered(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -255,22 +239,28 @@ class JobSimulation(Simulation):
             first = np.minimum(np.searchsorted(self.part_of_block, np.arange(self.parts)), forces.shape[1] - 1)
             for i, number in enumerate(machine.tolist()):
                 job = self.machines.jobs[number]
-                conditions = [
-                    each.forced(factor)
-                    for each, factor in zip(self.conditions(episodes, i), forces[i, first].tolist(), strict=True)
-                ]
-                episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
+                parts = zip(self.conditions(episodes, i), forces[i, first].tolist(), strict=True)
+                job = replace(job, parts=tuple(each.forced(factor) for each, factor in parts))
+                episodes.programs[i] = ProgramEpisode(self.programs, job, course_of(self.blocks))
         return episodes
 
-    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
-        return Episodes(**self._room(n, True), whole_program=True)
+    @property
+    def writer(self) -> ProgramWriter:
+        return JobWriter(self.programs, self.job, self.blocks, self.conditions)
 
-    def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
+    @property
+    def viewer(self) -> Viewer:
+        return ProgramViewer(self.programs.name, self.task, self.job, self.blocks, self.parts, self.writer.text)
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        given = drawn(self, given, rngs)
+        super().restart_all(episodes, index, rngs, given)
         for i, each in zip(index, given, strict=True) if self.script is None else ():
-            conditions = self.conditions(episodes, i)
             job = self.job if each.plant is None else self.job.on(each.plant.first)
-            program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
-            episodes.programs[i : i + 1] = [program]
+            job = replace(job, parts=self.conditions(episodes, i))
+            episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, job, course_of(self.blocks))]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
         """What the parts of episode i are like."""
@@ -285,41 +275,6 @@ class JobSimulation(Simulation):
         said = np.where(self._inch[number], inches, np.rint(speeds))
         said = np.where(speeds == self._settings[number, E], speeds, said)
         return said, executions * self._takes_dresses[number]
-
-    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
-        return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
-
-    def text(self, block: RunBlock) -> str:
-        return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
-
-    def program(self, blocks: Sequence[RunBlock]) -> str:
-        """As `Simulation.program`; blocks that have not been run keep their own words."""
-        return with_words_chosen(
-            self.programs, [(self.blocks[block.number].block, self.words(*block[:3])) for block in blocks]
-        )
-
-    def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
-        return Written(self.program(blocks), self._job(episodes, i, blocks))
-
-    def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
-        """The job with the parts of episode i, and what its process remembered when it began."""
-        own = blocks[0].own[: len(self.job.process.own._fields)]
-        return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)
-
-    def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
-        """As `Simulation.record`, up to the block that comes after these."""
-        job = self._job(episodes, i, blocks)
-        program = ProgramEpisode(self.programs, job, job.parts)
-        for block in blocks:
-            program.step(self.words(*block[:3]))
-        return program.run.record()
-
-    def view(
-        self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
-    ) -> EpisodePicture:
-        text = self.text(blocks[-1]) if blocks else ""
-        said = self.programs.name, self.task, self.job, self.blocks, self.parts
-        return job_view(*said, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
@@ -370,7 +325,7 @@ class JobSimulation(Simulation):
     def _execute(self, episodes: Episodes, chosen: Table, active: NDArray[np.int64]) -> tuple[Table, Table]:
         """Let the control execute the next block of programs without a script."""
         outcomes, tallies = (np.zeros((len(chosen), len(record._fields))) for record in (Outcome, Tally))
-        programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        programs, found = episodes.programs, np.zeros((len(chosen), len(Found._fields)))
         before = episodes.wheels[active, DIAMETER]
         words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
@@ -400,9 +355,8 @@ class JobSimulation(Simulation):
         return outcomes, tallies
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
-        """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""
-        if run.plan.program is None or program.run.wheel is None:
+        number, machine = run.plan.program, program.run
+        if machine.wheel is None:
             return 0.0
-        dress = program.run.dressing.plans[run.plan.program]
-        wheel, p = program.run.wheel, program.run.part.p
-        return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
+        own = own_settings(run.plan, None if number is None else machine.dressing.plans[number])
+        return price_of_handover(own, Shop(*self.shops[0].tolist()), machine.wheel, machine.part.p)

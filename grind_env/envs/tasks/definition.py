@@ -278,12 +278,13 @@ class Task:
         return plunges + 1 + kind.sparkout
 
     def stroke_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a stroke of a block of that kind at E `speed` (m/min) with its reversal dwell, s."""
-        vw = 1000.0 * speed / 60.0
-        return motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
+        """Time of a stroke of a block of that kind at E `speed` (mm/min) with its reversal dwell, s."""
+        return (
+            motion_time(self.stroke_length(kind), speed / 60.0, self.machine.acceleration) + self.machine.reversal_dwell
+        )
 
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a block of nominal stock at E `speed` (m/min) without a dress, with what comes before it, s."""
+        """Time of a block of nominal stock at E `speed` (mm/min) without a dress, with what comes before it, s."""
         stroke, wait = self.stroke_seconds(kind, speed), self.wait_seconds(kind)
         if self.infeed > 0.0:
             return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + wait
@@ -369,7 +370,7 @@ def _check_strokes(task: Task, kind: Kind) -> None:
         if motion_time(pick, feed / 60.0, task.machine.acceleration) > 0.5 * fastest:
             raise TaskError(
                 f"{key} is {pick:g} mm, which at {feed:g} mm/min takes longer than half a stroke of a {kind.name} "
-                f"at {task.action.speed_ends[1]:g} m/min, {0.5 * fastest:.3g} s: take less",
+                f"at {task.action.speed_ends[1]:g} mm/min, {0.5 * fastest:.3g} s: take less",
                 key,
                 pick,
             )

@@ -13,12 +13,12 @@ from grind_env.process.entries import Quantity
 from grind_env.process.parameters import USUAL_HEIGHT
 from grind_env.process.tables import TableError, check, wrong
 
-SPEED = Quantity("E", "m/min", 1, 60)
-"""The control goes no faster; the process model holds from 3 to 40 m/min."""
+SPEED = Quantity("E", "mm/min", 1000, 60_000)
+"""The control goes no faster; the process model holds from 3000 to 40,000 mm/min."""
 LONGEST_NAME = 40
 """Characters of the name of a kind, which stands in messages and in the names of observation entries."""
-USUAL_SPEEDS = (3.0, 30.0)
-"""m/min; the range of E for a task that gives none."""
+USUAL_SPEEDS = (3000.0, 30_000.0)
+"""mm/min; the range of E for a task that gives none."""
 
 
 class TaskError(TableError):
@@ -52,7 +52,7 @@ class ActionRange:
 
     Attributes:
         executions: most dress executions D of a block.
-        speed_range: lowest and highest E, chosen geometrically between them; 3 to 30 m/min if there are no levels.
+        speed_range: lowest and highest E, chosen geometrically between them; 3000 to 30,000 if there are no levels.
         speed_levels: the values of E to choose from, in place of a range.
     """
 
@@ -68,14 +68,12 @@ class ActionRange:
         check(self, "action", TaskError)
         low, high = self.speed_ends
         if not low < high:
-            message = (
-                f"action.speed_range is {low:g} to {high:g} m/min, but must leave a choice: let the second be higher"
-            )
+            message = f"action.speed_range is {low:g} to {high:g}, but must leave a choice: let the second be higher"
             raise TaskError(message, "action.speed_range", self.speed_range)
 
     @property
     def speed_ends(self) -> tuple[float, float]:
-        """Lowest and highest E, m/min."""
+        """Lowest and highest E, mm/min."""
         speeds = self.speed_levels or self.speed_range or ()
         return min(speeds), max(speeds)
 
@@ -210,7 +208,7 @@ class Due:
 
     Attributes:
         blocks: from one due date to the next.
-        speed: E of the nominal time.
+        speed: E of the nominal time, mm/min.
         slack: lowest and highest factor on it, drawn uniformly.
         late: price of lateness in $/h, without limit.
     """

@@ -1,15 +1,20 @@
 """The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
 
+import functools
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.kernel import entry
+from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.loops.compiled import dress_of
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.shift import entries_of
-from grind_env.process.process import Drive, Moment
+from grind_env.process.process import Drive, Moment, Process
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -99,6 +104,26 @@ class Mount:
         self.wheel = new_wheel(self.job, self.wheel, self._plan, p)
         self.changes += 1
         return True
+
+
+@functools.cache
+def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
+    """Compiled `dress(wheel, own, passes, feed, depth, p)`: one dress execution with a traverse of `feed` mm/s.
+
+    It gives the wheel after it and the volume removed, mm3, and updates `own`, shape (1, fields of the process's).
+    """
+    dress_wheel, read_own, write_own = process.dress, column_reader(process.own), column_writer(process.own)
+
+    @entry
+    def dress(
+        wheel: WheelState, own: Any, passes: float, feed: float, depth: float, p: StrokeParameters
+    ) -> tuple[WheelState, float]:
+        lead = dress_lead(wheel, feed, p)
+        wheel, left, removed = dress_wheel(wheel, read_own(own, 0), passes, lead, depth, p)
+        write_own(own, 0, left)
+        return wheel, removed
+
+    return dress
 
 
 def first_diameter(job: Job) -> float:

@@ -37,7 +37,7 @@ class Feeding(NamedTuple):
     """Of the motions, mm/s2."""
     made: float
     """Strokes that the cycle has made before."""
-    away: float
+    starts_elsewhere: float
     """1 if the table sets out from elsewhere than its secondary point, so that it makes a stroke at least; else 0."""
     to_secondary: float
     """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
@@ -172,7 +172,7 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
                 row += 1
                 motion = read_motion(motions, row)
             if motion.after == ENDS:
-                under_way = progress.reversal == 0.0 and cycle.away > 0.0
+                under_way = progress.reversal == 0.0 and cycle.starts_elsewhere > 0.0
                 at_primary = 0.5 * progress.reversal > float(int(0.5 * progress.reversal))
                 over = 0.0 if under_way or (cycle.to_secondary > 0.0 and at_primary) else 1.0
                 break

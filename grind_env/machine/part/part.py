@@ -14,17 +14,16 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
-from grind_env.machine.loops.compiled import count_stroke, judge
 from grind_env.machine.loops.strips import Strips
-from grind_env.machine.loops.tally import NOTHING, count_dress
+from grind_env.machine.loops.tally import NOTHING, count_dress, count_stroke
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import NO_CUT, GrooveCut, Grooves
 from grind_env.machine.part.passes import Dressed, PassedOver, passes_of
-from grind_env.machine.part.rows import table_of
+from grind_env.machine.part.rows import PartVerdict, table_of
 from grind_env.machine.part.unjudged import Unjudged
-from grind_env.process.cost import STALL, Limits, passed_limits, survival, volume_left
+from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters
 
@@ -208,7 +207,9 @@ class PartRun:
         cut = self._grooves.grind(mount, event, self.p) if grinds else NO_CUT
         if cut.plunged:
             self._wear, self._grown = wear, cut.grown
-        self.tally = count_stroke(self.tally, cut.stroke, event.seconds, cut.plunged, self.p.stall_time)
+        self.tally = count_stroke(
+            self.tally, cut.stroke, event.seconds, 0.0, cut.plunged, False, False, self.p.stall_time
+        )
         return cut
 
     @property
@@ -298,15 +299,10 @@ class PartRun:
     def row(self, seconds: float) -> tuple[float, ...]:
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
-        verdict = judge(
-            seconds,
-            self._off() - self._beyond_wheel(),
-            tally.dresses,
-            *last,
-            job.rates,
-            job.part.scrap_cost,
-            0.0 if unground > 0.0 or self.unjudged else self._earlier,
-        )
+        earlier = 0.0 if unground > 0.0 or self.unjudged else self._earlier
+        good = earlier * survival(*last)
+        spent = expenses(seconds, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
+        costs = *spent, job.part.scrap_cost * (1.0 - good)
         return (
             self.number,
             seconds,
@@ -329,5 +325,5 @@ class PartRun:
             tally.worn,
             tally.dressed_off,
             self._earlier,
-            *verdict,
+            *PartVerdict(good, *costs, sum(costs)),
         )

@@ -27,6 +27,19 @@ class TableStroke(NamedTuple):
     """By how much the part stands higher than when it was cold, mm."""
 
 
+class PartVerdict(NamedTuple):
+    """What a part has cost, in $, and how likely it is to be good."""
+
+    survival: float
+    """Probability that the part is good."""
+    time_cost: float
+    wheel_cost: float
+    dress_cost: float
+    scrap_cost: float
+    """Expected cost of scrap."""
+    total_cost: float
+
+
 class WheelSeen(NamedTuple):
     """What a record shows of the wheel after a stroke or infeed; fields as in `WheelState`."""
 

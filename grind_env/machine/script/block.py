@@ -38,7 +38,7 @@ class ScriptBlock:
         beside: motions of the program beside the table, dwells among them, in their order.
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
         at_secondary: whether the table came to rest there before the way to the next block.
-        ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
+        rest_times: of that way, from secondary and primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
         stops: M01 met on the way with the part on the machine.
         ends_part: whether the part is taken off, or strokes go over to that of another station.
@@ -57,7 +57,7 @@ class ScriptBlock:
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
     at_secondary: bool = True
-    ways: tuple[RestTimes, ...] = ()
+    rest_times: tuple[RestTimes, ...] = ()
     gauged: bool = False
     gauged_on_the_way: bool = False
     gauged_at_rest: bool = False

@@ -27,7 +27,7 @@ def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -
     The time of a dress is worked out. Raises a `SettingsError` where J or L are outside the ranges of the script, or no
     dress program has such settings.
     """
-    own, result = tables.own[block], settings.copy()
+    own, result = tables.own_settings[block], settings.copy()
     plunges, dresses = tables.blocks[block, CYCLE] != NO_COURSE, own[:, DRESS_PASSES] > 0.0
     result[~plunges, J : L + 1] = own[~plunges, J : L + 1]
     result[~dresses, DRESS_PASSES:] = own[~dresses, DRESS_PASSES:]

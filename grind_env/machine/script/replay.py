@@ -78,9 +78,10 @@ def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
 
 
 @inlined
-def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Placed]:
-    """Block `number` of a script where machine i has it, its plan, the settings with which it is run, and its place."""
-    row, chosen, placed = read_block(script.blocks, number), read_settings(settings, i), read_placed(script.placed, i)
+def chosen_block(script: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Placed]:
+    """The block of machine i where it has it, its plan, the settings with which it is run, and its place."""
+    number, chosen, placed = script.rows[i], read_settings(script.settings, i), read_placed(script.placed, i)
+    row = read_block(script.blocks, number)
     row = lying(row, (placed.start, placed.bottom, placed.finish, placed.finish_besides, placed.motion))
     plan = to_depth(read_plan(script.plans, number), (placed.depth, placed.pre_dress))
     return row, plan_of(row, plan, chosen), chosen, placed
@@ -139,7 +140,7 @@ def feeding_of(row: BlockRow, plan: Any, first: float, travel: float, dwell: flo
         dwell=dwell,
         acceleration=row.acceleration,
         made=made,
-        away=row.away,
+        starts_elsewhere=row.starts_elsewhere,
         to_secondary=row.to_secondary,
         motion=row.motion,
         gauged_at=row.gauged_at,
@@ -198,28 +199,28 @@ def _never(cycle: Any) -> bool:
 
 
 @inlined
-def _none(script: Any, block: Any, active: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+def _none(script: Any, active: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
     pass
 
 
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
-    """`run(script, block, active, parameters, wheels, surfaces, tallies)`: by the cycles of their blocks."""
+    """`run(script, active, wheels, surfaces, tallies)`: by the cycles of their blocks."""
     (code, first), *others = loops.items()
     number, grind_cycles, cycle = NUMBERS[code], first.lanes, CYCLE_KERNELS[code].cycle
     longest_first = longest_first_of(cycle)  # type: ignore[arg-type]
     grind_others = _in_turn(dict(others)) if others else _none
 
     @entry
-    def run(script: Any, block: Any, active: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+    def run(script: Any, active: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
         mine, count = np.empty(active.size, np.int64), 0
         for i in active:
-            if script.blocks[block[i], CYCLE] == number:
+            if script.blocks[script.rows[i], CYCLE] == number:
                 mine[count] = i
                 count += 1
         order = np.empty(count, np.int64)
         longest_first(script.cycles, mine[:count], order)
-        grind_cycles(script.cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
-        grind_others(script, block, active, parameters, wheels, surfaces, tallies)
+        grind_cycles(script.cycles, script.parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
+        grind_others(script, active, wheels, surfaces, tallies)
 
     return run
 
@@ -235,24 +236,14 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
     write_rules, grind_cycles, grind_feedings = _writer(list(loops)), _in_turn(loops), feeds.lanes
 
     @entry
-    def grind_blocks(
-        script: Any,
-        block: Any,
-        settings: Any,
-        parameters: Any,
-        wheels: Any,
-        surfaces: Any,
-        tallies: Any,
-        active: Any,
-    ) -> None:
+    def grind_blocks(script: Any, wheels: Any, surfaces: Any, tallies: Any, active: Any) -> None:
         """Run a block on each of some machines.
 
         Args:
-            script: `blocks`, `plans` and `motions` of `ScriptTables`; where blocks lie, `placed`, shape (N, fields
-                of `Placed`), updated; room for `cycles`, shape (N, `CYCLE_FIELDS`).
-            block: number of the block of each machine, shape (N,), int64.
-            settings: of that block, shape (N, fields of `BlockSettings`).
-            parameters: shape (N, fields of `StrokeParameters`).
+            script: `blocks`, `plans` and `motions` of `ScriptTables`; the row of each machine in it, `rows`, shape
+                (N,), int64; its `settings`, shape (N, fields of `BlockSettings`), and `parameters`, shape (N, fields
+                of `StrokeParameters`); where blocks lie, `placed`, shape (N, fields of `Placed`), updated; room for
+                `cycles`, shape (N, `CYCLE_FIELDS`).
             wheels: shape (N, fields of `WheelState` and of the `own` of the process); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
             tallies: shape (N, fields of `Tally`); updated.
@@ -261,9 +252,9 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         cycles, placed = script.cycles, script.placed
         feeding, feeds = np.empty(active.size, np.int64), 0
         for i in active:
-            if script.blocks[block[i], CYCLE] == NO_COURSE:
+            if script.blocks[script.rows[i], CYCLE] == NO_COURSE:
                 continue
-            row, plan, chosen, here = chosen_block(script, block[i], settings, i)
+            row, plan, chosen, here = chosen_block(script, i)
             if here.pick < 0.0:
                 placed[i, PICK] = max(
                     min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i)
@@ -274,10 +265,10 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             write_stroking(cycles, i, stroking_of(row, plan, chosen, speed, first, travel, here.dwell))
             asked = here.across >= 0.0
             placed[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, asked, cycles, i) else 0.0
-        grind_cycles(script, block, active, parameters, wheels, surfaces, tallies)
+        grind_cycles(script, active, wheels, surfaces, tallies)
         for i in active:
             if placed[i, BESIDE] >= 0.0:
-                row, plan, chosen, here = chosen_block(script, block[i], settings, i)
+                row, plan, chosen, here = chosen_block(script, i)
                 speed, before = here.share * chosen.E / 60.0, deepest(surfaces, i)
                 travel = motion_time(row.stroke_length, speed, row.acceleration)
                 first = first_travel_of(row, speed, travel)
@@ -297,13 +288,13 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
                 write_feeding(cycles, i, cycle)
                 feeding[feeds] = i
                 feeds += 1
-        grind_feedings(cycles, parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
+        grind_feedings(cycles, script.parameters, wheels, surfaces, tallies, script.motions, feeding[:feeds], 0, 1)
 
     return grind_blocks
 
 
 @inlined
-def _deepest_whole(surfaces: Any, i: int) -> float:
+def _deepest_covered(surfaces: Any, i: int) -> float:
     part: PartState = read_part(surfaces, i)
     return part.Z
 
@@ -317,11 +308,11 @@ def _deepest_zoned(surfaces: Any, i: int) -> float:
 
 
 @functools.cache
-def whole_blocks_of(process: Process) -> Callable[..., None]:
+def covered_blocks_of(process: Process) -> Callable[..., None]:
     """The run of blocks on parts that the wheel covers, in cycles that do not cross."""
     courses = {code: course for code, course in CYCLE_KERNELS.items() if RULES[code].cross is None}
     loops = {code: loops_of(course, process) for code, course in courses.items()}
-    return blocks_of(loops, loops_of(FEED, process), _deepest_whole)
+    return blocks_of(loops, loops_of(FEED, process), _deepest_covered)
 
 
 @functools.cache

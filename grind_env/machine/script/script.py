@@ -97,8 +97,8 @@ def script_of(
     for block, *others in zip(*corners, strict=True):
         refuse_led_elsewhere(programs, block, *others)
         across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
-        here, ways = (not block.at_secondary) + 2 * across, [each.ways[0] for each in (block, *others)]
-        block.ways = ways[here], ways[here ^ 1], ways[here ^ 2], ways[here ^ 3]
+        here, rest_times = (not block.at_secondary) + 2 * across, [each.rest_times[0] for each in (block, *others)]
+        block.rest_times = rest_times[here], rest_times[here ^ 1], rest_times[here ^ 2], rest_times[here ^ 3]
         refuse_slow_picks(programs, job, block, ranges)
     for block, on_part in zip(blocks, jobs_of(job, blocks), strict=True):
         refuse_turns_inside(programs, on_part, block)
@@ -326,7 +326,7 @@ class _Writer(EventConsumer):
 
     def _close(self) -> None:
         if self.blocks:
-            self.blocks[-1].ways = (RestTimes(*self.way),)
+            self.blocks[-1].rest_times = (RestTimes(*self.way),)
         self.way, self.waited = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:

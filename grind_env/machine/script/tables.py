@@ -47,7 +47,7 @@ class BlockRow(NamedTuple):
     """Its index in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
     first_length: float
     """From the start point to the primary point, mm."""
-    away: float
+    starts_elsewhere: float
     """1 if the table sets out from elsewhere than its secondary point, else 0."""
     stroke_length: float
     """Between the reversal points, mm."""
@@ -116,16 +116,16 @@ PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
 
 
 class ScriptTables(NamedTuple):
-    """A script in numbers: `blocks`, `plans`, `own`, `ways`, `motions` and `zones` are in the units of their fields."""
+    """A script in numbers. All fields are tables in the units of their columns."""
 
     blocks: Array
     """Shape (blocks, fields of `BlockRow`)."""
     plans: Array
     """Shape (blocks, fields of `PlanRow`)."""
-    own: Array
+    own_settings: Array
     """What the program itself sets in them, shape (blocks, fields of `BlockSettings`)."""
-    ways: Array
-    """From each block to the next one, as of `ScriptBlock.ways`, shape (blocks, 4, fields of `Way`)."""
+    rest_times: Array
+    """From each block to the next one, as of `ScriptBlock.rest_times`, shape (blocks, 4, fields of `RestTimes`)."""
     motions: Array
     """Beside the tables of all blocks, shape (motions, fields of `FeedMotion`)."""
     zones: Array
@@ -169,13 +169,13 @@ def tables_of(script: Script) -> ScriptTables:
         starts = block.ends_part
     plans = [_plan_row(block, row) for block, row in zip(script.blocks, rows, strict=True)]
     own = [own_settings(block.plan, block.dress_plan) for block in script.blocks]
-    ways = np.array([block.ways for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
+    rest_times = np.array([block.rest_times for block in script.blocks], np.float64).reshape(len(rows), 4, 2)
     zones = _zones(script, rows)
     blocks = _table(rows, BlockRow), _table(plans, PlanRow)
-    return ScriptTables(*blocks, _table(own, BlockSettings), ways, _table(motions, FeedMotion), zones)
+    return ScriptTables(*blocks, _table(own, BlockSettings), rest_times, _table(motions, FeedMotion), zones)
 
 
-def is_whole(script: Script, tables: ScriptTables) -> bool:
+def is_covered(script: Script, tables: ScriptTables) -> bool:
     """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
     wheel = script.job.setup.wheel
 
@@ -202,7 +202,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     return BlockRow(
         cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_COURSE,
         first_length=abs(plan.primary - first),
-        away=float(first != plan.secondary and not block.taken_over),
+        starts_elsewhere=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
         dwell=0.0 if by_feed else job.control.reversal_dwell,
         acceleration=job.control.acceleration,

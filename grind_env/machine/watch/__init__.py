@@ -11,8 +11,8 @@ from grind_env.machine.part.running import Running, Told
 from grind_env.machine.watch.advice import Notices, beyond_picks, beyond_table
 from grind_env.machine.watch.cuts import Cuts, Overload, Picks
 from grind_env.machine.watch.cycles import Cycle, Cycles
+from grind_env.machine.watch.obstacles import ObstacleWatch
 from grind_env.machine.watch.stops import Stops
-from grind_env.machine.watch.way import ObstacleWatch
 
 
 class RunWatch:
@@ -22,7 +22,7 @@ class RunWatch:
         self.program, self.job, self.control = program, job, control
         self.notices = notices = Notices(program)
         self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
-        self.picks, self.stops, self.way = Picks(control, notices), Stops(notices), ObstacleWatch(job, notices)
+        self.picks, self.stops, self.obstacles = Picks(control, notices), Stops(notices), ObstacleWatch(job, notices)
         self._told = Told()
         self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
 
@@ -34,7 +34,7 @@ class RunWatch:
             self._end_cycle(part)
             self.stops.resume(part, plan)
         self.overload.word = speed_word(plan)
-        self.way.judge(part, plan.axis)
+        self.obstacles.judge(part, plan.axis)
         self.cycles.begin(part, plan)
         self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
         if plan.dresses and plan.dresses > (infeeds := plunges(plan)):
@@ -62,7 +62,7 @@ class RunWatch:
         beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch, word)
         self.notices.tell(event.plan.line, "speed", beyond)
         self.cuts.strokes(part, event, rows, A, dress, dressed)
-        self.way.stroked_until = event.time
+        self.obstacles.stroked_until = event.time
 
     def leave(self, part: PartRun) -> None:
         self._last[part.number] = self.cycles.cycle
@@ -70,20 +70,20 @@ class RunWatch:
         part.unjudged += tuple(self.cycles.unload())
 
     def take_off(self, part: PartRun) -> None:
-        part.unjudged += tuple(self.way.unjudged(part.station))
+        part.unjudged += tuple(self.obstacles.unjudged(part.station))
         self.stops.unload(part, self._last.pop(part.number, None), None)
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
         cycle = self.cycles.cycle
         self._end_cycle(part)
-        if self.way.axis is not None and (cycle is not None or not part.infeeds):
-            self.way.judge(part, self.way.axis)
+        if self.obstacles.axis is not None and (cycle is not None or not part.infeeds):
+            self.obstacles.judge(part, self.obstacles.axis)
         others = self.cycles.unload()
         if part.missed:
             text = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
             self.notices.tell(0, "missed", f"{text}; set part.surface to where the wheel touches")
-        self.way.unload()
-        part.unjudged += (*self.way.unjudged(part.station), *others)
+        self.obstacles.unload()
+        part.unjudged += (*self.obstacles.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)
 
     def _end_cycle(self, part: PartRun) -> None:

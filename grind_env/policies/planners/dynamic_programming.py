@@ -79,7 +79,7 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
     ends, scrap = simulation.kinds[:, ENDS_PART], simulation.kinds[:, SCRAP]
     margin = MARGIN + 2.0 * surcharge.execution
     parents, taken = [], []
-    for k in range(simulation.most_steps):
+    for k in range(simulation.task.blocks):
         if simulation.over(state).all():
             break
         # two rows of tape, so that only the last block is charged for the wheel it leaves behind

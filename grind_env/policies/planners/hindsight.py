@@ -10,7 +10,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Decision, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import COST
 from grind_env.policies.planners.dynamic_programming import forward_plans, surcharges
 from grind_env.policies.policy import Sees
@@ -100,7 +100,7 @@ def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions
 def moves(task: Task, plan: Decision, rng: np.random.Generator) -> Decision:
     """The plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
     n, blocks = plan.speeds.shape
-    low, high = speed_bounds(task)
+    low, high = task.action.speed_ends
     E, D = [plan.speeds], [plan.executions]
 
     def add(speeds: Array, executions: Array) -> None:
@@ -139,6 +139,6 @@ def moved(task: Task, speeds: Array, factor: Array) -> Array:
     """E scaled by `factor`; of a task with levels of E, the next level that way."""
     if task.action.speed_levels is None:
         return nearest_speed(task, speeds * factor)
-    levels = 1000.0 * np.array(task.action.speed_levels)
+    levels = np.array(task.action.speed_levels)
     index = np.searchsorted(levels, speeds) + np.sign(factor - 1.0).astype(np.int64)
     return levels[np.clip(index, 0, len(levels) - 1)]

@@ -14,7 +14,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, all_choices, nearest_speed
 from grind_env.policies.columns import (
     AREA,
     CHANGES,
@@ -111,7 +111,7 @@ class ModelPredictive:
         choices = all_choices(task, self.speeds)
         best = self._cheapest(episodes, Decision(*(np.tile(values, (n, 1)) for values in choices)))
         if task.action.speed_levels is None:
-            low, high = speed_bounds(task)
+            low, high = task.action.speed_ends
             ratio = (high / low) ** (1.0 / (self.speeds - 1))
             between = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)
             same = np.repeat(best.executions[:, None], self.speeds + 1, axis=1)

@@ -238,7 +238,7 @@ def worth(simulation: Simulation) -> Worth:
     period, margin, dates, late, work = 0, np.zeros(1), np.ones((1, 1)), np.zeros(1), np.zeros(len(found.rows))
     if task.due is not None:
         period = task.due.blocks
-        work = simulation.branches.seconds(found.rows, np.full(len(found.rows), 1000.0 * task.due.speed))
+        work = simulation.branches.seconds(found.rows, np.full(len(found.rows), task.due.speed))
         usual = float(work.mean()) * period
         margin = usual * np.linspace(*MARGIN, MARGINS)
         slack = np.linspace(*task.due.slack, 2 * DATES + 1)[1::2]
@@ -278,8 +278,8 @@ def dulling(model: MemberModel, rows: Numbers) -> Array:
     """Wheels from a dressed one to the dullest, of which a dress is far away, shape (dull, fields of `WheelState`)."""
     task = model.simulation.task
     member = model.room(1)
-    model.begin(member, np.zeros(1, np.int64))
-    member.wheels[:, : model.first_wheels(1).shape[1]] = model.first_wheels(1)
+    model.simulation.clear(member, np.zeros(1, np.int64))
+    member.wheels[:, : model.branches.first_wheels(1).shape[1]] = model.branches.first_wheels(1)
     usual = handbook_speeds(task)
     seen = [member.wheels[0].copy()]
     for k in range(LONGEST):
@@ -303,7 +303,7 @@ def _tried(
     n = len(growth)
     scenario = np.arange(n) % SCENARIOS
     members = model.room(1).pick(np.zeros(n, np.int64))
-    model.begin(members, np.arange(n))
+    model.simulation.clear(members, np.arange(n))
     members.wheels[:, : wheels.shape[1]] = wheels[wheel.astype(np.int64)]
     factors = found.scenarios[k][scenario, 1:]
     factors[:, 0] *= np.exp(growth)
@@ -325,7 +325,7 @@ def _grind(
 ) -> Array:
     """Grind a block in every member as if it were the first of a part; its outcomes."""
     everyone = np.arange(len(rows))
-    model.load(members, everyone, rows, stocks)
+    model.branches.load(members, everyone, rows, stocks)
     model.write_factors(members, everyone, factors)
     members.memory[:] = 0.0
     members.memory[:, SURVIVAL] = 1.0

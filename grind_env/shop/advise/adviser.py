@@ -80,7 +80,7 @@ def _model(simulation: JobSimulation) -> Policy:
 
 
 def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:
-    """The same for a policy that is to choose an E within bounds, m/min.
+    """The same for a policy that is to choose an E within bounds, mm/min.
 
     Raises:
         AdviceError: these are no bounds within those of a program.
@@ -88,7 +88,9 @@ def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulat
     low, high = bounds
     least, most = simulation.task.action.speed_ends
     if not least <= low < high <= most:
-        raise AdviceError(f"--bounds are {low:g} {high:g}, but must lie between {least:g} and {most:g} m/min, in order")
+        raise AdviceError(
+            f"--bounds are {low:g} {high:g}, but must lie between {least:g} and {most:g} mm/min, in order"
+        )
     twin = copy.copy(simulation)
     twin.task = replace(twin.task, action=replace(twin.task.action, speed_range=bounds))
     return twin
@@ -100,7 +102,7 @@ class Adviser:
     Args:
         simulation: of the program.
         policy: that sees measurements.
-        bounds: lowest and highest E that is advised, m/min; those of a program if None.
+        bounds: lowest and highest E that is advised, mm/min; those of a program if None.
         shadow: whether somebody else decides, by default what the program says.
 
     Attributes:

@@ -10,7 +10,6 @@ from grind_env.envs.job.measured import Measured
 from grind_env.envs.job.outline import INCH, BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, did_you_mean, quoted
-from grind_env.policies.choices import speed_bounds
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.shop.measurements.sheet import NO, YES
 
@@ -166,7 +165,7 @@ def _ranges(simulation: JobSimulation, block: BlockOutline) -> dict[str, tuple[f
     """Lowest and highest value of readings, with their unit."""
     job, task = simulation.job.of_part(block.part + 1), simulation.task
     scale, unit = (1.0 / INCH, "inch/min") if block.inch else (1.0, "mm/min")
-    slowest, fastest = (scale * bound for bound in speed_bounds(task))
+    slowest, fastest = (scale * bound for bound in task.action.speed_ends)
     power = (0.0, POWER_RANGE * job.setup.machine.power_limit, "W")
     return {
         "E": (slowest, fastest, unit),

@@ -121,13 +121,14 @@ class Rule:
         self.sized, self.near, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
         self.dressing = branches.dress_price / branches.second_price
         self.scrap = self.simulation.job.part.scrap_cost / branches.second_price
-        self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
+        self.taken, self.parts, self.met, self.began, self.due = self.dressing, 0, 0.0, 0.0, 0.0
 
     def decide(self, number: int, volume: float) -> JobChoice:
         """Return E (mm/min) and D of a block that a wheel meets which has ground `volume` since its dress, mm3/mm."""
         block, ground = self.simulation.blocks[number], self.ground(number)
         self.met = volume
         if block.starts_part:
+            self.began = volume
             asked = (self.wanted or float(self.pays(number, volume))) if volume > 0.0 else 0.0
             self.due = self.executions(number, asked) if asked else 0.0
         D = self.due if block.takes_dresses else 0.0
@@ -164,7 +165,7 @@ class Rule:
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
         stay, fresh, new, risk, hot, over, dull = 0.0, 0.0, 0.0, 0.0, False, False, False
-        worn = volume
+        worn, first = volume, self.ground(number)
         for each in self.simulation.branches.part_from(number):
             worn, new = worn + self.ground(each), new + self.ground(each)
             E = self.fastest(each, worn)[0]
@@ -172,13 +173,14 @@ class Rule:
             hot |= self.is_hot(each, worn)
             over |= self.is_over(each, E, worn)
             dull |= bool(worn > self.volumes[self.kind_of[each]])
-            risk = max(risk, self.risk(each, worn))
+            # a dress before the next part stands in the middle of its first block
+            risk = max(risk, self.risk(each, worn + 0.5 * first * (each == number)))
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
         self.slows = longer = longer or over
         k, n = self.kind_of[number], max(self.parts, 1)
-        # further than usual only if one dress fewer in n (n + 1) parts is worth more than a part that might burn
-        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.near > NEAR
+        # further than usual only if one dress fewer in n (n + 1) parts, or in all that are left, is worth the risk
+        dull &= risk >= 1.0 or risk * self.scrap > self.dressing * max(left / (n * (n + 1)), 1.0 / left)
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
         if not longer:
@@ -199,13 +201,14 @@ class Rule:
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
         rises = ("E rises step by step", step * self.tried[k])
-        if self.near > NEAR:
-            rises = (f"size or Ra is at {100.0 * self.near:.0f} % of its limit", last)
         none = np.zeros(1, np.int64)
+        # a fast roughing leaves more to the finish; Ra is a matter of the finish alone, once that is slower for it
+        smooth, right = (float(law.speed(none)[0]) for law in (self.roughness, self.size))
         finishes = self.simulation.blocks[number].finished > 0
-        # a fast roughing leaves more to the finish; Ra is a matter of the finish alone
-        smooth, right = (max(float(law.speed(none)[0]), SLOWER) * self.own[k] for law in (self.roughness, self.size))
-        smooth = smooth if finishes else np.inf
+        near = self.near if finishes or smooth >= 1.0 else self.sized
+        if near > NEAR:
+            rises = (f"size or Ra is at {100.0 * near:.0f} % of its limit", last)
+        smooth, right = max(smooth, SLOWER) * self.own[k] if finishes else np.inf, max(right, SLOWER) * self.own[k]
         bounds = {
             f"power {100.0 * self.peaks[k] / limit:.0f} % of its limit": last * np.exp(min(power, 5.0)),
             "faster would come near burning": last * np.exp(min(heat, 5.0)),
@@ -325,13 +328,16 @@ class Rule:
         if off:
             self._ask(1.0, "the size of the last part")
         if told.burn is not None:
-            self._learn_burn([*dict.fromkeys(self.kind_of[each] for each in self.part_of(number))], burnt=told.burn)
+            self._learn_burn(number, burnt=told.burn)
         self.heat[:] = 0.0
         self.volumes = np.minimum(REGAINED * self.volumes, self.usual_volumes)
         if told.burn or (told.size is not None and (told.size > 1.0 or told.size < -AIM)):
             self.volumes = np.minimum(self.volumes, AIM * max(worn, 1.0))
 
-    def _learn_burn(self, kinds: list[int], *, burnt: bool) -> None:
+    def _learn_burn(self, number: int, *, burnt: bool) -> None:
+        kinds = [*dict.fromkeys(self.kind_of[each] for each in self.part_of(number))]
+        if burnt:  # by a block that was hotter than in any good part
+            kinds = [k for k in kinds if self.heat[k] > self.cool[k]] or kinds
         for k in kinds:
             if burnt:
                 self.burnt[k] = min(self.burnt[k], BACK * self.heat[k]) if self.heat[k] else self.burnt[k]
@@ -341,7 +347,7 @@ class Rule:
             self.allowed[k] = min(self.allowed[k], self.burnt[k])
         if burnt:
             self._ask(1.0, "the last part burnt")
-            if self.parts <= 1:  # a sharp wheel burns because of E
+            if self.began <= self.ground_by_part(number):  # a sharp wheel burns because of E
                 self.ceiling[kinds] = BURNT_SLOWER * np.minimum(self.speeds[kinds], self.ceiling[kinds])
 
     def _ask(self, executions: float, why: str) -> None:

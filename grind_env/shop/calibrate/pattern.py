@@ -48,7 +48,7 @@ class Forward:
         return self._ground(job, self.overrides)
 
     def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:
-        run, dressing = GrindingRun(self.programs, job, self.control, ()), False
+        run, dressing = GrindingRun(self.programs, replace(job, parts=()), self.control), False
         for event in self.events:
             part = run.parts_before
             dressing = isinstance(event, DressStart) or (dressing and not isinstance(event, DressEnd))

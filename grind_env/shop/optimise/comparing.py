@@ -28,7 +28,7 @@ FEWER = 4
 OVER = 1.2
 """Times the budget up to which words without each limit are searched."""
 
-FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
+FREE = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
 
 

@@ -34,7 +34,7 @@ QUANTITIES = {
     "size_error": "um",
     "scrap": "%",
 }
-UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
+UNITS = {"power": "kW", "rise": "K", "Ra": "um", "size": "um"}
 
 LEAST = {"passes": 1}
 
@@ -274,7 +274,7 @@ def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[st
 
 def _by_name(limits: Limits) -> dict[str, float]:
     """Limits in `UNITS`, by the names that users give them."""
-    return {"power": limits.power / 1000.0, "temp": limits.rise, "Ra": limits.roughness, "size": limits.size}
+    return {"power": limits.power / 1000.0, "rise": limits.rise, "Ra": limits.roughness, "size": limits.size}
 
 
 def on_machines(fleet: Fleet | None) -> list[str]:

@@ -81,7 +81,7 @@ class LimitUse:
     """How near a limit is, and what it costs.
 
     Attributes:
-        name: power, temp, Ra or size.
+        name: power, rise, Ra or size.
         limit: in `unit`; 0 if there is none.
         unit: of it.
         margin: share of the limit that parts must keep with the confidence asked for.
@@ -180,7 +180,7 @@ class Optimised:
         reason: one sentence on the verdict.
         words: every value that was varied.
         quantities: means of a part.
-        limits: power, temp, Ra and size.
+        limits: power, rise, Ra and size.
         requirements: what a part was to take at most.
         objective: what was to become less, cost or seconds.
         cheapest: of the programs tried the cheapest of each class of time, the quickest first.

@@ -23,8 +23,8 @@ NAMES = {
     "seconds": "time, s",
     "Ra": "Ra, µm",
     "power": "power, kW",
-    "rise": "temp., K",
-    "highest_rise": "highest temp., K",
+    "rise": "rise, K",
+    "highest_rise": "highest rise, K",
     "size_error": "size err., µm",
     "scrap": "scrap, %",
 }
@@ -139,13 +139,13 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
-    """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
+    """Return the quantities with their names; the highest rise only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
     if highest is None or replace(highest, name="rise") == rise:
         shown.pop(NAMES["highest_rise"], None)
         return list(shown.items())
-    return [("last stage temp., K" if each is rise else name, each) for name, each in shown.items()]
+    return [("last stage rise, K" if each is rise else name, each) for name, each in shown.items()]
 
 
 def covered(found: Optimised) -> str:

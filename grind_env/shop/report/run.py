@@ -167,7 +167,7 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
         "deepest cut, µm": f"{1000.0 * rows['ae'].max():.1f}",
         "power, kW": f"{0.001 * rows['power'].max():.2f}",
         "torque, %": f"{100.0 * rows['torque'].max():.0f}",
-        "temp., K": f"{rows['T'].max():.0f}",
+        "rise, K": f"{rows['T'].max():.0f}",
         "burn ratio": f"{rows['Br'].max():.2f}",
         "Ra left, µm": between(lasts["Ra"], "{:.2f}"),
         "wear flats, %": between(100.0 * rows["A"], "{:.2f}"),
@@ -175,7 +175,7 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
     }
     summary = (
         f"{cells['strokes']} stroke{'s' * (cells['strokes'] != '1')}, {cells['time, s']} s, up to "
-        f"{cells['power, kW']} kW and {cells['temp., K']} K, Ra {cells['Ra left, µm']} µm"
+        f"{cells['power, kW']} kW and {cells['rise, K']} K, Ra {cells['Ra left, µm']} µm"
         f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
     )
     return BlockSummary(lines[0], cells, summary)

@@ -75,7 +75,7 @@ class SweepPoint:
         highest_rise: highest of all stages, K.
         size_error: um.
         scrap: share of the parts.
-        shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
+        shares: of the limits power, rise, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
         risk: as of `trials.risk`, as a share of what may be risked.
     """
 

@@ -34,9 +34,9 @@ COLUMNS = {
     "seconds": Column("time", "seconds", ".1f", "s", right=True),
     "Ra": Column("Ra", "Ra", ".2f", "µm", right=True),
     "power": Column("power", "power", ".2f", "kW", right=True),
-    "rise": Column("temp.", "rise", ".0f", "K", right=True),
+    "rise": Column("rise", "rise", ".0f", "K", right=True),
     "highest_rise": Column(
-        "highest\ntemp.",
+        "highest\nrise",
         lambda point: f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else "",
         unit="K",
         right=True,

@@ -29,29 +29,6 @@ def turned(first: Element, degrees: float, length: float = 50.0) -> PathSegment:
 EAST = PathSegment((0.0, 0.0), (10.0, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("degrees", "offset", "along"),
-    [  # how far the offset line runs beyond the corner: r tan(turn / 2), the figure of 15-2
-        (-90, LEFT, 2.0),
-        (-60, LEFT, 2.0 / math.sqrt(3.0)),
-        (-45, LEFT, 2.0 * (math.sqrt(2.0) - 1.0)),
-        (0, LEFT, 0.0),
-        (60, LEFT, -2.0 / math.sqrt(3.0)),
-        (90, LEFT, -2.0),
-        (120, LEFT, -2.0 * math.sqrt(3.0)),
-        (90, RIGHT, 2.0),
-        (60, RIGHT, 2.0 / math.sqrt(3.0)),
-        (-90, RIGHT, -2.0),
-        (-120, RIGHT, -2.0 * math.sqrt(3.0)),
-    ],
-)
-@pytest.mark.parametrize("circular", [False, True])
-def test_lines_up_to_90_degrees_meet(degrees: float, offset: Offset, along: float, circular: bool) -> None:
-    junction = corner(EAST, turned(EAST, degrees), offset, circular, 0.0)
-    assert junction.end == pytest.approx((10.0 + along, 2.0 * offset.side), abs=1e-12)
-    assert junction.generated == ()
-
-
 @pytest.mark.parametrize(("offset", "rotation"), [(LEFT, -1), (RIGHT, 1)])
 def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
     side, back = offset.side, PathSegment((10.0, 0.0), (0.0, 0.0))
@@ -101,15 +78,6 @@ def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the
         pytest.approx((10.0 + radius, radius)),
         pytest.approx((10.0, radius)),
     ]
-
-
-def test_two_arcs_meet_where_their_circles_do() -> None:
-    # Circles of radius 5 about (-3, 0) and (3, 0) meet in (0, 4) and (0, -4). Offset by 1 to radius 6 they meet in
-    # (0, +-sqrt(27)), offset by 1 to radius 4 in (0, +-sqrt(7)): the path turns from one to the other at (0, 4).
-    up = Bow((-3.0, 5.0), (0.0, 4.0), (-3.0, 0.0), -1)
-    down = Bow((0.0, 4.0), (3.0, 5.0), (3.0, 0.0), -1)
-    assert corner(up, down, Offset(1.0, 1), False, 0.0).end == pytest.approx((0.0, math.sqrt(27.0)))
-    assert corner(up, down, Offset(1.0, -1), False, 0.0).end == pytest.approx((0.0, math.sqrt(7.0)))
 
 
 @pytest.mark.parametrize("minimum", [0.0, 0.4])
@@ -270,15 +238,6 @@ def test_a_full_circle_lengthened_at_its_ends_is_two_arcs(rotation: int) -> None
     assert len(runs) == 2
     assert runs[0].end == runs[1].start
     assert sum(run.length for run in runs) == pytest.approx(radius * math.radians(410.0))
-
-
-def test_a_full_circle_between_tangents_stays_full() -> None:
-    line_in, line_out = PathSegment((-20.0, 0.0), (0.0, 0.0)), PathSegment((0.0, 0.0), (20.0, 0.0))
-    arc = Bow((0.0, 0.0), (0.0, 0.0), (0.0, 10.0), 1)
-    start, end = corner(line_in, arc, RIGHT, False, 0.0).end, corner(arc, line_out, RIGHT, False, 0.0).end
-    (run,) = compensated(arc, start, end, RIGHT)
-    assert (start, end) == ((0.0, -2.0), (0.0, -2.0))
-    assert run.length == pytest.approx(math.tau * 12.0)
 
 
 @pytest.mark.parametrize(("radius", "left_over"), [(10.0, 0.0), (10.0, 1e-11), (10.0, -1e-11), (5000.0, 1e-8)])

@@ -80,15 +80,6 @@ def test_type_b_exit_from_an_arc_leaves_along_its_tangent() -> None:
     ]
 
 
-@pytest.mark.parametrize("kind", ["A", "B"])
-@pytest.mark.parametrize("side", [1, -1])
-def test_radius_0_gives_the_programmed_path(kind: str, side: int) -> None:
-    move, last = PathSegment((0.1, 0.3), (10.7, 0.9)), PathSegment((10.7, 0.9), (3.3, -7.7))
-    assert entry(move, last, Offset(0.0, side), kind, False) == (move,)
-    junction = exit_junction(last, PathSegment(last.end, (0.0, 0.0)), Offset(0.0, side), kind, True, (1.0, 2.0))
-    assert (junction.end, junction.generated) == (last.end, ())
-
-
 def test_an_entry_that_does_not_move_is_kept_as_a_line_without_length() -> None:
     following = PathSegment((10.0, 0.0), (20.0, 0.0))
     (run,) = entry(PathSegment((10.0, 2.0), (10.0, 0.0)), following, LEFT, "A", False)

@@ -1,4 +1,4 @@
-"""What a task could be ground with or made of and is not: for episodes of a split that goes beyond it."""
+"""Wheels and materials that a task does not have: for episodes of a split that leaves it."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

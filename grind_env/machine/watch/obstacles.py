@@ -34,14 +34,14 @@ class ObstacleWatch:
     Attributes:
         axis: along which the last cycle reciprocates; None before the first one.
         stroked_until: time of the control at which the last stroke ended, s.
-        others: the parts at the other stations.
+        other_parts: the parts at the other stations.
     """
 
     def __init__(self, job: Job, notices: Notices) -> None:
         self.job, self.notices = job, notices
         self.axis: int | None = None
         self.stroked_until = -math.inf
-        self.others: Sequence[PartRun] = ()
+        self.other_parts: Sequence[PartRun] = ()
         self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
         self._moves: list[tuple[Motion, bool]] = []  # not yet judged, and whether it is known where each begins
         # feed moves that grind the part at a station, by line
@@ -93,7 +93,7 @@ class ObstacleWatch:
         inside, dressed = False, 0.0
         for move, found in moves:
             grinds, below, text = False, -math.inf, ""
-            for each in (part, *self.others):
+            for each in (part, *self.other_parts):
                 depths = self._ground(each, move, axis, found)
                 if depths is not None:
                     grinds = True
@@ -119,7 +119,7 @@ class ObstacleWatch:
         Moves before have taken it `dressed` mm below the tip.
         """
         diamond, below = self.job.diamond, -math.inf
-        for each in (part, *self.others):
+        for each in (part, *self.other_parts):
             depth = into_part(each, move, axis, self._radius, found=found)
             if depth > CRASH + DEPTH_TOLERANCE:
                 return below, advice.crash(depth, move, each.said)

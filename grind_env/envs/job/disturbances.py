@@ -121,9 +121,9 @@ def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, .
         if name not in FACTORS:
             raise JobError(f"part {number} has a factor on {name}; here parts differ in {', '.join(FACTORS)}", "parts")
         if name not in OF_NEW_WHEEL and first.get(name, 1.0) != spare.get(name, 1.0):
-            kept = ", ".join(OF_NEW_WHEEL)
+            names = ", ".join(OF_NEW_WHEEL)
             raise JobError(
-                f"part {number} has another {name} with a new wheel; here a wheel differs in {kept}", "parts"
+                f"part {number} has another {name} with a new wheel; here a wheel differs in {names}", "parts"
             )
     stock = nominal if part.stock is None else part.stock
     return (

@@ -1,0 +1,66 @@
+"""Episodes of a user's own program as part programs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from grind_env.control import Programs
+from grind_env.control.rewriting import with_words
+from grind_env.control.words import Block
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.outline import BlockOutline, JobChoice
+from grind_env.envs.job.text import with_words_chosen
+from grind_env.envs.program_episode import ProgramEpisode, Words
+from grind_env.envs.program_writer import ProgramWriter, Written
+from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.record import GrindingRecord
+
+
+class RunBlock(NamedTuple):
+    """A cycle block with what was chosen for it."""
+
+    number: int
+    """Of the block, from 0."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
+    extra_state: tuple[float, ...]
+    """What process and gauge remembered besides the wheel as it began."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobWriter(ProgramWriter):
+    """Writes what is chosen into a user's program; `conditions` of an episode's parts are those of its simulation."""
+
+    programs: Programs
+    job: Job
+    outlines: Sequence[BlockOutline]
+    conditions: Callable[[Episodes, int], tuple[PartConditions, ...]]
+
+    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
+        return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.extra_state(i))
+
+    def text(self, block: RunBlock) -> str:
+        return with_words(*self._chosen(block)).source.text
+
+    def program(self, blocks: Sequence[RunBlock]) -> str:
+        return with_words_chosen(self.programs, [self._chosen(block) for block in blocks])
+
+    def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
+        return Written(self.program(blocks), self._job(episodes, i, blocks))
+
+    def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
+        program = ProgramEpisode(self.programs, self._job(episodes, i, blocks))
+        for block in blocks:
+            program.step(self._chosen(block)[1])
+        return program.run.record()
+
+    def _chosen(self, block: RunBlock) -> tuple[Block, Words]:
+        outline = self.outlines[block.number]
+        return outline.block, outline.words(JobChoice(block.speed, block.executions))
+
+    def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
+        """Return the job with the parts of episode i, and what its process remembered when it began."""
+        own = blocks[0].extra_state[: len(self.job.process.own._fields)]
+        return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)

@@ -1,0 +1,47 @@
+"""Where a coming cycle block lies on its part: as the script says, or as deep as the stock on the noise tape."""
+
+from typing import Any
+
+from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.tables import read_kind
+from grind_env.kernel import inlined
+from grind_env.machine.script.replay import Placed, place_written, read_plan, write_placed
+from grind_env.machine.script.settings import D, E, J
+from grind_env.machine.script.tables import BlockRow
+from grind_env.process.process import Drive
+
+
+@inlined
+def place_block(
+    tables: Any, i: int, row: BlockRow, number: int, surface: float, stock: float, pre_dress: float, drive: Drive
+) -> None:
+    """Write where the block of machine i lies, which is row `number` of the script.
+
+    A block of a task grinds so much stock, mm, from a surface on, perhaps after a pre-dress (1).
+    """
+    if tables.infeed > 0.0:
+        _place_infeed(tables, i, row, number, stock, pre_dress, drive)
+    elif tables.lead[number] >= 0.0:
+        pick, target = tables.settings[i, J], surface + stock
+        first = min(surface + pick, target)
+        start = min(surface + tables.lead[number], target)
+        here = start, first + (target - first), target, target, target - start
+        # the rests after a block of a task are the same at all ends of its strokes
+        write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
+    else:
+        place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
+
+
+@inlined
+def _place_infeed(
+    tables: Any, i: int, row: BlockRow, number: int, stock: float, pre_dress: float, drive: Drive
+) -> None:
+    """Let a G81 grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
+    speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
+    table = drive.dwell, requests, row.acceleration, tables.infeed
+    infeed = infeed_of(row.stroke_length, read_kind(tables.kinds, number).sparkout, stock, speed, *table)
+    motion = i * (tables.motions.shape[0] // tables.rows.size)
+    write_motions(tables.motions, motion, infeed)
+    pick = infeed.rate * (infeed.travel + infeed.dwell)
+    here = 0.0, stock, stock, stock, stock
+    write_placed(tables.placed, i, Placed(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))

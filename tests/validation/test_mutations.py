@@ -1,0 +1,48 @@
+"""Laws are changed one at a time, and the rows that notice them are counted."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from grind_env.errors import GrindError
+from grind_env.validation import __main__ as module
+from grind_env.validation.mutations import LAWS, Law, Noticed, mutate
+
+FLATS = """
+from grind_env.validation.mutations import LAWS, Rig, changed, load_catalogue
+for law in LAWS[:2]:
+    with changed(law):
+        print(*(Rig(load_catalogue()).fresh(depth=depth).wheel.A for depth in (0.005, 0.02)))
+"""
+
+
+def test_the_text_of_a_law_stands_once_in_its_function_and_the_change_compiles():
+    for law in LAWS:
+        compile(law.source(), law.function, "exec")
+    with pytest.raises(GrindError, match=r"laws.csv: other: equations.dressing.severity has 'colour' 0 times"):
+        Law("other", "equations.dressing.severity", "colour", "grey").source()
+
+
+def test_a_change_holds_for_a_while():
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    A = list(map(float, subprocess.check_output([sys.executable, "-c", FLATS], env=plain, text=True).split()))
+    assert (A[0] / A[1], A[2] / A[3]) == pytest.approx((0.25 + 0.75 * 2**0.5, 1.75))  # of .25 + .75 s^(-1/2)
+
+
+@pytest.mark.parametrize(
+    ("decides", "known", "rows", "status"),
+    [("", "", 0, 0), ("E", "", 1, 1), ("E", "", 2, 0), ("E", "nobody has measured it", 1, 0), ("E", "so", 2, 1)],
+)
+def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows, status, monkeypatch, capsys):
+    found = Noticed(Law("changed", "", "", "", decides, known), ("flats", "energy")[:rows])
+    monkeypatch.setattr(module, "mutate", lambda: [found])
+    assert module.main(["--mutate"]) == status
+    told = ("changed", known, "; ".join(found.rows), f"{status} not as known", capsys.readouterr().out)
+    assert all(text in told[-1] for text in told)
+
+
+@pytest.mark.nightly
+def test_every_decision_is_noticed():
+    assert [each.law.name for each in mutate() if not each.as_known] == []
