@@ -51,14 +51,21 @@ def roughness_in_nickel(rig: Rig, wheel: str) -> float:
     return nickel / steel
 
 
+def roughness_on_wear(rig: Rig, wheel: str) -> float:
+    """Return the exponent of the settled Ra on the wear, of a nickel alloy over steel."""
+    grinders = [rig.steady(wheel=wheel, material=each) for each in ("inc751", "aisi_52100")]
+    nickel, steel = (grinder.grind_volume(INTERVAL) for grinder in grinders)
+    return math.log(nickel.Rg / steel.Rg) / math.log(steel.G / nickel.G)
+
+
 def roughness_scatter(rig: Rig) -> float:
     """Return the coefficient of variation of Ra from part to part in a job that says nothing of it."""
     return math.sqrt(math.expm1(Lots().roughness ** 2))
 
 
-def early_loss(rig: Rig, **setup: Any) -> float:
+def early_loss(rig: Rig, volume: float = INTERVAL, **setup: Any) -> float:
     """Return the radius that a wheel loses early after a dress, beside its steady wear, um."""
-    return 1000.0 * (wear_depth(rig.fresh(**setup), INTERVAL) - wear_depth(rig.steady(**setup), INTERVAL))
+    return 1000.0 * (wear_depth(rig.fresh(**setup), volume) - wear_depth(rig.steady(**setup), volume))
 
 
 def wear_on_volume(rig: Rig, wheel: str) -> float:
@@ -101,7 +108,7 @@ def slowed(rig: Rig, name: str) -> float:
 def power_used(rig: Rig) -> float:
     """Return the power of the weak spindle over what it has."""
     ample, weak = _spindles(rig, SLOWED)
-    return weak.power / (1.0 / SLOWED * ample.power)
+    return SLOWED * weak.load * weak.vs / (ample.vs * ample.power)
 
 
 def stalled(rig: Rig, over: float) -> float:

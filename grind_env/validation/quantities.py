@@ -95,6 +95,12 @@ def cut_at_half_the_threshold(grinder: Grinder) -> float:
     return 1000.0 * grinder.trial(0.5 * grinder.threshold().Fn * grinder.setup.width / grinder.p.ke).ae
 
 
+def rubbing_force(grinder: Grinder) -> float:
+    """Return the normal force at half the interference of the threshold over that of the threshold."""
+    threshold = grinder.threshold().Fn
+    return grinder.trial(0.5 * threshold * grinder.setup.width / grinder.p.ke).Fn / threshold
+
+
 def over_threshold(grinder: Grinder, name: str) -> float:
     """Return a field of the last of ten spark-out passes over that of the threshold of the same wheel."""
     grinder.grind(10)
@@ -141,6 +147,13 @@ def growth(grinder: Grinder) -> float:
     """Return by how much the part stands higher after roughing, um."""
     grinder.grind(ROUGHING)
     return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
+
+
+def heat_kept(grinder: Grinder) -> float:
+    """Return the growth of a part that nothing cools over that of the heat that has entered it."""
+    grinder.p = grinder.p._replace(per_tau=0.0)
+    entered = sum(grinder.grind().heat for _ in range(ROUGHING)) / grinder.setup.table_speed
+    return part_growth(grinder.heat.dT, grinder.p.swell) / (grinder.p.swell * grinder.p.per_capacity * entered)
 
 
 def flats_at_burn(grinder: Grinder) -> float:

@@ -261,9 +261,9 @@ class Rig:
         grinder.grind_volume(volume)
         return grinder
 
-    def redressed(self, passes: float) -> Grinder:
-        """A dull wheel after a dress of some passes."""
-        grinder = self.dulled(0.04)
+    def redressed(self, passes: float, **setup: Any) -> Grinder:
+        """A dull wheel after a dress of some passes, in a set-up changed by some arguments of `SetUp`."""
+        grinder = self.set_up_anew(self.dulled(0.04), **setup)
         grinder.dress(passes)
         return grinder
 

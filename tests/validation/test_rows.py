@@ -32,7 +32,13 @@ COUNTS = (
 """Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
 SHAPES = (
     *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
-    *("flats by depth", "flats by lead", "temperature factor of a fast table"),
+    *(
+        "flats by depth",
+        "flats by lead",
+        "flats of a coarse dress",
+        "rubbing force",
+        "temperature factor of a fast table",
+    ),
     *("power within the limit", "energy linear in flats"),
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
