@@ -31,14 +31,15 @@ COUNTS = (
 )
 """Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
 SHAPES = (
-    *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
     *(
-        "flats by depth",
-        "flats by lead",
+        "dress width",
+        "dress overlap",
+        "flats on depth",
+        "flats on lead",
+        "flats at equal overlap",
         "flats of a coarse dress",
-        "rubbing force",
-        "temperature factor of a fast table",
     ),
+    *("flats by depth", "flats by lead", "temperature factor of a fast table", "rubbing force"),
     *("power within the limit", "energy linear in flats"),
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
