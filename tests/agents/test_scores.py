@@ -2,7 +2,6 @@ import csv
 import shutil
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from agents import evaluations
@@ -10,21 +9,16 @@ from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.scores import mean_return, reference_of
 from grind_env.envs.names import MODULE_NAMES, task_names
-from grind_env.policies.evaluation import Evaluation, run_seeds
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
-from tests.agents.asking import asked, in_process, status
+from tests.agents.asking import asked, evaluation, in_process, status
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
 SCORED = [find_problem(name) for name in (*task_names(), *MODULE_NAMES) if name != "job"]
-
-
-def evaluation(*cost):
-    n = len(cost)
-    return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 6), 9000.0), np.ones((n, 6)))
 
 
 def copied_parameters(folder):
@@ -96,7 +90,7 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
         "full_state_rule": (7.0, 7.0, 7.0),
         "hindsight": (6.0, 4.0),
     }
-    found = {name: evaluation(*cost) for name, cost in costs.items()}
+    found = {name: evaluation(*cost, blocks=6) for name, cost in costs.items()}
     scale = reference_of(task, [make_policy(name, ORACLE) for name in costs], found)
     assert (scale.fixed_plan, scale.best_scripted) == ("interval", "adaptive_rule")
     assert (scale.zero, scale.hundred) == (-6.0, -2.5)
@@ -109,7 +103,7 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
 @pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.0, True), (97.9, False), (60.0, False)])
 def test_a_planner_that_saves_next_to_nothing_gives_a_ratio_and_no_score(planner, ratio):
     costs = {"constant": (99.0, 101.0), "interval": (120.0, 130.0), "hindsight": (planner - 1.0, planner + 1.0)}
-    found = {name: evaluation(*cost) for name, cost in costs.items()}
+    found = {name: evaluation(*cost, blocks=6) for name, cost in costs.items()}
     task = replace(ORACLE.task, reference_cost=2.0)
     assert reference_of(task, [make_policy(name, ORACLE) for name in costs], found).ratio is ratio
 
