@@ -217,12 +217,6 @@ def test_the_command_writes_a_plan_without_a_log(tmp_path):
     assert "E22500." in path.read_text()
 
 
-@pytest.mark.parametrize("program", ["keyway_g81"])
-def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
-    with pytest.raises(CalibrationError, match="no G82 or G83"):
-        plan_of(read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml"))
-
-
 def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
     program = FOUND / "programs_from_elsewhere" / "fuehrungsleiste.nc"
     plan(program, program.with_suffix(".toml"), tmp_path / "plan.nc")
@@ -239,6 +233,7 @@ def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
             "programs_from_elsewhere/column_machine.nc",
             r"vary E and J by hand",
         ),  # its picks are K
+        ("programs_from_elsewhere/hand_plunge.nc", "no G82 or G83"),
     ],
 )
 def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):
