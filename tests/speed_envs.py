@@ -27,8 +27,8 @@ TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN"
 """Those of G82 blocks, which are timed beside their kernel."""
 SIZES = (64, 256, 1024, 4096)
 """Environments beside each other."""
-WITH_RESETS, SINGLE_STEP, BYTES = 1.3, 15.0, 5000.0
-"""Targets: vector steps over their kernel; a single step, us; bytes that an environment takes up."""
+WITH_RESETS, BYTES = 1.3, 5000.0
+"""Targets: vector steps over their kernel; bytes that an environment takes up."""
 SECONDS = 1.0
 """Measured for each task and size, about."""
 
@@ -144,16 +144,6 @@ def over_kernel(env_id: str, n: int) -> Array:
     return np.array([steps.sum() / cores.sum() for steps, cores, _ in vector_rounds(env_id, actions_of(env_id, n))])
 
 
-def whole_step(env_id: str) -> Array:
-    """Wall time of a step of the single env with its strokes, us: the mean of an episode, one number a round."""
-    env, actions = gym.make(env_id, show_block=False).unwrapped, actions_of(env_id, 1)
-    means = []
-    for _ in rounds(time.perf_counter() + SECONDS):
-        env.reset(seed=0)
-        means.append(np.mean([seconds(time.perf_counter, env.step, action) for (action,) in actions]))
-    return 1e6 * np.array(means)
-
-
 def bytes_each(env_id: str, n: int) -> float:
     """Memory that a vector env takes up for each environment, between two steps."""
     gym.make_vec(env_id, 1)
@@ -166,10 +156,10 @@ def bytes_each(env_id: str, n: int) -> float:
     return held / n
 
 
-def quartiles(values: Array, unit: str = "") -> str:
+def quartiles(values: Array) -> str:
     """The median of some numbers, and between which of them half of all lie."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
-    return f"{middle:.2f}{unit} ({low:.2f} to {high:.2f})"
+    return f"{middle:.2f} ({low:.2f} to {high:.2f})"
 
 
 def table() -> Table:
@@ -182,6 +172,5 @@ def table() -> Table:
             values = over_kernel(f"grind/{task}-v0", n)
             measure = f"{task}: vector steps over their kernel, resets included, N = {n}"
             result.add_row(measure, quartiles(values), f"<= {WITH_RESETS}")
-    result.add_row("PowerLimited: single step", quartiles(whole_step(env_id), " us"), f"<= {SINGLE_STEP}")
     result.add_row("memory of an environment", f"{bytes_each(env_id, SIZES[-1]):,.0f} bytes", f"<= {BYTES:,.0f}")
     return result

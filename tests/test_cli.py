@@ -247,19 +247,6 @@ def test_check_of_what_is_no_program_ends(grind) -> None:
     assert err.count("\n") == MOST_ERRORS + 1
 
 
-def test_check_imports_no_compiler_plotting_or_learning_library(tmp_path: Path) -> None:
-    (tmp_path / "part.nc").write_text("M30")
-    script = (
-        "import sys\nfrom grind_env.cli import main\n"
-        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "heavy = ('grind_env.render', 'grind_env.process', 'agents', 'torch', 'matplotlib', 'pandas', 'numba')\n"
-        "print([name for name in sys.modules if name.startswith(heavy)])"
-    )
-    command = [sys.executable, "-c", script, "check", str(tmp_path / "part.nc")]
-    result = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert result.stdout.splitlines()[-1] == "[]"
-
-
 def test_a_terminal_without_a_letter_shows_its_code(tmp_path: Path) -> None:
     path = tmp_path / "grün.nc"
     path.write_text("G00 X")

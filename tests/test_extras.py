@@ -5,10 +5,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.extras import LIBRARIES, MissingExtra
+from tests.examples import few
 
 ROOT = Path(__file__).parents[1]
+PLATE = str(examples.path("plate_g82.nc"))
 EXTRAS = re.findall(
     r"^(\w+) = \[",
     (ROOT / "pyproject.toml").read_text().partition("[project.optional-dependencies]")[2].partition("\n[")[0],
@@ -16,25 +21,41 @@ EXTRAS = re.findall(
 )
 
 
-def without(library: str, code: str) -> subprocess.CompletedProcess[str]:
+def without(library: str, code: str, *words: str) -> subprocess.CompletedProcess[str]:
     lines = f"import sys; sys.modules[{library!r}] = None; {code}"
-    return subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=False)
+    return subprocess.run([sys.executable, "-c", lines, *words], capture_output=True, text=True, check=False)
 
 
-def said(name: str, what: str = "grind_env.sb3", extra: str = "sb3") -> str:
-    return f"{what} needs {name}: pip install '.[{extra}]' in the checkout of grind_env"
+def remedy(extra: str) -> str:
+    return f"pip install '.[{extra}]' in the checkout of grind_env\n"
 
 
 def test_the_adapter_names_its_extra() -> None:
     ended = without("stable_baselines3", "import grind_env.sb3")
-    assert ended.stderr.splitlines()[-1] == f"grind_env.extras.MissingExtra: {said('Stable-Baselines3')}"
+    said = f"grind_env.extras.MissingExtra: grind_env.sb3 needs Stable-Baselines3: {remedy('sb3')}"
+    assert ended.stderr.endswith(f"\n{said}")
     assert issubclass(MissingExtra, GrindError) and issubclass(MissingExtra, ImportError)
 
 
-def test_so_does_the_command_that_trains_before_it_reads_anything() -> None:
-    ended = without("torch", "from grind_env.cli import main; main(['train', 'nothing.nc'])")
-    message = said("PyTorch", "grind train", "train")
-    assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"grind: {message}\n")
+@pytest.mark.parametrize(
+    ("library", "words", "said", "extra"),
+    few(
+        [
+            ("torch", ("train", "nothing.nc"), "grind train needs PyTorch", "train"),
+            ("scipy", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs SciPy", "shop"),
+            ("matplotlib", ("sweep", "none.nc", "--plot", "s.png"), "plots need matplotlib", "plot"),
+            ("jinja2", ("report", PLATE), "reports need Jinja2", "shop"),
+            ("scipy", ("optimise", PLATE, "--parts", "2", "--budget", "1s"), "the search needs SciPy", "shop"),
+            ("matplotlib", ("optimise", PLATE, "--report", "r.html"), "reports need matplotlib", "shop"),
+        ],
+        4,
+    ),
+)
+def test_a_command_names_the_extra_that_is_missing_before_the_work(
+    library: str, words: tuple[str, ...], said: str, extra: str
+) -> None:
+    ended = without(library, "from grind_env.cli import main; main(sys.argv[1:])", *words)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"grind: {said}: {remedy(extra)}")
 
 
 def test_extras_are_spelt_in_one_way() -> None:

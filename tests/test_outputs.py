@@ -200,7 +200,7 @@ def test_a_usual_name_is_no_input_and_no_file_of_somebody(
 
 
 @pytest.mark.parametrize("name", WRITING)
-def test_two_outputs_are_two_files(
+def test_two_outputs_are_two_files_in_a_folder_that_is_there(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     leaf = TREE[name]
@@ -220,6 +220,7 @@ def test_two_outputs_are_two_files(
         for suffix in outputs[one].beside or {}:
             assert "would be written twice" in refused(leaf, {**given, one: "new.out", other: f"new{suffix}"}, capsys)
     for one, role in outputs.items():
+        assert "there is no folder none; make it first" in refused(leaf, {**given, one: "none/new.out"}, capsys)
         for suffix in role.beside or {}:
             assert "written beside it" in refused(leaf, {**given, one: f"new{suffix}"}, capsys)
             assert "is a device" in refused(leaf, {**given, one: "/dev/null"}, capsys)

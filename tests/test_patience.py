@@ -3,10 +3,7 @@
 import ast
 from pathlib import Path
 
-import pytest
 from hypothesis import HealthCheck, settings
-
-from tests.patience import wait_until
 
 TESTS = Path(__file__).parent
 
@@ -24,15 +21,3 @@ def test_no_property_is_timed_by_hypothesis() -> None:
                 assert "HealthCheck.too_slow" in given.get("suppress_health_check", "HealthCheck.too_slow"), path
                 named += "suppress_health_check" in given
     assert named > 0
-
-
-@pytest.mark.parametrize("tries", [1, 3])
-def test_what_is_waited_for_is_asked_until_it_is_so(tries: int) -> None:
-    asked: list[None] = []
-
-    def done() -> bool:
-        asked.append(None)
-        return len(asked) == tries
-
-    wait_until(done)
-    assert len(asked) == tries

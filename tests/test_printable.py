@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import grind_env
-from grind_env.cli import main
 from grind_env.errors import printable
 from grind_env.files import FORMULA, csv_cell
+from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 ESCAPE = "\x1b[31mRED\x1b]0\x07\x9b2J\x7f\u202e"
@@ -62,25 +62,20 @@ def hostile(tmp_path: Path) -> Path:
     ],
 )
 def test_no_command_prints_them(
-    words: tuple[str, ...], hostile: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], hostile: Path, monkeypatch: pytest.MonkeyPatch, grind: Grind
 ) -> None:
     monkeypatch.chdir(hostile.parent)
-    with pytest.raises(SystemExit):
-        main([*words, str(hostile)])
-    said = capsys.readouterr()
-    assert said.out or said.err
-    assert not CONTROLS & set(said.out + said.err)
+    _, out, err = grind(*words, hostile)
+    assert (out or err) and not CONTROLS & set(out + err)
 
 
 @pytest.mark.parametrize("words", [("catalogue", "wheel", ESCAPE), ("catalogue", ESCAPE), ("init", ESCAPE)])
 def test_no_argument_is_printed_raw(
-    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, grind: Grind
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit):
-        main(list(words))
-    said = capsys.readouterr()
-    assert not CONTROLS & set(said.out + said.err)
+    _, out, err = grind(*words)
+    assert not CONTROLS & set(out + err)
 
 
 @given(st.text() | st.sampled_from(FORMULA).map(lambda sign: f'{sign}HYPERLINK("x")'))

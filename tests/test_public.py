@@ -24,6 +24,27 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
 
 
 @pytest.mark.parametrize(
+    ("words", "heavy"),
+    [
+        (
+            ("check", PLATE),
+            ("grind_env.render", "grind_env.process", "agents", "torch", "matplotlib", "pandas", "numba"),
+        ),
+        (("tasks",), ("agents", "torch", "stable_baselines3", "matplotlib", "pandas", "PIL")),
+    ],
+)
+def test_a_command_imports_nothing_heavy_that_it_does_not_need(
+    words: tuple[object, ...], heavy: tuple[str, ...]
+) -> None:
+    code = "import sys\nfrom grind_env.cli import main\ntry:\n    main(sys.argv[1:])\nfinally:\n    print(*sys.modules)"
+    command = [sys.executable, "-c", code, *map(str, words)]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-1].split()
+    assert "grind_env.cli" in loaded and not [
+        name for name in loaded if name.startswith(("agents", "torch", "matplotlib", "pandas", *heavy))
+    ]
+
+
+@pytest.mark.parametrize(
     "imports",
     [
         "import gymnasium, grind_env",

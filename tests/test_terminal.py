@@ -12,12 +12,9 @@ from pathlib import Path
 import pytest
 
 import grind_env
-from agents.benchmark.results import read_results
-from agents.benchmark.summary import ON_SCREEN, table_of_task
-from agents.cells import RESULTS
 from grind_env.cli import main
 from grind_env.errors import GrindError, GrindWarning
-from grind_env.terminal import command, table_console
+from grind_env.terminal import command
 from tests.examples import few
 
 ROOT = Path(grind_env.__file__).parents[1]
@@ -190,16 +187,3 @@ def test_tables_fit_a_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     text = re.compile(r"\x1b\[[\d;]*m")
     lines = printed(TABLES[name], "60", monkeypatch, Screen())
     assert max(len(text.sub("", line)) for line in lines if "::" not in line) <= 60
-
-
-@pytest.mark.nightly
-def test_tables_of_agents_are_whole_in_a_pipe(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    results, said = [each for each in read_results(RESULTS) if each.task == "power_limited" and not each.seed], set()
-    for columns in ("40", "2000"):
-        monkeypatch.setenv("COLUMNS", columns)
-        table_of_task(results[:8], "power_limited", "PowerLimited", ON_SCREEN).print(table_console())
-        said.add(capsys.readouterr().out)
-    (table,) = said
-    assert "PowerLimited" in table and "plain_gru" in table and "…" not in table

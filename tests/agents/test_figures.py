@@ -15,8 +15,8 @@ from agents.benchmark.figures import (
 )
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
-from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
+from tests.agents.asking import evaluation
 
 COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.0}
 
@@ -29,9 +29,8 @@ def results(tasks):
         cells += [(BenchmarkCell(task, "ppo", seed), 3.0 + 0.3 * seed) for seed in range(3)]
         noise = rng.exponential(0.5, 30)
         for cell, cost in cells:
-            run = Evaluation(cost + noise, np.ones(30), np.ones(30), np.full((30, 2), 9000.0), np.ones((30, 2)))
             sees = "future" if cell.policy == "hindsight" else "measurements"
-            rows.append(result_of(cell, sees, run))
+            rows.append(result_of(cell, sees, evaluation(*(cost + noise))))
     return rows
 
 

@@ -26,21 +26,16 @@ from agents.reference.gaps import (
     task_gaps,
 )
 from agents.tuning.rules import tune
-from grind_env.policies.evaluation import Evaluation, run_seeds
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import CONFIGS
-from tests.agents.asking import asked, in_process, status
+from tests.agents.asking import asked, evaluation, in_process, status
 
 ORACLE = find_problem("oracle6")
 SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
 SMALL = {"evaluations": 8, "starts": 1, "episodes": 1}
-
-
-def evaluation(*cost):
-    n = len(cost)
-    return Evaluation(np.array(cost), np.ones(n), np.ones(n), np.full((n, 6), 9000.0), np.ones((n, 6)))
 
 
 def parameters(folder):
@@ -52,17 +47,17 @@ def parameters(folder):
 
 def test_gaps_by_hand(tmp_path):
     found = {
-        "constant": evaluation(20.0, 24.0),
-        "interval": evaluation(16.0, 24.0),
-        "adaptive_speed": evaluation(15.0, 21.0),
-        "adaptive_dress": evaluation(10.0, 22.0),
-        "adaptive_rule": evaluation(10.0, 14.0),
-        "look_ahead": evaluation(9.0, 13.0),
-        "full_state_rule": evaluation(7.0, 8.0),
-        "mpc": evaluation(9.0, 11.0),
-        "hindsight": evaluation(8.0, 8.0),
+        "constant": (20.0, 24.0),
+        "interval": (16.0, 24.0),
+        "adaptive_speed": (15.0, 21.0),
+        "adaptive_dress": (10.0, 22.0),
+        "adaptive_rule": (10.0, 14.0),
+        "look_ahead": (9.0, 13.0),
+        "full_state_rule": (7.0, 8.0),
+        "mpc": (9.0, 11.0),
+        "hindsight": (8.0, 8.0),
     }
-    of = task_gaps(ORACLE, found, parameters(tmp_path))
+    of = task_gaps(ORACLE, {who: evaluation(*cost, blocks=6) for who, cost in found.items()}, parameters(tmp_path))
     assert {what: gap.policy for what, gap in of.gaps.items()} == {
         FIXED: "interval",
         SPEED: "adaptive_speed",
@@ -96,7 +91,7 @@ def test_gaps_by_hand(tmp_path):
 
 def test_a_task_without_a_planner_goes_without_its_gap(tmp_path):
     names = ("constant", "interval", "adaptive_speed", "adaptive_dress", "adaptive_rule", "hindsight")
-    of = task_gaps(ORACLE, {name: evaluation(9.0, 8.0) for name in names}, parameters(tmp_path))
+    of = task_gaps(ORACLE, {name: evaluation(9.0, 8.0, blocks=6) for name in names}, parameters(tmp_path))
     assert PLANNER not in of.gaps
     assert "| oracle6 | 1.417 ± 0.083 |" in page([of], 2)
 

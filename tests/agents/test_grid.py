@@ -17,14 +17,16 @@ from agents.benchmark.readme import section
 from agents.benchmark.results import merged, result_of
 from agents.benchmark.summary import NONE, summaries
 from agents.benchmark.trials import BenchmarkTrial, seconds
-from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
+from grind_env.policies.choices import Decision
+from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
-from grind_env.policies.planners.hindsight import Hindsight
+from grind_env.policies.planners.hindsight import Hindsight, moves
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
 from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
+from tests.agents.asking import evaluation
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
@@ -32,14 +34,9 @@ SHARED = RNG.exponential(2.0, 60)
 SEES = {"hindsight": "future", "plain_state": "state", "mpc": "state"}
 
 
-def evaluation(cost):
-    n = len(cost)
-    return Evaluation(np.asarray(cost, float), np.ones(n), np.ones(n), np.full((n, 2), 9000.0), np.ones((n, 2)))
-
-
 def row(policy, cost, seed=None, task="rush", **made):
     cell, sees = Measurement(find_problem(task), policy, seed), SEES.get(policy, "measurements")
-    return result_of(cell, sees, evaluation(cost), price=Price(2, 5.0, 0.25), **made)
+    return result_of(cell, sees, evaluation(*cost), price=Price(2, 5.0, 0.25), **made)
 
 
 def rows(task="rush"):
@@ -107,22 +104,12 @@ def test_the_best_agent_is_held_against_the_best_rule_and_the_planner():
     assert verdict("rush", Sampled(rows()[:5])) is None
 
 
-def test_the_page_says_where_another_agent_scores_more_than_the_shipped_one():
-    def of(cost, task):
-        return [*rows(task), row("bc", cost + SHARED, 0, task=task)]
-
-    # plain_gru costs 5.0; plain_state, which costs less than both, sees more
-    text = page(judged([*of(5.6, "rush"), *of(4.6, "blades")]))
-    assert "first training of `bc` comes with the package" in text
-    assert "in 1 of 2 no other kind of agent from measurements scores more beyond chance" in text
-    assert "comes with the package" not in page(judged(rows()))
-
-
 def test_which_kind_is_shipped_is_that_of_its_file_for_the_task():
     # plain_gru costs 5.0: it is that of job_shop, and beyond that of rush
     every = [each for task in ("job_shop", "rush") for each in (*rows(task), row("bc", 5.6 + SHARED, 0, task=task))]
     text = page(judged(every))
     assert "first training of `bc` or `plain_gru` comes with the package for each task: in 1 of 2 no other" in text
+    assert "comes with the package" not in page(judged(rows()))
 
 
 def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
@@ -182,8 +169,9 @@ def test_what_a_decision_costs_is_counted():
     assert (constant.begun, constant.calls) == (0, 0.0)
     # by hand: every sweep tries 17 moves of what is left of the six blocks, and takes a step
     more = price_of(Hindsight(sweeps=4), simulation).calls - hindsight.calls
-    moves = effort_moves(simulation)
-    assert more == pytest.approx((moves * (6 + 5 + 4 + 3 + 2 + 1) + 6) / 6)
+    plan = Decision(np.full((1, 6), 9000.0), np.ones((1, 6)))
+    tried = len(moves(simulation.task, plan, np.random.default_rng(0)).speeds)
+    assert more == pytest.approx((tried * (6 + 5 + 4 + 3 + 2 + 1) + 6) / 6)
     assert 0.0 < constant.ms < hindsight.ms
 
 
@@ -193,14 +181,6 @@ def test_a_table_that_is_made_before_is_counted_whatever_is_kept(tmp_path):
     first, again = (measure(cell, request) for _ in range(2))
     assert first.making_calls > 0
     assert (again.making_calls, again.decision_calls) == (first.making_calls, first.decision_calls)
-
-
-def effort_moves(simulation):
-    from grind_env.policies.choices import Decision
-    from grind_env.policies.planners.hindsight import moves
-
-    plan = Decision(np.full((1, 6), 9000.0), np.ones((1, 6)))
-    return len(moves(simulation.task, plan, np.random.default_rng(0)).speeds)
 
 
 def test_what_policies_were_made_with():

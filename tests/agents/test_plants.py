@@ -158,23 +158,6 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
     assert plants_figure({PlantsTrial("calibrate", soft): {}}) is None
 
 
-@pytest.mark.nightly
-def test_what_a_question_stands_on_is_no_other_command() -> None:
-    """An edit of the search does not undo what was found of the adviser, nor one of either that of calibrations."""
-    on = {name: _folders(f"agents.plants.{module}") for name, module in study.QUESTIONS.items()}
-    shop = {
-        name: {each.removeprefix("grind_env/shop/") for each in found if "/shop/" in each} for name, found in on.items()
-    }
-    assert shop["calibrate"] == {"calibrate", "measurements"} and {"advise", "measurements"} <= shop["advise"]
-    assert not {"calibrate", "optimise"} & shop["advise"] and {"calibrate", "optimise"} <= shop["optimise"]
-    assert all({"grind_env/process", "grind_env/machine", "agents/plants"} <= found for found in on.values())
-
-
-def _folders(module: str) -> set[str]:
-    paths = (path.relative_to(study.ROOT).parent.parts for path in imported(module, study.DECIDING).values())
-    return {"/".join(parts[: 3 if parts[1:2] == ("shop",) else 2]) for parts in paths}
-
-
 def test_what_is_found_stands_on_the_code_that_is_run() -> None:
     """All that a process has loaded to answer a question, but for what makes packages and what the whole one loads."""
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"

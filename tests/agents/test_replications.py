@@ -13,20 +13,18 @@ from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.replications import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
 from agents.study import Options
-from grind_env.policies.evaluation import Evaluation, run_seeds
+from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
-from tests.agents.asking import in_process, status
+from tests.agents.asking import evaluation, in_process, status
 
 ORACLE, RUSH = find_problem("oracle6"), find_problem("rush")
 FIRST = 7_000_000
 
 
 def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
-    n = len(cost)
-    run = Evaluation(cost, np.ones(n), np.ones(n), np.full((n, 2), 9000.0), np.ones((n, 2)))
-    return result_of(BenchmarkCell(RUSH, policy, seed), "measurements", run)
+    return result_of(BenchmarkCell(RUSH, policy, seed), "measurements", evaluation(*cost))
 
 
 @pytest.mark.nightly

@@ -9,19 +9,15 @@ from agents.tuning.search import BestPoint, evolve, grid_search, refine
 def test_grid_search_finds_the_least_and_counts():
     found = grid_search(lambda points: [(x - 2) ** 2 + y for x, y in points], itertools.product(range(20), (3, 1)))
     assert found == ((2, 1), 1, 40)
-
-
-def test_grid_search_takes_the_first_of_equals():
+    # of equals the first one is taken
     assert grid_search(lambda points: [0.0] * len(points), iter(range(40))).point == 0
 
 
-@pytest.mark.parametrize("least", [7.3, 12.0, 19.1])
-def test_refine_finds_a_minimum_to_one_percent(least):
-    found = refine(lambda x: abs(np.log(x / least)), BestPoint(10.0, abs(np.log(10.0 / least)), 0), 1.0, 30.0)
-    assert found.point == pytest.approx(least, rel=0.01)
-
-
-def test_refine_stays_within_its_bounds():
+def test_refine_finds_a_minimum_to_one_percent_and_stays_within_its_bounds():
+    for least in (7.3, 12.0, 19.1):
+        start = BestPoint(10.0, abs(np.log(10.0 / least)), 0)
+        found = refine(lambda x, least=least: abs(np.log(x / least)), start, 1.0, 30.0)
+        assert found.point == pytest.approx(least, rel=0.01)
     assert 19.0 < refine(lambda x: -x, BestPoint(10.0, -10.0, 0), 1.0, 20.0).point <= 20.0
 
 

@@ -16,24 +16,19 @@ from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
 from agents.cells import RESULTS
 from agents.provenance import ROOT
-from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
 from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
+from tests.agents.asking import evaluation
 
 RNG = np.random.default_rng(1)
 N = 40
 
 
-def evaluation(cost, good=None):
-    n = len(cost)
-    good = np.ones(n) if good is None else good
-    return Evaluation(np.asarray(cost, float), good, np.full(n, 2.0), np.full((n, 2), 9000.0), np.ones((n, 2)))
-
-
 def row(task, policy, cost, seed=None, sees="measurements", good=None):
-    return result_of(BenchmarkCell(find_problem(task), policy, seed), sees, evaluation(cost, good))
+    run = evaluation(*cost, good=1.0 if good is None else good, finished=2.0)
+    return result_of(BenchmarkCell(find_problem(task), policy, seed), sees, run)
 
 
 def table_of(task, learned, noise=1.0):

@@ -91,33 +91,6 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
         search(tmp_path / "file" / "runs" / "s.jsonl", Limited(1000))
 
 
-def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, monkeypatch):
-    names = ["constant", "constant_per_kind"]
-    settings = {"evaluations": 10, "starts": 2, "episodes": 1}
-    tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
-    asked = []
-    costs = tune.Tuner.costs
-
-    def killed_once(self, policies):
-        # all plans are one batch, then every generation
-        if len(asked) == 3:
-            asked.append(0)
-            raise Killed
-        asked.append(len(policies))
-        return costs(self, policies)
-
-    monkeypatch.setattr(tune.Tuner, "costs", killed_once)
-    again = {"folder": tmp_path / "b", "runs": tmp_path / "b", **settings}
-    with pytest.raises(Killed):
-        tune.tune(ORACLE, names, **again)
-    assert list(read_tuned("oracle6", tmp_path / "b")) == ["constant"]
-    tune.tune(ORACLE, names, **again)
-    files = [(tmp_path / each / "oracle6.toml").read_text(encoding="utf-8") for each in "ab"]
-    assert files[0] == files[1]
-    # nothing that was kept is evaluated again
-    assert sum(asked) == sum(entry.evaluations for entry in read_tuned("oracle6", tmp_path / "b").values())
-
-
 def test_candidates_side_by_side_cost_what_they_cost_alone():
     tuner = tune.Tuner(PLATES.simulation(), None, episodes=3)
     rng = np.random.default_rng(0)

@@ -16,7 +16,6 @@ import pytest
 from docutils import nodes
 from docutils.utils import new_document
 from PIL import Image
-from sphinx import addnodes
 
 from grind_env.control.facts import load_facts
 from grind_env.process import equations
@@ -26,10 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 from citation import bibtex, read_citation
 from commands import commands_page
 from facts import facts_page
-from flow import BOXES, WIDTH, flow
 from formulas import SYMBOLS, formula
 from latex2mathml.converter import convert
-from lean import lean, unindexed
+from lean import lean
 from links import broken
 from pictures import lighter
 from places import ROOT, anywhere
@@ -176,27 +174,9 @@ def test_bibtex_is_that_of_the_citation_file() -> None:
     assert "{Doe, Jo and {A Group}}" in bibtex({**cited, "authors": authors}, "Copyright (c) 2026")
 
 
-def test_the_figure_of_the_flow_is_drawn_within_its_frame() -> None:
-    drawing = ElementTree.fromstring(flow())
-    boxes = [element for element in drawing.iter() if element.tag.endswith("rect")]
-    assert len(boxes) == len(BOXES)
-    frames = [tuple(float(box.get(key)) for key in ("x", "y", "width", "height")) for box in boxes]
-    assert all(x >= 0 and x + width <= WIDTH for x, _, width, _ in frames)
-    for place, (x, y, width, height) in enumerate(frames):
-        for x_2, y_2, width_2, height_2 in frames[:place]:
-            assert x >= x_2 + width_2 or x_2 >= x + width or y >= y_2 + height_2 or y_2 >= y + height
-
-
 def test_a_lean_page_says_the_same() -> None:
     name = '<span class="n"><span class="pre">x</span></span><span class="pre">&lt;int&gt;</span>'
     page = f'<p>{name}</p><dt class="sig sig-object py" id="x">{name}</dt><dt class="field-odd">{name}</dt>'
     made = lean(page)
     assert re.sub("<[^>]+>", "", made) == re.sub("<[^>]+>", "", page)
     assert made.count('class="pre"') == page.count('class="pre"') - 2
-
-
-def test_a_page_without_its_entries_of_the_index_has_all_else() -> None:
-    page = new_document("page")
-    page += [addnodes.index(entries=[("single", "x", "x", "", None)]), nodes.paragraph(text="x")]
-    unindexed(page)
-    assert [type(node) for node in page.children] == [nodes.paragraph]

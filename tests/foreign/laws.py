@@ -1,7 +1,11 @@
-"""Laws of grinding machines from textbooks, for machines that are not the model: NumPy and no line of `grind_env`."""
+"""Laws of grinding machines from textbooks, for machines that are not the model: NumPy and no line of `grind_env`.
+
+What a wheel does to a part, with depths in mm, table speeds in mm/s, volumes in mm3 and powers in W per mm of width:
+the power of a stroke, how much duller a stroke makes the wheel for each mm3/mm, its G ratio, and Ra in um. A law has
+the stiffness of machine and wheel (N/mm), normal over tangential force, and the share of the heat into the part.
+"""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
@@ -9,29 +13,6 @@ WHEEL_SPEED, DIAMETER = 30.0, 300.0
 """m/s and mm."""
 EFFUSIVITY = 11.6
 """Of hardened bearing steel, J/(m2 K s^1/2) over 1000."""
-
-
-class Laws(Protocol):
-    """What a wheel does to a part: depths in mm, table speeds in mm/s, volumes in mm3 per mm of width."""
-
-    stiffness: float
-    """Of machine and wheel, N/mm."""
-    force_ratio: float
-    """Normal over tangential force."""
-    share: float
-    """Of the heat, into the part."""
-
-    def power(self, depth: float, speed: float, dull: float) -> float:
-        """Return the power of a stroke, W per mm of width."""
-
-    def dulls(self, depth: float, speed: float, dull: float) -> float:
-        """Return how much duller a stroke makes the wheel, per mm3/mm that it grinds."""
-
-    def wears(self, depth: float, speed: float, volume: float) -> float:
-        """Return the G ratio of a stroke, `volume` after the dress."""
-
-    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
-        """Return Ra that the last strokes leave, um."""
 
 
 def thickness(depth: float, speed: float) -> float:
@@ -164,6 +145,9 @@ class Threshold:
     def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
         """As a power of the removal rate."""
         return 0.8 * max(depth * speed, 0.02) ** 0.3
+
+
+Laws = Werner | Flats | Loading | Threshold
 
 
 @dataclass(kw_only=True)

@@ -4,10 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tests.foreign.shop import SHOPS, PowerLaw, Shop, cost, depths_of, plans, run, shift, trace, volumes_of
+from tests.foreign.shop import SHOPS, Shop, cost, depths_of, plans, run, shift, trace, volumes_of
 
 each_shop = pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 
@@ -47,17 +46,3 @@ def test_a_shift_and_a_program_of_the_same_words_cost_the_same(shop: Shop, tmp_p
     planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k)])
     assert planned.each == pytest.approx(program.each, rel=0.1)
     assert planned.scrap == program.scrap == 0.0
-
-
-@each_shop
-def test_plans_differ_on_these_machines(shop: Shop, tmp_path: Path) -> None:
-    depths = depths_of(tmp_path / "one.nc", shop.write(tmp_path))
-    costs = [cost(shop, shift(shop, depths, each, 100)).each for each in plans(shop)]
-    assert np.min(costs) < 0.9 * costs[0] and np.max(costs) > 1.2 * costs[0]
-
-
-def test_the_power_law_is_right_where_nothing_burns(tmp_path: Path) -> None:
-    shop = SHOPS["Werner"]
-    depths = depths_of(tmp_path / "one.nc", shop.write(tmp_path))
-    ruled = cost(shop, [p for k in range(4) for p in shift(shop, depths, PowerLaw(shop, volumes_of(shop)), 100 + k)])
-    assert ruled.each < cost(shop, shift(shop, depths, plans(shop)[0], 100)).each and ruled.scrap < 0.03

@@ -4,8 +4,6 @@ import itertools
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -244,37 +242,6 @@ def test_a_small_page() -> None:
     assert own_text("grind/Oracle6-v0") == GOLDEN.read_text(encoding="utf-8")
 
 
-class Toy:
-    """Roll a die.
-
-    It is fair.
-
-    ## Reward
-
-    What it shows.
-
-    Args:
-        sides: how many,
-            at least 2.
-        seed: of the die.
-
-    Raises:
-        ValueError: if it has one side.
-    """
-
-    def __init__(self, sides: int = 6, *, seed: int, name: str = "die") -> None:
-        self.sides, self.seed, self.name = sides, seed, name
-
-
-def test_a_docstring_is_read_section_by_section() -> None:
-    assert prose(Toy) == {"": "Roll a die.\n\nIt is fair.", "Reward": "What it shows."}
-    assert arguments(Toy) == [
-        ("sides", "6", "how many, at least 2."),
-        ("seed", "", "of the die."),
-        ("name", "'die'", ""),
-    ]
-
-
 @pytest.mark.nightly
 def test_the_index_leads_to_every_page(tmp_path: Path) -> None:
     files = write(tmp_path / "docs")
@@ -312,17 +279,6 @@ def test_grind_tasks_prints_a_page(grind: Grind) -> None:
     assert (status, out) == (2, "")
     assert err.startswith("grind: there is no environment 'grind/Rash-v0' (did you mean grind/Rush-v0?)")
     assert err.count("\n") == 1
-
-
-def test_grind_tasks_imports_no_plotting_or_learning_library() -> None:
-    script = (
-        "import sys\nfrom grind_env.cli import main\n"
-        "try:\n    main(['tasks'])\nexcept SystemExit:\n    pass\n"
-        "heavy = ('agents', 'torch', 'stable_baselines3', 'matplotlib', 'pandas', 'PIL')\n"
-        "print([name for name in sys.modules if name.partition('.')[0] in heavy])"
-    )
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert result.stdout.splitlines()[-1] == "[]"
 
 
 def facts(env_id: str) -> dict[str, str]:

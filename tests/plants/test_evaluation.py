@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from grind_env import evaluate
-from grind_env.cli import main
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
@@ -19,6 +18,7 @@ from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.follow import follow
 from grind_env.policies.model_view import model_of, on, parted
 from grind_env.policies.problem import find_problem
+from tests.command import Grind
 from tests.envs.test_job_env import GROOVED, written
 
 PLATES = find_problem("power_limited")
@@ -105,37 +105,24 @@ def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:
         evaluate("E7000D1", "power_limited", episodes=2, model="meter:7")
 
 
-def command(arguments: list[str]) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(arguments)
-    assert caught.value.code in (0, 1)  # scrap
-
-
 @pytest.mark.nightly
-def test_commands_name_the_machine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command(["evaluate", "--policy", "E7000D1", "--episodes", "2", "--plant", PLANT, "--json"])
-    numbers = json.loads(capsys.readouterr().out)
+def test_commands_name_the_machine(tmp_path: Path, grind: Grind) -> None:
+    numbers = json.loads(grind("evaluate", "--policy", "E7000D1", "--episodes", 2, "--plant", PLANT, "--json")[1])
     assert (numbers["plant"], numbers["model"]) == (PLANT, "model") and "score" not in numbers
     program, record = tmp_path / "played.nc", tmp_path / "record.csv"
-    command(["play", "--policy", "E7000D1", "--plant", "held-out", "--output", str(program), "--seed", "3"])
-    said = capsys.readouterr().out
+    said = grind("play", "--policy", "E7000D1", "--plant", "held-out", "--output", program, "--seed", 3)[1]
     plant = grind_file(program).job.plant
     assert plant.startswith("held-out:") and f"seed 3, split all, on {plant}:" in said
-    command(["run", str(program), "--json", "--record", str(record)])
-    shown = json.loads(capsys.readouterr().out)
+    shown = json.loads(grind("run", program, "--json", "--record", record)[1])
     assert shown["plant"] == plant
     lines = record.read_text().splitlines()
     assert lines[0].endswith(",plant") and all(line.endswith(f",{plant}") for line in lines[1:])
-    command(["run", str(program), "--json", "--plant", "model"])
-    plain = json.loads(capsys.readouterr().out)
+    plain = json.loads(grind("run", program, "--json", "--plant", "model")[1])
     assert plain["plant"] == "model" and plain["cost"] != shown["cost"]
-    command(["run", str(program), "--plant", PLANT])
-    assert f"played.nc, on {PLANT}" in capsys.readouterr().out
+    assert f"played.nc, on {PLANT}" in grind("run", program, "--plant", PLANT)[1]
 
 
-def test_a_command_refuses_what_is_no_machine(capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in (["evaluate", "--episodes", "2"], ["play"], ["run", "grind_env/examples/plate_g82.nc"]):
-        with pytest.raises(SystemExit) as caught:
-            main([*arguments, "--plant", "metre:7"])
-        assert caught.value.code == 2
-        assert "there is no machine 'metre:7' (did you mean meter?)" in capsys.readouterr().err
+def test_a_command_refuses_what_is_no_machine(grind: Grind) -> None:
+    for words in (("evaluate", "--episodes", 2), ("play",), ("run", "grind_env/examples/plate_g82.nc")):
+        status, _, err = grind(*words, "--plant", "metre:7")
+        assert status == 2 and "there is no machine 'metre:7' (did you mean meter?)" in err

@@ -1,12 +1,8 @@
 """Words that are searched on the model, and judged on another machine."""
 
-import json
-from pathlib import Path
-
 import pytest
 
 from grind_env import examples
-from grind_env.cli import main
 from grind_env.machine.grind import grind_file
 from grind_env.render.tables import as_data
 from grind_env.shop.calls import optimise
@@ -33,13 +29,3 @@ def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
     assert all(each.price is None for each in on_plant.limits)
     assert f"judged on {PLANT}" in table.heading(on_plant) and table.as_data(on_plant)["plant"] == PLANT
     assert "plant" not in table.as_data(on_model) and "judged on" not in table.heading(on_model)
-
-
-@pytest.mark.nightly
-def test_the_command_names_the_machine_of_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    job = tmp_path / "job.toml"
-    job.write_text(f'plant = "{PLANT}"\n{PLATE.with_suffix(".toml").read_text()}')
-    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--json"]
-    with pytest.raises(SystemExit):
-        main(["optimise", str(PLATE), *words, "--job", str(job)])
-    assert json.loads(capsys.readouterr().out)["plant"] == PLANT

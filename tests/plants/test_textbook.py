@@ -68,12 +68,6 @@ def test_the_loop_gives_under_the_force_of_the_law() -> None:
         assert done.Ft == pytest.approx(chips + 0.5 * nominal.Ft * (A / 0.008) ** 1.2 * contact, rel=1e-3)
 
 
-def test_nothing_is_ground_in_the_air() -> None:
-    shop = Shop(textbook())
-    before, done = shop.wheel, shop.stroke(-1.0)
-    assert done.Q == done.Ft == done.dw == done.heat == 0.0 and shop.wheel == before
-
-
 def test_force_roughness_and_wear_are_powers_of_the_chip_thickness() -> None:
     for change in (lambda x: (x, SPEED), lambda x: (0.01, SPEED * x / 0.01)):
         cuts = [first(textbook(slides=0.0, fresh=0.0, loose=1.0), *change(depth)) for depth in DEPTHS]

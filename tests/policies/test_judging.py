@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-import grind_env
 from grind_env.errors import GrindError
 from grind_env.policies import judging
 from grind_env.policies.evaluation import episode_seeds
@@ -26,12 +25,6 @@ EPISODES = 6
 
 def judged(name: str, **seeds: object) -> Judgement:
     return evaluate(make_policy(name, SIMULATION), PLATES, episodes=EPISODES, **seeds)
-
-
-def test_it_is_part_of_the_package() -> None:
-    assert grind_env.evaluate is evaluate
-    by_names = grind_env.evaluate("adaptive_rule", "grind/PowerLimited-v0", episodes=EPISODES)
-    np.testing.assert_equal(by_names.numbers(), judged("adaptive_rule").numbers())
 
 
 def test_a_score_is_of_the_same_episodes_as_the_fixed_plan() -> None:

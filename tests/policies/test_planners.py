@@ -10,7 +10,7 @@ from grind_env.policies.planners.dynamic_programming import (
     forward_plans,
     surcharges,
 )
-from grind_env.policies.planners.hindsight import Hindsight, cheapest_plans, moved, moves, plan_cost, sweep
+from grind_env.policies.planners.hindsight import Hindsight, cheapest_plans, moves, plan_cost, sweep
 from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
@@ -140,17 +140,6 @@ def test_the_full_state_rule_reads_the_clock_the_layer_and_the_wheel_at_hand():
     assert speeds[0] != speeds[1]
 
 
-def test_the_horizon_ends_with_a_due_date():
-    rush = simulated("rush")
-    planner = make_policy("mpc", rush)
-    planner.begin(rush, 1)
-    assert planner.horizon == 10
-    ends = []
-    for planner.block in (0, 6, 7, 8, 95):
-        ends.append(planner._last_block())
-    assert ends == [15, 23, 23, 23, 95]
-
-
 def test_a_sweep_never_makes_a_plan_dearer():
     start = start_episodes(SIMULATION, episode_seeds("training", 4))
     plan = Decision(np.full((4, 60), 10000.0), np.ones((4, 60)))
@@ -182,9 +171,3 @@ def test_moves_begin_with_the_plan_and_stay_legal():
     assert ((executions >= 0.0) & (executions <= 3.0)).all()
     # an execution moves to the neighbour block only as a whole
     assert set(map(tuple, executions[:, 0])) == {(0.0, 3.0), (1.0, 3.0), (1.0, 2.0)}
-
-
-def test_levels_of_speed_move_by_one():
-    speeds = np.array([6000.0, 9000.0, 21000.0])
-    assert moved(ORACLE.task, speeds, np.array([1.05, 1.05, 1.05])).tolist() == [9000.0, 14000.0, 21000.0]
-    assert moved(ORACLE.task, speeds, np.array([0.9, 0.9, 0.9])).tolist() == [6000.0, 6000.0, 14000.0]

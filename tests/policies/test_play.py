@@ -2,7 +2,6 @@ import re
 from pathlib import Path
 
 import pytest
-from stable_baselines3 import PPO
 
 from agents.benchmark.plan import CORE
 from grind_env.cli import main
@@ -16,7 +15,6 @@ from grind_env.policies.naming import SHIPPED, chosen_policy, named_policy
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import TRAINED, make_policy
-from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip
 from tests.policies.untrained import save, untrained
 
 PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
@@ -64,19 +62,6 @@ def test_the_shipped_policy_is_the_default(
     assert said == "no trained policy is shipped for slot: adaptive_rule plays in its place\n"
     with pytest.raises(GrindError, match="was trained for oracle6, not for slot"):
         chosen_policy(str(agent), SLOT.simulation())
-
-
-def test_a_model_of_stable_baselines_is_played_when_trusted(tmp_path: Path):
-    model, path = (
-        PPO("MlpPolicy", SB3VecEnv(PROBLEM.make_vec(1, autoreset_mode="SameStep")), device="cpu"),
-        str(tmp_path / "agent.zip"),
-    )
-    model.save(path)
-    with pytest.raises(GrindError, match="--trust"):
-        chosen_policy(path, SIMULATION)
-    loaded = chosen_policy(path, SIMULATION, unzip=load_zip)
-    assert loaded.name == "agent"
-    assert play(loaded, PROBLEM, SEED) == play(ModelPolicy(model), PROBLEM, SEED)
 
 
 def test_shipped_policies_are_small_and_fit_their_tasks():

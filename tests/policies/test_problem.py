@@ -70,10 +70,6 @@ def test_a_problem_is_the_same_from_another_folder(
     assert find_problem(f"../{given[0]}", given[1] and f"../{given[1]}").simulation().task.blocks in (2, 3)
 
 
-def test_a_task_file_may_end_in_capitals() -> None:
-    assert find_problem(written("SHOP.TOML", TASK)).simulation().task.name == "SHOP"
-
-
 @pytest.mark.parametrize("name", ["power_limited.nc", "oracle6.toml", "Power_limited.toml", "wide_plates.nc"])
 def test_what_would_be_taken_for_an_environment_of_the_package_is_refused(name: str) -> None:
     written(name, TASK if name.endswith(".toml") else example("plate_g82.nc"))

@@ -2,14 +2,12 @@
 
 import hashlib
 import json
-import math
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import grind_env
@@ -18,7 +16,6 @@ from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_row, row_of, verify, write_row
-from grind_env.policies.statistics import prediction
 from tests.command import Grind
 from tests.examples import few
 
@@ -305,22 +302,3 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
     assert "my_policy" not in sys.modules
     found = grind_env.evaluate("my_policy:Mine", PLATES, episodes=2)
     assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
-
-
-@pytest.mark.nightly
-def test_where_other_means_lie_is_predicted() -> None:
-    rng = np.random.default_rng(1)
-    # of normal values as by the formula: the error of both means
-    found = prediction(rng.normal(10.0, 2.0, 4000), 1000)
-    half = 1.96 * 2.0 * math.sqrt(1 / 4000 + 1 / 1000)
-    assert (found.high - found.low) / 2.0 == pytest.approx(half, rel=0.06)
-    assert found.low < found.value < found.high
-    # of values with a long tail, as costs have one, as often as it says
-    draws = rng.lognormal(0.0, 0.8, (300, 2, 64))
-    hits = [
-        low <= others.mean() <= high
-        for known, others in draws
-        for _, low, high in [prediction(known, 64, resamples=400)]
-    ]
-    assert 0.91 < np.mean(hits) < 0.985
-    assert prediction(np.full(5, 3.0), 2) == (3.0, 3.0, 3.0)

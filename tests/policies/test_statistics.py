@@ -137,22 +137,6 @@ def test_runs_are_drawn_within_their_task():
     assert not (np.argsort(SCORES[:, 0])[0] == (draws == SCORES.min(axis=0)).argmax(axis=1)).all()
 
 
-@pytest.mark.nightly
-def test_the_stratified_interval_is_that_of_the_definition():
-    # as rliable's StratifiedBootstrap, one resample after the other
-    rng = np.random.default_rng(7)
-    scores = rng.normal(50.0, 20.0, (5, 4)) + 30.0 * np.arange(4)
-    plain = []
-    for _ in range(6000):
-        columns = [scores[rng.integers(0, 5, 5), task] for task in range(4)]
-        plain.append(stats.trim_mean(np.concatenate(columns), 0.25))
-    ours = percentile_interval(
-        float(interquartile_mean(scores)), interquartile_mean(resampled_runs(np.broadcast_to(scores, (6000, 5, 4))))
-    )
-    assert ours.value == pytest.approx(stats.trim_mean(scores, 0.25, axis=None))
-    assert (ours.low, ours.high) == pytest.approx(tuple(np.percentile(plain, [2.5, 97.5])), abs=0.04 * np.ptp(plain))
-
-
 def test_the_interval_of_one_task_is_that_of_scipy():
     runs = np.random.default_rng(8).normal(60.0, 9.0, (12, 1))
     ours = mean_score(resampled_runs(np.broadcast_to(runs, (8000, 12, 1)), seed=9))

@@ -161,11 +161,6 @@ def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
     assert cbn - rush == {"gB", "wB"}
 
 
-def test_a_planner_cannot_be_tuned(tmp_path):
-    with pytest.raises(ConfigError, match="'mpc' cannot be tuned"):
-        tune(find_problem("oracle6"), ["mpc"], folder=tmp_path, runs=tmp_path)
-
-
 TASK = 'base = "oracle6"\nblocks = 3\n'
 FEW = {"evaluations": 8, "starts": 1, "episodes": 1}
 

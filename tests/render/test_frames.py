@@ -9,6 +9,7 @@ import pytest
 from grind_env.render import palette
 from grind_env.render.frames import TALL, WIDE, render
 from grind_env.render.view import EpisodePicture, RenderError
+from tests.examples import few
 from tests.render.harness import (
     CHARTS,
     GOOD,
@@ -189,19 +190,21 @@ def lines(*missing: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_the_drawing_library_is_loaded_with_the_first_picture() -> None:
-    before, after, _ = lines()
-    assert before == "[]"
-    assert after == "['PIL']"
-
-
-def test_without_a_screen_the_window_says_what_to_do() -> None:
-    *_, message = lines()
+def test_the_drawing_library_is_loaded_with_the_first_picture_and_without_a_screen_the_remedy_is_named() -> None:
+    before, after, message = lines()
+    assert (before, after) == ("[]", "['PIL']")
     assert message.startswith("there is no screen (")
     assert message.endswith('): use render_mode="rgb_array" or "ansi"')
 
 
-def test_without_the_libraries_the_remedy_is_named() -> None:
-    assert lines("PIL") == ["[]", "pictures need Pillow: pip install '.[render]' in the checkout of grind_env"]
-    *_, message = lines("tkinter")
-    assert message == 'this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"'
+@pytest.mark.parametrize(
+    ("library", "said"),
+    few(
+        [
+            ("PIL", "pictures need Pillow: pip install '.[render]' in the checkout of grind_env"),
+            ("tkinter", 'this Python has no tkinter: install it (python3-tk), or use render_mode="rgb_array"'),
+        ]
+    ),
+)
+def test_without_a_library_the_remedy_is_named(library: str, said: str) -> None:
+    assert lines(library)[-1] == said

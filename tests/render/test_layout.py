@@ -2,7 +2,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
 
-import numpy as np
 import pytest
 
 from agents.video import watch
@@ -66,18 +65,6 @@ def test_a_long_title_gets_smaller_then_shorter(title: str, shown: str, size: tu
     heading = next(text for text in DRAW[size](view, *size).texts if text.text.startswith("Plates"))
     assert heading.text.startswith(shown)
     assert (heading.text == title) == (title == shown)
-
-
-def test_the_micro_sign_is_a_u_with_a_tail() -> None:
-    def written(text: str) -> np.ndarray:
-        canvas = Canvas(40, 40)
-        canvas.text((5.0, 20.0), text, 14)
-        return canvas.pixels()
-
-    differs = (written("µm") != written("um")).any(axis=2)
-    rows, columns = np.nonzero(differs)
-    assert rows.min() >= 18 and rows.max() > 21
-    assert columns.max() < 10
 
 
 def test_the_dresses_of_a_job_of_many_blocks_are_seen() -> None:

@@ -109,7 +109,7 @@ def test_what_it_cannot_judge_is_refused():
 def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
     """In Python, and at the command line: what it saw is in the file."""
     simulation = find_problem(FLAGSHIP).simulation()
-    model = model_of(vec_env(wrap, action="multidiscrete")).learn(60)
+    model = model_of(vec_env(wrap, action="multidiscrete"))
     with torch.no_grad():
         model.policy.action_net.weight *= 100.0
     model.save(tmp_path / "agent")

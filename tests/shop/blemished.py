@@ -71,6 +71,10 @@ class Style:
     stops: bool = True
 
 
+PLAIN = Style(unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
+"""How a log is written that has seconds, W and points."""
+
+
 def strokes_of(
     programs: Programs, job: Job, override: float, stops: list[float]
 ) -> list[tuple[float, np.ndarray, float]]:

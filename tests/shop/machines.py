@@ -19,22 +19,19 @@ from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.plants import Plant, find_plant
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
-from tests.shop.blemished import Style, write_gauge, write_log
+from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 
 VARIED = ((1.0, 1.0, True), (1.4, 0.7, False), (0.75, 1.4, True))
 """Factors on E and depth of cut, and whether it is dressed, of the parts of a log that tells more."""
-STYLE = Style(
-    rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "spindle power [W]"), scale=0.0
-)
 
 
 def style_of(plant: Plant) -> Style:
     """How its log looks."""
     own = dict(zip(plant.remembers._fields, plant.own, strict=True))
-    idle = own.get("meter_idle", STYLE.idle)
+    idle = own.get("meter_idle", PLAIN.idle)
     return replace(
-        STYLE,
-        lag=max(1.5 * own.get("meter_lag", 0.0), STYLE.lag),
+        PLAIN,
+        lag=max(1.5 * own.get("meter_lag", 0.0), PLAIN.lag),
         idle=idle,
         warm_up=-idle * own.get("meter_creeps", -0.1),
         wander=own.get("drift_idles", 0.0),

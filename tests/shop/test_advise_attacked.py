@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import Grind
+from tests.examples import nightly
 from tests.shop.advising import DRESS, EXECUTED, PLATE, plate_in
 
 LOG = "mean_power,size_error\n2500,\n"
@@ -92,7 +93,7 @@ def test_files_that_values_cannot_go_into(
     assert said in refused(grind, tmp_path, "--write", place)
 
 
-@pytest.mark.parametrize("shadow", [(), ("--shadow",)])
+@pytest.mark.parametrize("shadow", [(), nightly(("--shadow",))])
 @pytest.mark.parametrize(
     ("log", "said"),
     [

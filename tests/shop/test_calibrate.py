@@ -2,19 +2,14 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from grind_env.cli import app
 from grind_env.control import read_file
-from grind_env.errors import GrindError
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.calibrate import table
 from grind_env.shop.calibrate.align import sharpened
 from grind_env.shop.calibrate.alignment import template
 from grind_env.shop.calibrate.calibration import calibrate
@@ -80,7 +75,6 @@ def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, t
 @pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 4, 9])
 def test_intervals_hold_what_they_promise(seed, tmp_path):
-    """The whole trial is `python -m tests.shop.coverage`; misses of one log hang together, so that few tell little."""
     program = ("plate_g82", "rail_g83", "plate_g82")[seed % 3]
     _, rows = trial(seed, tmp_path, 2, program, STYLES[seed // 3])
     told = [row for row in rows if row[1]]
@@ -100,13 +94,6 @@ def test_the_unit_of_the_time_is_found_out(tmp_path):
 def test_a_log_of_another_program_is_refused(plates):
     with pytest.raises(CalibrationError, match="does not match the program"):
         calibrate(plates[0] / "log.csv", EXAMPLES / "keyway_g81.nc", EXAMPLES / "keyway_g81.toml")
-
-
-def test_the_command_ends_in_status_2_with_one_sentence(plates, tmp_path):
-    arguments = ["calibrate", str(tmp_path / "no.csv"), "--program", str(EXAMPLES / "plate_g82.nc")]
-    result = CliRunner().invoke(app, [*arguments, "--job", str(EXAMPLES / "plate_g82.toml")])
-    assert isinstance(result.exception, GrindError)
-    assert "cannot be read" in str(result.exception)
 
 
 @pytest.mark.parametrize("names", ["chip_energi", "youngs_modulus", "idle_power"])
@@ -195,24 +182,6 @@ def test_a_setting_that_would_be_ground_for_ever_is_refused(volume: str, tmp_pat
     (tmp_path / "table.csv").write_text(f"downfeed [um];volume;Ra\n5;40;.3\n5;{volume};.4\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"setting 2 grinds .* strokes; check volume, downfeed and length"):
         calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml")
-
-
-def test_a_setting_that_is_measured_often_takes_no_longer_to_fit(tmp_path: Path, monkeypatch: Any) -> None:
-    ground = []
-
-    def counted(job: Any, row: Any) -> Any:
-        ground.append(row)
-        return once(job, row)
-
-    once = table._ground
-    monkeypatch.setattr(table, "_ground", counted)
-    for repeats in (1, 20):
-        rows = ["downfeed [um];Fn [N/mm]", *["5;2.1", "10;3.4"] * repeats]
-        (tmp_path / f"{repeats}.csv").write_text("\n".join(rows), encoding="utf-8")
-        calibrate_table(tmp_path / f"{repeats}.csv", EXAMPLES / "plate_g82.toml", names=["chip_energy"])
-        assert len(set(ground)) == 2
-        assert len(ground) < 400
-        ground.clear()
 
 
 @pytest.mark.nightly

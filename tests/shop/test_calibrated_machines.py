@@ -24,13 +24,12 @@ from grind_env.shop.calibrate.solver import Data, Solver
 from grind_env.shop.calibrate.verdict import FitJudgement
 from grind_env.shop.calls import plan
 from tests.examples import nightly
-from tests.shop.blemished import Style, write_log
+from tests.shop.blemished import PLAIN, write_log
 from tests.shop.coverage import EXAMPLES
 from tests.shop.machines import trial
 
 FOUND = Path(__file__).parent
 PROGRAM, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
-QUICK = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +82,7 @@ def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regress
 
 
 def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
-    style = dataclasses.replace(QUICK, idle=630.0, warm_up=0.0, coolant=0.0, lag=1.0)
+    style = dataclasses.replace(PLAIN, idle=630.0, warm_up=0.0, coolant=0.0, lag=1.0)
     write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 3, style, np.random.default_rng(2))
     found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, names=["ploughing_pressure"])
     assert found.idle.mean == pytest.approx(630.0, rel=0.06)
@@ -91,7 +90,7 @@ def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
 
 
 def test_a_scale_that_is_said_is_not_fitted_but_written(tmp_path):
-    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 2, dataclasses.replace(QUICK, gain=1.17), RNG())
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 2, dataclasses.replace(PLAIN, gain=1.17), RNG())
     (tmp_path / "map.toml").write_text("[log]\nscale = 1.17\n", encoding="utf-8")
     found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
     assert found.scales == {}
@@ -109,13 +108,13 @@ def test_a_limit_of_the_job_is_what_is_left_for_grinding_after_a_calibration_too
     job = tmp_path / "plate.toml"
     text = JOB.read_text(encoding="utf-8").replace("[setup]", "[setup]\nmachine_overrides = { power_limit = 4500 }")
     job.write_text(text, encoding="utf-8")
-    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(job), 2, QUICK, RNG())
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(job), 2, PLAIN, RNG())
     found = calibrate(tmp_path / "log.csv", PROGRAM, job, names=["ploughing_pressure"])
     assert found.idle.mean > 300.0 and "idle_power" not in catalogue_text(found)
 
 
 def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
-    style = dataclasses.replace(QUICK, unit="A", headings=("time [s]", "current [A]"))
+    style = dataclasses.replace(PLAIN, unit="A", headings=("time [s]", "current [A]"))
     write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 1, style, RNG())
     (tmp_path / "map.toml").write_text("[log]\nscale = 1.0\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"log\.scale is 1"):
@@ -181,7 +180,7 @@ def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
     words = 'material = "soft"\nrise_allowance = 0'
     job.write_text(text.replace('material = "aisi_52100"', words) + own, encoding="utf-8")
     truth = with_entries(load_job(job), {"material": {"tempering_rise": 200.0}})
-    write_log(tmp_path / "log.csv", read_file(PROGRAM), truth, 3, QUICK, RNG())
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), truth, 3, PLAIN, RNG())
     (tmp_path / "parts.csv").write_text("part;Ra [um];size [um]\n1;0.23;1\n2;0.24;2\n3;0.23;1\n", encoding="utf-8")
     alone = calibrate(tmp_path / "log.csv", PROGRAM, job)
     gauged = calibrate(tmp_path / "log.csv", PROGRAM, job, gauge=tmp_path / "parts.csv")
@@ -202,7 +201,7 @@ def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
     assert len({feed for feed, _ in plan.blocks}) >= 3
     assert len({pick for _, pick in plan.blocks}) >= 3
     (tmp_path / "plan.nc").write_text(plan.text, encoding="utf-8")
-    write_log(tmp_path / "log.csv", read_file(tmp_path / "plan.nc"), job, 3, QUICK, RNG())
+    write_log(tmp_path / "log.csv", read_file(tmp_path / "plan.nc"), job, 3, PLAIN, RNG())
     found = calibrate(tmp_path / "log.csv", tmp_path / "plan.nc", JOB)
     before, after = ({each.parameter.key: each.share for each in fit.estimates} for fit in (model[0], found))
     assert after["ploughing_pressure"] < 0.6 * before["ploughing_pressure"]
@@ -216,12 +215,6 @@ def test_the_command_writes_a_plan_without_a_log(tmp_path):
     assert result.exit_code == 0, result.output
     assert "with one dress" in result.output
     assert "E22500." in path.read_text()
-
-
-@pytest.mark.parametrize("program", ["keyway_g81"])
-def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
-    with pytest.raises(CalibrationError, match="no G82 or G83"):
-        plan_of(read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml"))
 
 
 def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
@@ -240,6 +233,7 @@ def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
             "programs_from_elsewhere/column_machine.nc",
             r"vary E and J by hand",
         ),  # its picks are K
+        ("programs_from_elsewhere/hand_plunge.nc", "no G82 or G83"),
     ],
 )
 def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):

@@ -120,7 +120,7 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
 
 @pytest.mark.usefixtures("coarse_speeds")
 def test_what_no_program_keeps_is_said(grind: Grind) -> None:
-    status, out, _ = grind("optimise", PLATE, *QUICK, "--constraint", "seconds=30")
+    status, out, _ = grind("optimise", PLATE, *QUICK, "--budget", "10 programs", "--constraint", "seconds=30")
     assert status == 4
     assert "no program tried keeps the limits within 30 s a part; the nearest one takes" in out
 

@@ -32,7 +32,7 @@ from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.command import Grind
 from tests.examples import few
 from tests.machine.harness import worlds
-from tests.shop.programs import EXAMPLES, KNOWN, PLATE
+from tests.shop.programs import EXAMPLES, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
 
@@ -313,12 +313,3 @@ def test_a_higher_confidence_asks_for_more() -> None:
 def test_what_is_no_confidence_is_refused(value: float) -> None:
     with pytest.raises(OptionError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
         optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
-
-
-@pytest.mark.nightly
-def test_a_sweep_is_on_machines_too(tmp_path: Path) -> None:
-    job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
-    job.write_text(text + KNOWN)
-    known, usual = (sweep(EXAMPLES / "plate_g82.nc", each, E=(15000, 15000), parts=4) for each in (job, None))
-    assert known.calibration == "" and usual.calibration is None
-    assert usual.own.cost.half_width > 5.0 * known.own.cost.half_width

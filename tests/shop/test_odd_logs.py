@@ -1,6 +1,7 @@
 """Logs that are not one execution after the other of a program for one part, as it is programmed."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,14 +17,14 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.logs import read_log
 from grind_env.shop.calibrate.pattern import Forward, pattern_of, powers
 from tests.examples import few
-from tests.shop.blemished import Style, write_log
+from tests.shop.blemished import PLAIN, write_log
 from tests.shop.coverage import EXAMPLES
 
 PLATE, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
 TRUTH = {"material": {"ploughing_pressure": 0.95}, "machine": {"stiffness": 14_000.0}}
 FITTED = ("ploughing_pressure", "stiffness")
 LOOP = "%\nO1\n#1=0\nN1 M98 P2001\n#1=#1+1\nIF [#1 EQ {}] GOTO 9\nM00\nGOTO 1\nN9 M30\n\n"
-SECONDS = Style(separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "power [W]"), gaps=0, scale=0.0)
+SECONDS = replace(PLAIN, gaps=0)
 
 
 def looped(path, parts):
@@ -37,7 +38,7 @@ def looped(path, parts):
 def plates(tmp_path_factory):
     """A log of three plates, in W over s."""
     path = tmp_path_factory.mktemp("plates") / "log.csv"
-    truth, style = with_entries(load_job(JOB), TRUTH), Style(**{**vars(SECONDS), "overrides": (0.8, 1.0)})
+    truth, style = with_entries(load_job(JOB), TRUTH), replace(SECONDS, overrides=(0.8, 1.0))
     write_log(path, read_file(PLATE), truth, 3, style, np.random.default_rng(2))
     return path
 
@@ -59,7 +60,7 @@ def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plate
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_path):
     """The operator does not let the program stop at its M01, so that 11 strokes follow 9 of another pace."""
-    style = Style(**{**vars(SECONDS), "idle": 630.0, "warm_up": 0.0, "coolant": 0.0, "stops": False})
+    style = replace(SECONDS, idle=630.0, warm_up=0.0, coolant=0.0, stops=False)
     write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
     job, programs = load_job(JOB), read_file(PLATE)
     pattern, expected = pattern_of(programs, job), powers(Forward(programs, job, 2).run(job))[-29:]
@@ -77,7 +78,7 @@ def test_noise_between_parts_is_no_further_execution(tmp_path):
     program, job = tmp_path / "rails.nc", EXAMPLES / "rail_g83.toml"
     program.write_text(head + "M00\n".join(["N20 " + body] * 3) + "M30" + dress, encoding="utf-8")
     truth = with_entries(load_job(job), {"material": {"ploughing_pressure": 0.45, "chip_energy": 11.8}})
-    style = Style(**{**vars(SECONDS), "rate": 1.0, "idle": 480.0, "warm_up": 0.0})
+    style = replace(SECONDS, rate=1.0, idle=480.0, warm_up=0.0)
     write_log(tmp_path / "log.csv", read_file(program), truth, 1, style, np.random.default_rng(1))
     found = calibrate(tmp_path / "log.csv", program, job, names=["ploughing_pressure"])
     assert any("in the log once" in remark for remark in found.remarks)

@@ -96,20 +96,6 @@ def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised, tmp_path: 
     assert cost <= grid.own.cost.value
 
 
-def test_the_programs_tried_lie_around_the_one_chosen(found: Optimised) -> None:
-    before, chosen = found.chosen
-    assert chosen.keeps and chosen.cost < before.cost
-    seconds = [each.seconds for each in found.cheapest]
-    assert seconds == sorted(seconds) and min(each.cost for each in found.cheapest) <= chosen.cost
-
-
-@pytest.mark.usefixtures("few_lots", "coarse_speeds")
-def test_the_same_seed_finds_the_same() -> None:
-    options = options_of(("E",))
-    runs = [find_words(EXAMPLES / "keyway_g81.nc", None, options, parts=1, seconds=1000.0, seed=5) for _ in range(2)]
-    assert runs[0] == runs[1]
-
-
 @pytest.mark.usefixtures("few_lots")
 def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
@@ -203,14 +189,14 @@ def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monke
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_so_many_programs_are_tried_and_the_time_decides_nothing(monkeypatch: pytest.MonkeyPatch, grind: Grind) -> None:
-    words = "optimise", EXAMPLES / "plate_g82.nc", "--vary", "E", "--parts", 2, "--budget", "30 programs", "--json"
+    words = "optimise", EXAMPLES / "plate_g82.nc", "--vary", "E", "--parts", 2, "--budget", "12 programs", "--json"
     found = []
     for step in (0.01, 100.0):
         looks = itertools.count()
         monkeypatch.setattr(clock, "monotonic", lambda looks=looks, step=step: step * next(looks))
         found.append(json.loads(grind(*words)[1]))
     assert found[0] == found[1]
-    assert found[0]["evaluations"] == 30 and found[0]["judged"] >= 1
+    assert found[0]["evaluations"] == 12 and found[0]["judged"] >= 1
 
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
@@ -222,10 +208,6 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
     assert output.read_bytes() == told["text"].encode()
     assert b"\r\n" in output.read_bytes()
     assert status("run", output, "--job", path.with_suffix(".toml")) == 0
-
-
-def test_the_time_ends_the_search_and_says_so() -> None:
-    assert find_words(EXAMPLES / "plate_g82.nc", parts=2, seconds=0.0).ended_early
 
 
 class Clock:
@@ -304,17 +286,6 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
     assert watch.now <= ONCE + 1.5 * seconds + 4.0 + 1.0
 
 
-def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    options, found = options_of(("D",), {"D": (0, 1)}, fixed=[70]), []
-    monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 12)
-    for pace in (0.001, 0.01):
-        with monkeypatch.context() as patched:
-            Clock(patched, pace)
-            found.append(find_words(executed, options=options, parts=1, seconds=1000.0))
-    assert found[0] == found[1] and not found[0].ended_early
-    assert found[0].lots == 12 and found[0].evaluations == 2
-
-
 @pytest.mark.parametrize(
     "options, told",
     [
@@ -359,16 +330,6 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
     assert optimum.cost - 1e-9 <= best <= 1.001 * optimum.cost
 
 
-def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optimised) -> None:
-    for limit in found.limits:
-        if limit.price is not None:
-            worth = 0.01 * found.quantity("cost").after.value
-            assert limit.without is not None
-            assert limit.binds == (limit.price.low > worth and limit.without > limit.margin)
-    said = [sentence for sentence in sentences(found) if "binds" in sentence]
-    assert len(said) == sum(limit.binds for limit in found.limits)
-
-
 @pytest.mark.usefixtures("few_lots")
 def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not(
     tmp_path: Path,
@@ -381,6 +342,7 @@ def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that
     assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
     options = options_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
     found = find_words(EXAMPLES / "plate_g82.nc", None, options, parts=2, seconds=1000.0)

@@ -16,7 +16,6 @@ from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.report.run import block_rows
 from grind_env.shop.search_options import options_of
@@ -104,14 +103,6 @@ def test_words_that_are_no_numbers_are_named(name: str, word: str, capfd: pytest
     assert f"{word} is kept as it is; write a number there" in capfd.readouterr().err
 
 
-@pytest.mark.usefixtures("nothing_compiled")
-def test_a_word_in_brackets_is_named_whole() -> None:
-    path = FOLDER / "step_grind.nc"
-    text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    remarks = variation_of(read_file(path), text, job, options_of(untried=True), 1, 1).choices.remarks
-    assert any(remark.startswith("line 22: E[#102*.75] is kept as it is") for remark in remarks)
-
-
 def test_a_report_takes_what_a_run_takes(tmp_path: Path) -> None:
     path, page = FOLDER / "step_grind.nc", tmp_path / "page.html"
     requests = ["--dress-at", "35", "--set", "#500=0", "--max-blocks", "9000", "--interrupt", "9100@60"]
@@ -131,15 +122,3 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
     programs = read_file(path)
     rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))))
     assert [(row.line, row.cells["runs"], row.cells["strokes"]) for row in rows] == [(19, "4", "8"), (22, "1", "8")]
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
-def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
-    path = FOLDER / f"{name}.nc"
-    found = find_words(path, parts=2, seconds=1000.0, options=options_of(("D",)))
-    part = grind(read(found.after), load_job(path.with_suffix(".toml"))).parts[0]
-    assert found.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
-    assert found.quantity("seconds").expected[1] == pytest.approx(part["seconds"], rel=1e-9)
-    if name == "fuehrungsleiste":  # its G82.1 go on dressing before each cycle
-        assert not any("no block dresses" in remark for remark in found.remarks)

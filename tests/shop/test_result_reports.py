@@ -144,6 +144,11 @@ def log(folder: Path) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def found(folder: Path, log: Path) -> Calibration:
+    return calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml")
+
+
 def agrees(html: str, found: Calibration) -> None:
     """The page says what was found."""
     told = [each for each in found.estimates if each.told]
@@ -175,11 +180,12 @@ def agrees(html: str, found: Calibration) -> None:
     assert is_its_own(html)
 
 
-def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_calibration_from_a_log_is_written_up(
+    folder: Path, log: Path, found: Calibration, capsys: pytest.CaptureFixture[str]
+) -> None:
     program, job, written = folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", folder / "cal.html"
     assert status("calibrate", log, "--program", program, "--job", job, "--report", written, "--json") == 0
     data, html = json.loads(capsys.readouterr().out), written.read_text("utf-8")
-    found = calibrate(log, program, job)
     assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
     agrees(html, found)
     assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
@@ -194,8 +200,7 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
     assert f"{100.0 * found.judged.held_out['power'][2]:.1f} % on parts that are left out in turn" in verdict
 
 
-def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
-    found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names=["stiffness"])
+def test_residuals_of_a_part_stand_in_order_of_time(found: Calibration) -> None:
     drawn = residuals(found, found.data.kinds[0]).series
     chosen, odd, used = comparable(found, found.data.kinds[0]), found.data.part % 2 == 1, found.fit.used
     places = np.full(found.data.part.size, np.nan)

@@ -90,17 +90,6 @@ def test_a_job_of_a_machine_that_is_known_is_tried_on_that_machine() -> None:
     assert abs(other / power - 1.0) > 0.1
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("quick", "coarse_speeds")
-def test_a_job_of_a_machine_that_is_known_is_searched_on_that_machine() -> None:
-    job = replace(load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1")), uncertainty=CERTAIN)
-    words = options_of(["E"], {"E": (12000, 18000)})
-    found = find_words(PATH, job, words, parts=2, seconds=1000.0)
-    assert found.calibration == CERTAIN.source
-    power = grind_file(PATH, job).parts["peak_power"][0]
-    assert found.quantity("power").expected[0] == pytest.approx(power / 1000.0, rel=0.02)
-
-
 def point(cost: float, share: float) -> SweepPoint:
     one = Interval(cost, cost, cost)
     return SweepPoint(

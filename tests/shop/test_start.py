@@ -108,12 +108,6 @@ def test_a_folder_is_made_whole_or_not_at_all(
     assert grind("init", folder)[0] == 0
 
 
-def test_a_folder_that_cannot_be_made_is_told(grind: Grind, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    status, _, err = grind("init", tmp_path / "file" / "folder")
-    assert status == 2 and err.count("\n") == 1
-
-
 def test_the_template_is_the_job_of_the_example(grind: Grind, tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     path.write_text(grind("job", "--template")[1], encoding="utf-8")

@@ -1,6 +1,5 @@
 """Programs whose job states how each part differs are searched and swept on just these parts."""
 
-import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -39,32 +38,6 @@ def oracle6(grind: Grind, tmp_path: Path) -> Path:
     job = program.with_suffix(".toml")
     job.write_text(job.read_text(encoding="utf-8") + KNOWN)
     return program
-
-
-@pytest.mark.nightly
-@pytest.mark.usefixtures("coarse_speeds")
-def test_oracle6_as_a_program_comes_to_its_optimum(oracle6: Path, grind: Grind) -> None:
-    """Against all E and D of the task, each E a multiple of 1 m/min; blocks that are alike have the same."""
-    better = oracle6.with_name("better.nc")
-    words = ("--bounds", "E=6000..21000,D=0..1", "--parts", 1, "--budget", "1000s")
-    status, out, _ = grind("optimise", oracle6, *words, "-o", better, "--json")
-    found = json.loads(out)
-    cost = next(each for each in found["quantities"] if each["name"] == "cost")
-    task = load_task("oracle6")
-    trials = trials_of(read_file(oracle6), load_job(oracle6.with_suffix(".toml")), 1, [(0,)])
-    choices = (
-        itertools.product(task.action.speed_levels, repeat=2),
-        itertools.product((0, 1), repeat=2),
-    )
-    tried = [(speeds, dresses) for speeds, dresses in itertools.product(*map(list, choices))]
-    settings = np.repeat(trials.own[None], len(tried), axis=0)
-    plate = np.array([task.kind_of_block(block) for block in range(task.blocks)])
-    settings[:, :, E], settings[:, :, D] = (np.array(each)[:, plate] for each in zip(*tried, strict=True))
-    assert (status, found["lots"]) == (0, 1)
-    assert 6.0 * cost["after"]["value"] <= 1.001 * 6.0 * trials.measure(settings).cost.min()
-    assert 6.0 * cost["after"]["value"] >= 0.999 * exact_optimum(BlockSimulation(task)).cost
-    parts = json.loads(grind("run", better, "--job", oracle6.with_suffix(".toml"), "--json")[1])["parts"]
-    assert sum(part["total_cost"] for part in parts) == pytest.approx(6.0 * cost["expected"][1], rel=1e-9)
 
 
 def test_the_optimal_words_cost_what_the_task_says(oracle6: Path) -> None:

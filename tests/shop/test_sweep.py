@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import read
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job.file import load_job
@@ -56,11 +55,6 @@ def test_lines_are_told_apart_without_colour(found: Sweep) -> None:
     assert several == 4
 
 
-def test_every_part_dressed_is_the_program_as_it_is() -> None:
-    found = sweep(EXAMPLES / "plate_g82.nc", None, SweepRanges(every=(1, 2)), parts=2)
-    assert found.speeds[0].cost == found.own.cost
-
-
 def test_a_lead_costs_what_the_dress_program_written_so_costs(tmp_path: Path) -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     turns = 60_000.0 * 30.0 / (3.141592653589793 * 300.0)
@@ -80,15 +74,12 @@ def test_the_valley_holds_the_best_interval_and_those_that_cost_little_more(foun
     assert all(costs[every] > 1.02 * best.cost.value for every in (first - 1, last + 1) if every in costs)
 
 
-def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = [str(EXAMPLES / "plate_g82.nc"), "--E", "12000..20000", "--dress-every", "1..3", "--parts", "3"]
-    for options in ([], ["--json"]):
-        with pytest.raises(SystemExit) as caught:
-            main(["sweep", *arguments, *options, "--plot", str(tmp_path / "sweep.png")])
-        assert not caught.value.code
-    shown, _, data = capsys.readouterr().out.rpartition("\n{")
+def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> None:
+    words = ("sweep", EXAMPLES / "plate_g82.nc", "--E", "12000..20000", "--dress-every", "1..3", "--parts", 3, "--plot")
+    (status, shown, _), (again, data, _) = (grind(*words, tmp_path / "sweep.png", *more) for more in ((), ("--json",)))
+    assert status == again == 0
     assert "best dress interval" in shown and max(map(len, shown.splitlines()[:-2])) <= 100
-    told = json.loads("{" + data)
+    told = json.loads(data)
     assert len(told["speeds"]) == 27 and told["valley"][0] >= 1
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
 

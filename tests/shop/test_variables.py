@@ -21,7 +21,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
-from grind_env.machine.script.settings import D, E
+from grind_env.machine.script.settings import D
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
@@ -56,20 +56,12 @@ STEPS = (
     + TAIL
     + DRESS
 )
-STRAIGHT = (
-    HEAD
-    + "".join(f"N50 G82 X230. I-30. Y-{depth} J-.01 L0 F60. E15000. P9100 D1\n" for depth in (".05", ".1", ".15"))
-    + FINISH
-    + TAIL
-    + DRESS
-)
-"""The same without a jump."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("variables")
-    for name, text in {"counting": COUNTING, "steps": STEPS, "straight": STRAIGHT, "plate": PLATE}.items():
+    for name, text in {"counting": COUNTING, "plate": PLATE}.items():
         (path / f"{name}.nc").write_text(text, encoding="utf-8")
         (path / f"{name}.toml").write_text(JOB, encoding="utf-8")
     return path
@@ -167,14 +159,6 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
     assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
 
 
-@pytest.mark.nightly
-def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
-    ranges = SweepRanges(E=(12_000.0, 18_000.0), every=(1, 2))
-    jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
-    assert jumping.own == straight.own
-    assert jumping.speeds == straight.speeds
-
-
 def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
     parts, shop = 6, job()
     straight = HEAD + ROUGH.format("D0") + FINISH + TAIL + DRESS
@@ -193,15 +177,6 @@ def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
 def test_intervals_take_the_place_of_what_the_program_counts(folder: Path) -> None:
     found = sweep(folder / "counting.nc", None, SweepRanges(every=(EVERY, EVERY)), parts=6, variables={500: 0.0})
     assert found.speeds[0].cost.value == pytest.approx(found.own.cost.value, rel=1e-12)
-
-
-def test_words_of_a_program_that_counts_are_varied_on_all_parts() -> None:
-    held, lots = {500: 0.0}, lots_of(1, LotUse.SWEEP, 4)
-    trials = trials_of(read(COUNTING), job(held), 6, lots)
-    faster = trials_of(read(COUNTING.replace("E9000.", "E11000.")), job(held), 6, lots)
-    asked = trials.own[None].copy()
-    asked[0, 1::2, E] = 11_000.0
-    assert trials.measure(asked).cost.tolist() == faster.measure(faster.own[None]).cost.tolist()
 
 
 @pytest.mark.nightly

@@ -18,11 +18,10 @@ from grind_env.shop.calibrate.solver import Data
 from grind_env.shop.calibrate.verdict import FitJudgement, judge
 from grind_env.validation.rig import Rig
 from tests.foreign.shop import SHOPS, Shop, run, trace
-from tests.shop.blemished import Style, write_gauge, write_log
+from tests.shop.blemished import PLAIN, write_gauge, write_log
 from tests.shop.coverage import EXAMPLES
 
 PLATE = EXAMPLES / "plate_g82.nc"
-STYLE = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
 
 
 def judged(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> FitJudgement:
@@ -94,7 +93,7 @@ def test_the_share_of_the_heat_is_found_by_sizes(tmp_path: Path) -> None:
     job = load_job(PLATE.with_suffix(".toml"))
     truth = with_entries(job, {"material": {"heat_factor": 0.3, "chip_energy": 20.0}})
     rng = np.random.default_rng(4)
-    record = write_log(tmp_path / "log.csv", read_file(PLATE), truth, 4, STYLE, rng)
+    record = write_log(tmp_path / "log.csv", read_file(PLATE), truth, 4, PLAIN, rng)
     write_gauge(tmp_path / "parts.csv", record, rng, filled=1.0)
     found = calibrate(tmp_path / "log.csv", PLATE, PLATE.with_suffix(".toml"), gauge=tmp_path / "parts.csv")
     heat = next(each for each in found.estimates if each.parameter.key == "heat_factor")

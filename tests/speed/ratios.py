@@ -28,8 +28,7 @@ class Known:
     aim: str = ""
     """What is aimed at, as a text."""
     most: float = math.inf
-    least: float = 0.0
-    """Between which the median of any machine is."""
+    """Of the median on any machine."""
 
 
 def known() -> dict[str, Known]:
@@ -46,21 +45,19 @@ def beyond(ratios: Ratios) -> list[str]:
     """What is not as it may be, a sentence each."""
     found = []
     for name, about in known().items():
-        median = float(np.median(ratios.get(name, about.last)))
-        if not about.least <= median <= about.most:
-            limit = f"more than {about.most}" if median > about.most else f"less than {about.least}"
-            found.append(f"{name}: {median:.4g} is {limit} (last {about.last})")
+        median = float(np.median(ratios[name]))
+        if not median <= about.most:
+            found.append(f"{name}: {median:.4g} is more than {about.most} (last {about.last})")
     return found
 
 
 def ratio_table(ratios: Ratios) -> Table:
-    """Quartiles beside what is known; of what was not measured, only that."""
+    """Quartiles beside what is known."""
     table = Table(title="Ratios of this run")
     for heading in ("measure", "lower", "median", "upper quartile", "last", "aim"):
         table.add_column(heading, justify="left" if heading == "measure" else "right")
     for name, about in known().items():
-        numbers = quartiles(ratios[name]) if name in ratios else ("", "left out", "")
-        table.add_row(name, *numbers, f"{about.last:.4g}", about.aim)
+        table.add_row(name, *quartiles(ratios[name]), f"{about.last:.4g}", about.aim)
     return table
 
 

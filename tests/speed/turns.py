@@ -1,11 +1,7 @@
 """Measuring in turns: what is compared runs one after the other and again, so that a busy machine slows all alike."""
 
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -39,16 +35,3 @@ def seconds_of(call: Callable[..., object], *arguments: Any) -> float:
     begin = time.process_time()
     call(*arguments)
     return time.process_time() - begin
-
-
-def fresh_process(code: str, **environment: str) -> list[float]:
-    """Numbers that a fresh Python prints."""
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, **environment},
-        cwd=Path(__file__).resolve().parents[2],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    return [float(word) for word in run.stdout.split()]

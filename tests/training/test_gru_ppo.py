@@ -1,4 +1,3 @@
-import json
 import signal
 import subprocess
 import sys
@@ -9,14 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from safetensors.numpy import load, save
 
 from agents.benchmark.agents import plain_agent
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.learned.network import Network
-from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
+from grind_env.policies.learned.saved import load_policy, write_policy
 from grind_env.policies.model_view import on
 from grind_env.policies.problem import find_problem
 from grind_env.training import gru_ppo
@@ -163,36 +160,6 @@ def test_every_memory_learns_and_acts_the_same_from_its_file(memory: Memory, tmp
     assert np.array_equal(live.executions, saved.executions)
     if memory == "state":
         with pytest.raises(GrindError, match="with other observations or actions"):
-            load_policy(path)
-
-
-def test_a_damaged_file_is_refused(tmp_path: Path):
-    path, simulation = tmp_path / "agent.safetensors", PROBLEM.simulation()
-    choices = form_of("gru").view(simulation).action_space.nvec
-    agent, scale, _ = filled("gru", len(simulation.entries), tuple(choices.tolist()))
-    actor = acting_part(agent, scale)
-    assert actor.network == Network(
-        family="gru",
-        entries=len(simulation.entries),
-        lstm=5,
-        hidden=(7, 6),
-        outputs=sum(choices),
-        activation="tanh",
-    )
-    write_policy(path, actor, simulation, "ppo_gru", form_of("gru"), {})
-    data = path.read_bytes()
-    text = data[8 : 8 + int.from_bytes(data[:8], "little")]
-    entry = json.loads(text)["__metadata__"][ENTRY]
-    for change, said in (
-        (lambda tensors: tensors.pop("gru.weight_hh_l0"), "tensors are not those"),
-        (lambda tensors: tensors["gru.bias_hh_l0"].fill(np.nan), "no finite number"),
-        (lambda tensors: tensors["gru.weight_ih_l0"].fill(3e38), "so large that it may overflow"),
-        (lambda tensors: tensors["actor.0.weight"].fill(3e38), "so large that it may overflow"),
-    ):
-        tensors = load(data)
-        change(tensors)
-        path.write_bytes(save(tensors, {ENTRY: entry}))
-        with pytest.raises(GrindError, match=said):
             load_policy(path)
 
 
