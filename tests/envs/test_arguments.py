@@ -15,7 +15,7 @@ WRONG: dict[str, list[Any]] = {
     "show_block": ["x", 1, None],
     "action": [None, 2, "Box", ["box"], np.array(["box"]), np.array(["box", "box"])],
     "predress": ["no", 0, None],
-    "cycle": [83, "G84"],
+    "cycle": [83, "G84", ["G82"]],
     "spread": ["1", None, True, -0.1, 2.1, float("nan")],
     "render_mode": [3, "svg", ["ansi"], np.array(["ansi", "ansi"])],
     "info": ["all", None, 1],

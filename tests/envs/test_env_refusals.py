@@ -18,15 +18,9 @@ pytestmark = pytest.mark.filterwarnings("error")
 def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
     for make in (any_task.make, any_task.make_vector):
         assert "oracle6, power_limited" in refusal(TaskError, make, task="power-limited")
-        message = refusal(ActionError, make, action="continuous")
-        assert "'continuous'" in message and "box, multidiscrete, discrete, dict" in message
-        message = refusal(TaskError, make, observation="hidden")
-        assert "'hidden'" in message and "measured, full" in message
-        assert "['G82']" in refusal(TaskError, make, cycle=["G82"])
+        assert "box, multidiscrete, discrete, dict" in refusal(ActionError, make, action="continuous")
     message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
-    assert "'Sometimes'" in message
     assert all(repr(mode.value) in message for mode in MODES)
-    assert issubclass(TaskError, GrindError) and issubclass(ActionError, GrindError)
 
 
 BAD_ACTIONS: list[tuple[Any, str]] = [

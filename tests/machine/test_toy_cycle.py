@@ -21,6 +21,7 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.loops import Loops, loops_of
 from grind_env.machine.loops.zones import EDGES
+from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.replay import Placed, blocks_of
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
@@ -143,6 +144,18 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
     return [np.array([case.cycle(dress_seconds) for case in cases]), np.array([p] * n), *updated]
 
 
+def assert_ground(case: Case, record: GrindingRecord, parts: Any, tallies: Any) -> None:
+    """One machine of the loops has come to what the strokes and dresses of the program have."""
+    depths, dresses = case.strokes_and_dresses()
+    (part,), (tally,) = parts, tallies
+    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
+    assert part["Z"] == pytest.approx(depths[-1])
+    for name, made in (("peak_load", record.strokes["load"].max()), ("worn", record.strokes["worn"].sum())):
+        assert tally[name] == pytest.approx(made, rel=1e-9)
+    seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
+    assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+
+
 @pytest.mark.parametrize("case", CASES[:6])
 def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     case: Case, loops: Loops, monkeypatch: pytest.MonkeyPatch
@@ -155,13 +168,7 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
 
     numbers = tables([case], record.dresses["seconds"][0] if dresses else 0.0)
     loops.lanes(*numbers[:2], *map(as_table, numbers[2:]), NO_MOTIONS, np.arange(1), 0, 1)
-    (part,), (tally,) = numbers[3:]
-    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
-    assert part["Z"] == pytest.approx(depths[-1])
-    for name, made in (("peak_load", record.strokes["load"].max()), ("worn", record.strokes["worn"].sum())):
-        assert tally[name] == pytest.approx(made, rel=1e-9)
-    seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
-    assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+    assert_ground(case, record, *numbers[3:])
 
 
 OneBlock = namedtuple("OneBlock", "blocks plans motions placed cycles rows settings parameters")
@@ -182,12 +189,7 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         first, room = np.zeros(1, np.int64), np.empty((1, CYCLE_FIELDS))
         one = OneBlock(*script[:2], script.motions, placed, room, first, script.own_settings, parameters)
         grind_blocks(one, *map(as_table, (wheels, parts, tallies)), first)
-        depths, dresses = case.strokes_and_dresses()
-        assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
-        assert parts["Z"] == pytest.approx(depths[-1])
-        assert tallies["peak_load"] == pytest.approx(record.strokes["load"].max(), rel=1e-9)
-        seconds = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
-        assert tallies["seconds"] == pytest.approx(seconds, rel=1e-12)
+        assert_ground(case, record, parts, tallies)
 
 
 @pytest.mark.bits

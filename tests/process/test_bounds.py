@@ -3,11 +3,12 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
+from tests.examples import examples
 from tests.process.harness import CATALOGUE, grinder, parameters
 
 SETUPS = [
@@ -45,7 +46,7 @@ def assert_within_bounds(wheel: WheelState, p: StrokeParameters) -> None:
     assert wheel.lam <= 1.0
 
 
-@settings(deadline=None, max_examples=1000)
+@examples(1000)
 @given(
     p=st.sampled_from(SETUPS),
     wheel=wheels(),
@@ -80,7 +81,7 @@ def test_a_stroke_that_would_clog_more_than_all_of_the_face_clogs_all_of_it(setu
         assert_within_bounds(after, p)
 
 
-@settings(deadline=None, max_examples=200)
+@examples(200)
 @given(
     p=st.sampled_from(SETUPS),
     wheel=wheels(),
@@ -107,7 +108,7 @@ def test_a_dress_of_no_pass_leaves_the_wheel_as_it_was() -> None:
         assert removed == 0.0
 
 
-@settings(deadline=None, max_examples=50)
+@examples(50)
 @given(
     p=st.sampled_from(SETUPS),
     events=st.lists(
