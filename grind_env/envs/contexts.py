@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.machines import fitting, seed_beside
+from grind_env.envs.machines import read_plant_option, seed_beside
 from grind_env.envs.splits import EVERY, RENAMED, SPLITS, Split
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError, quoted
@@ -176,13 +176,13 @@ def read_options(
         elif name == "split":
             given = replace(given, split=find_split(value))
         elif name == "plant":
-            given = replace(given, plant=fitting(value, made))
+            given = replace(given, plant=read_plant_option(value, made))
         else:
             raise ContextError(f"there is no reset option {name!r}; legal are context, split, plant")
     return given
 
 
-def drawn(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Generator]) -> Sequence[Given]:
+def with_machines(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Generator]) -> Sequence[Given]:
     """What is given of episodes, with the machine of each; their generators stay where they are."""
     made: Plants | None = simulation.plants
     if made is None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, check_render
-from grind_env.envs.contexts import Given, drawn, read_options
+from grind_env.envs.contexts import Given, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
@@ -175,7 +175,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         rngs = [self.np_random]
-        [given] = drawn(simulation, [given], rngs)
+        [given] = with_machines(simulation, [given], rngs)
         self.plant = "" if given.plant is None else given.plant.text
         if self.episodes is None:
             self.episodes = simulation.start(rngs, [given], full_tape=False)

@@ -63,7 +63,7 @@ def differing(found: Inputs, before: Inputs) -> list[str]:
     return [name for name in names if name.endswith(".name") or f"{name.rpartition('.')[0]}." not in others]
 
 
-def told(names: Sequence[str], found: Inputs, before: Inputs) -> str:
+def describe_differences(names: Sequence[str], found: Inputs, before: Inputs) -> str:
     """Return the first differences as part of a sentence."""
     said = [f"{shortened(name)} is {_said(found, name)}, but was {_said(before, name)}" for name in names[:MOST_TOLD]]
     return "; ".join(said) + (f"; and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else "")

@@ -27,7 +27,7 @@ DIGITS = 3
 """Behind the point: so much of means and deviations is the same on every machine."""
 
 
-def eased(rewards: NDArray[Any]) -> NDArray[Any]:
+def ease_rewards(rewards: NDArray[Any]) -> NDArray[Any]:
     """Rewards, shape (N,), as a learner gets them: one more, so that the best fixed plan earns about 0, and cut."""
     return np.maximum(rewards + 1.0, WORST_REWARD).astype(rewards.dtype)
 
@@ -47,7 +47,7 @@ def lateness(simulation: Simulation, observations: Array) -> Array:
     return (late * (due.late / 3600.0 / simulation.task.reference_cost)).astype(observations.dtype)
 
 
-def usual(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
+def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
     """Mean and standard deviation of every entry of what is shown, in the better part of random play."""
     memories = memories_of(simulation, codec.space, forms)
     rng, n = np.random.default_rng(0), EPISODES

@@ -24,7 +24,7 @@ def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
     return find_plants(of_file) if argument is None else find_plants(argument, modules=True)
 
 
-def fitting(value: Any, made: "Plants | None") -> "Plants | None":
+def read_plant_option(value: Any, made: "Plants | None") -> "Plants | None":
     """The machines that the option of a reset names; None for those that the environment was made with."""
     found = plants_of(value)
     if found is None:

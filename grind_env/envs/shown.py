@@ -135,7 +135,7 @@ def shown_space(simulation: Simulation) -> ShownBox:
     )
 
 
-def behind(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
+def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
     """The observation space behind a wrapper that shows a memory; `space` is that before it."""
     if not isinstance(space, ShownBox):
         return memory.space

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
-from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import noisy
@@ -141,7 +141,7 @@ class Simulation(ABC):
     ) -> None:
         """Put new episodes in place of those at `index`, one from each generator, with what is given of each."""
         rows = np.array(index)
-        given = drawn(self, given, rngs)
+        given = with_machines(self, given, rngs)
         self._generator.begin(episodes, rows, rngs, given)
         self.clear(episodes, rows)
         if self.plants is not None:

@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_render
-from grind_env.envs.contexts import Given, drawn, option_items, read_all_options, read_options
+from grind_env.envs.contexts import Given, option_items, read_all_options, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
@@ -202,7 +202,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         """Put new episodes in place of those in `mask`; what there is to say of them."""
         index = np.flatnonzero(mask).tolist()
         rngs = [self.rngs[i] for i in index]
-        given = drawn(self.simulation, [self.given[i] for i in index], rngs)
+        given = with_machines(self.simulation, [self.given[i] for i in index], rngs)
         self.simulation.restart_all(self.episodes, index, rngs, given)
         self.steps[mask] = 0
         for i in index:

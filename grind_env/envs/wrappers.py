@@ -15,10 +15,10 @@ from gymnasium.vector.utils import batch_space
 from grind_env.arrays import Array
 from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.learning import eased, usual
+from grind_env.envs.learning import ease_rewards, fit_standard
 from grind_env.envs.memory import WrapperError, belief_entries
 from grind_env.envs.observations import Reading
-from grind_env.envs.shown import BeliefForm, MemoryForm, ShownBox, Stack, Standard, behind
+from grind_env.envs.shown import BeliefForm, MemoryForm, ShownBox, Stack, Standard, wrapped_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 
@@ -37,7 +37,7 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
         _check_kind(env, gym.Env)
         gym.Wrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.observation_space, env.action_space)
-        self.observation_space = behind(env.observation_space, form, self.memory)
+        self.observation_space = wrapped_space(env.observation_space, form, self.memory)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Reset, and forget."""
@@ -59,7 +59,7 @@ class VectorMemory(ArrayWrapper):
         _check_kind(env, VectorEnv)
         VectorWrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.single_observation_space, env.single_action_space)
-        self.single_observation_space = behind(env.single_observation_space, form, self.memory)
+        self.single_observation_space = wrapped_space(env.single_observation_space, form, self.memory)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self.mode = AutoresetMode(env.metadata["autoreset_mode"])
         self.over = np.zeros(env.num_envs, bool)
@@ -186,7 +186,7 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
         """Step; the reward is eased."""
         observation, reward, terminated, truncated, info = super().step(action)
-        return observation, float(eased(np.array(reward))), terminated, truncated, info
+        return observation, float(ease_rewards(np.array(reward))), terminated, truncated, info
 
 
 class VectorForLearning(VectorMemory):
@@ -200,7 +200,7 @@ class VectorForLearning(VectorMemory):
         """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
         ground = ~self.over if self.mode is AutoresetMode.NEXT_STEP else np.ones(self.num_envs, bool)
         observations, rewards, terminations, truncations, info = super().step(actions)
-        return observations, np.where(ground, eased(rewards), rewards), terminations, truncations, info
+        return observations, np.where(ground, ease_rewards(rewards), rewards), terminations, truncations, info
 
 
 def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
@@ -212,7 +212,7 @@ def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
             "else: wrap the environment itself, or its belief or stack"
         )
     unwrapped: Any = env.unwrapped
-    return usual(simulation, unwrapped.codec, space.shown.memories)
+    return fit_standard(simulation, unwrapped.codec, space.shown.memories)
 
 
 def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.learning import eased, lateness, usual
+from grind_env.envs.learning import ease_rewards, fit_standard, lateness
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
@@ -215,7 +215,7 @@ class TrainingEnvs:
         self.envs = problem.make_vec(settings.envs, observation="full", action=GRID, autoreset_mode="SameStep")
         self.memory, self.everyone = Seen(model_of(problem), settings.memory), np.ones(settings.envs, bool)
         # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
-        self.standard = usual(self.envs.simulation, self.envs.codec, [self.memory])
+        self.standard = fit_standard(self.envs.simulation, self.envs.codec, [self.memory])
         observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
         self.memory.begin(settings.envs)
         self.late = lateness(self.envs.simulation, observations)
@@ -250,7 +250,7 @@ class TrainingEnvs:
         charged = rewards + self.late - lateness(self.envs.simulation, last)
         self.late = lateness(self.envs.simulation, observations)
         # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
-        earned = np.stack([eased(charged), finished - good], axis=1)
+        earned = np.stack([ease_rewards(charged), finished - good], axis=1)
         return earned, float(finished.sum()), truncated, self._standardised(seen)
 
     def _standardised(self, seen: Array) -> Tensor:

@@ -71,9 +71,9 @@ def test_who_is_followed_and_the_belief_beside_hold_the_model() -> None:
 
 
 def _given(simulation: Simulation, seeds: list[int]) -> list:
-    from grind_env.envs.contexts import Given, drawn
+    from grind_env.envs.contexts import Given, with_machines
 
-    return list(drawn(simulation, [Given()] * len(seeds), [np.random.default_rng(seed) for seed in seeds]))
+    return list(with_machines(simulation, [Given()] * len(seeds), [np.random.default_rng(seed) for seed in seeds]))
 
 
 def test_a_model_that_is_the_machine_is_shown_all_of_it_and_another_one_its_own_numbers() -> None:

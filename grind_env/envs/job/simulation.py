@@ -17,7 +17,7 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.envs.branches import ProgramBranches
-from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
@@ -255,7 +255,7 @@ class JobSimulation(Simulation):
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        given = drawn(self, given, rngs)
+        given = with_machines(self, given, rngs)
         super().restart_all(episodes, index, rngs, given)
         for i, each in zip(index, given, strict=True) if self.script is None else ():
             job = self.job if each.plant is None else self.job.on(each.plant.first)

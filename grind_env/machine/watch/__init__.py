@@ -8,7 +8,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
-from grind_env.machine.watch.advice import Notices, beyond_picks, beyond_table
+from grind_env.machine.watch.advice import Notices, over_pick_limits, over_table_limits
 from grind_env.machine.watch.cuts import Cuts, Overload, Picks
 from grind_env.machine.watch.cycles import Cycle, Cycles
 from grind_env.machine.watch.obstacles import ObstacleWatch
@@ -36,7 +36,7 @@ class RunWatch:
         self.overload.word = speed_word(plan)
         self.obstacles.judge(part, plan.axis)
         self.cycles.begin(part, plan)
-        self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
+        self.notices.tell(plan.line, "feed", over_pick_limits(plan, self.job.setup.machine))
         if plan.dresses and plan.dresses > (infeeds := plunges(plan)):
             text = (
                 f"D{plan.dresses} asks for more dresses than the cycle has plunges, {infeeds}, so that some follow one "
@@ -59,7 +59,7 @@ class RunWatch:
         self.picks.strokes(event)
         longest, machine = self.cycles.count(event, rows), self.job.setup.machine
         word = speed_word(event.plan)
-        beyond = beyond_table(event.feed, longest, self.control.acceleration, machine, event.inch, word)
+        beyond = over_table_limits(event.feed, longest, self.control.acceleration, machine, event.inch, word)
         self.notices.tell(event.plan.line, "speed", beyond)
         self.cuts.strokes(part, event, rows, A, dress, dressed)
         self.obstacles.stroked_until = event.time

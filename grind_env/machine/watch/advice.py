@@ -99,7 +99,7 @@ def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
     return f"a stroke turns at {axis}{coordinate:g}, {place}, which lies from {axis}{low:g} to {axis}{high:g}; {remedy}"
 
 
-def beyond_table(
+def over_table_limits(
     feed: float, length: float, acceleration: float, machine: Machine, inch: bool, word: str
 ) -> str | None:
     """What to say of a stroke of some mm at `feed`, mm/min, that the table does not make; None if it does.
@@ -122,7 +122,7 @@ def beyond_table(
     return None
 
 
-def beyond_picks(plan: CyclePlan, machine: Machine) -> str | None:
+def over_pick_limits(plan: CyclePlan, machine: Machine) -> str | None:
     """What to say of a cycle whose picks are faster than the machine's; None if they are not."""
     if plan.plunge_axis is None:
         return None
@@ -133,7 +133,7 @@ def beyond_picks(plan: CyclePlan, machine: Machine) -> str | None:
     return None
 
 
-def beyond_feeds(move: Line, axis: int, machine: Machine) -> str | None:
+def over_feed_limits(move: Line, axis: int, machine: Machine) -> str | None:
     """What to say of a feed move that takes an axis along faster than the machine's; None if it does not."""
     length = math.dist(move.start, move.end)
     limits = {

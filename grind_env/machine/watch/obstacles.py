@@ -15,7 +15,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unjudged import Unjudged, lines_said
 from grind_env.machine.watch import advice
-from grind_env.machine.watch.advice import Notices, beyond_feeds
+from grind_env.machine.watch.advice import Notices, over_feed_limits
 from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
 
 WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
@@ -105,7 +105,7 @@ class ObstacleWatch:
             inside = grinds or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
             if isinstance(move, Line) and move.source is not Source.INTERRUPT:
                 dressed = max(dressed, below)
-                self.notices.tell(move.line, "feed", beyond_feeds(move, axis, self.job.setup.machine), file)
+                self.notices.tell(move.line, "feed", over_feed_limits(move, axis, self.job.setup.machine), file)
 
     def _ground(self, part: PartRun, move: Motion, axis: int, found: bool) -> Depths | None:
         """Between which depths a move grinds the part, mm; None if it is no feed move, or one of a dress."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from grind_env.envs.inputs import calibrated, differing, inputs_of, told
+from grind_env.envs.inputs import calibrated, describe_differences, differing, inputs_of
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason, shortened
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
@@ -167,7 +167,7 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
     names = differing(now, before)
     if not names:
         return "", False
-    said = told(names, now, before)
+    said = describe_differences(names, now, before)
     if calibrated(simulation, names):
         return f"{path} was trained before the job was calibrated: {said}; train it anew to use that", False
     return f"{path} was trained for {other}: {said}", True

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from grind_env.envs.inputs import differing, inputs_of, named, told
+from grind_env.envs.inputs import describe_differences, differing, inputs_of, named
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, reason
@@ -86,9 +86,8 @@ def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise StateError(f"{shown(path)} is no state of an adviser, or damaged ({reason(error)}): {ANEW}") from None
     if names := differing(origin.inputs, found.inputs):
-        raise StateError(
-            f"{shown(path)} was written for another part: {told(names, origin.inputs, found.inputs)}; {ANEW}"
-        )
+        differences = describe_differences(names, origin.inputs, found.inputs)
+        raise StateError(f"{shown(path)} was written for another part: {differences}; {ANEW}")
     if found.policy != origin.policy:
         raise StateError(f"{shown(path)} was written with another policy: {ANEW}")
     return steps
