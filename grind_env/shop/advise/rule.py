@@ -157,22 +157,17 @@ class Rule:
         E = self.fastest(number, volume)[0]
         return bool(self.peaks[self.kind_of[number]] > 0.0 and self.heat_left(number, E, volume) < 0.0)
 
-    def is_over(self, number: int, E: float, volume: float) -> bool:
-        """Return whether a block is expected to take more than its power limit."""
-        read = self.peaks[self.kind_of[number]] > 0.0
-        return bool(read and self.expected(number, E, volume) + SCATTER > np.log(self.rows[number].power))
-
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
         stay, fresh, new, risk, hot, over, dull = 0.0, 0.0, 0.0, 0.0, False, False, False
         worn, first = volume, self.ground(number)
         for each in self.simulation.branches.part_from(number):
             worn, new = worn + self.ground(each), new + self.ground(each)
-            E = self.fastest(each, worn)[0]
+            k, E = self.kind_of[each], self.fastest(each, worn)[0]
             stay, fresh = stay + self.seconds(each, E), fresh + self.seconds(each, self.fastest(each, new)[0])
             hot |= self.is_hot(each, worn)
-            over |= self.is_over(each, E, worn)
-            dull |= bool(worn > self.volumes[self.kind_of[each]])
+            over |= bool(self.peaks[k] and self.expected(each, E, worn) + SCATTER > np.log(self.rows[each].power))
+            dull |= bool(worn > self.volumes[k])
             # a dress before the next part stands in the middle of its first block
             risk = max(risk, self.risk(each, worn + 0.5 * first * (each == number)))
         left = self.simulation.parts - self.simulation.blocks[number].part
@@ -201,9 +196,8 @@ class Rule:
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
         rises = ("E rises step by step", step * self.tried[k])
-        none = np.zeros(1, np.int64)
         # a fast roughing leaves more to the finish; Ra is a matter of the finish alone, once that is slower for it
-        smooth, right = (float(law.speed(none)[0]) for law in (self.roughness, self.size))
+        smooth, right = (float(law.speed(np.zeros(1, np.int64))[0]) for law in (self.roughness, self.size))
         finishes = self.simulation.blocks[number].finished > 0
         near = self.near if finishes or smooth >= 1.0 else self.sized
         if near > NEAR:
