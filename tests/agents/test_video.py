@@ -37,7 +37,7 @@ def test_the_film_ends_as_the_evaluation_does() -> None:
 @pytest.mark.parametrize("executions", [0, 1, 2, 3])
 def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(executions: int) -> None:
     frames = 12
-    views = list(watch(Fixed(4.0, executions), PLATES, SEED, frames))
+    views = list(watch(Fixed(4000.0, executions), PLATES, SEED, frames))
     assert len(views) == 1 + PLATES.simulation().task.blocks * frames
     # without a dress the spindle stalls in the eighth
     for start in (1, 1 + 3 * frames):
@@ -67,11 +67,11 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
             self.simulation = simulation
             super().begin(simulation, episodes)
 
-    judged = evaluate(Fixed(8.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
-    *_, last = watch(Looker(8.0, 1), problem, SEED, 1)
+    judged = evaluate(Fixed(8000.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
+    *_, last = watch(Looker(8000.0, 1), problem, SEED, 1)
     assert last.cost == pytest.approx(judged.cost[0])
     monkeypatch.setenv(PLACE, str(tmp_path))
-    data = make_dataset(Looker(8.0, 1), problem, range(SEED, SEED + 2)).iterate_episodes()
+    data = make_dataset(Looker(8000.0, 1), problem, range(SEED, SEED + 2)).iterate_episodes()
     earned = np.array([each.rewards.sum() for each in data])
     assert -PLATES.simulation().task.reference_cost * earned == pytest.approx(judged.cost)
     assert {(simulation.gauge, width) for simulation, width in seen} == {(GAUGE, OWN_FROM + len(PROCESS.own._fields))}
@@ -79,7 +79,7 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
 
 
 def test_both_see_the_same_stock() -> None:
-    first, second = (list(watch(Fixed(speed, 1), PLATES, SEED, 1)) for speed in (6.0, 12.0))
+    first, second = (list(watch(Fixed(speed, 1), PLATES, SEED, 1)) for speed in (6000.0, 12_000.0))
     assert [view.part.stock for view in first] == [view.part.stock for view in second]
 
 
@@ -108,7 +108,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
 def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
-    problem, plan, frames = find_problem(name), Fixed(6.0, 1, 3), 3
+    problem, plan, frames = find_problem(name), Fixed(6000.0, 1, 3), 3
     views = list(watch(plan, problem, SEED, frames))
     result = run_seeds(plan, problem.simulation(), [SEED])
     assert len(views) == 1 + frames * result.speeds.shape[1]
@@ -134,7 +134,7 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_policies_are_named_as_everywhere_or_as_a_constant() -> None:
     fixed = named_policy("E9500D1", PLATES.simulation())
-    assert isinstance(fixed, Fixed) and (fixed.E, fixed.D, fixed.every) == (9.5, 1, 1)
+    assert isinstance(fixed, Fixed) and (fixed.E, fixed.D, fixed.every) == (9500.0, 1, 1)
     assert fixed.name == "E9500D1"
     assert named_policy("handbook", SIMULATION).name == "handbook"
     with pytest.raises(GrindError, match="E40000D0: E is 40000 mm/min, but power_limited has 3000 to 30000"):

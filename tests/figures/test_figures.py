@@ -33,7 +33,7 @@ def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt(mapped: PolicyMap) -
     from matplotlib.text import Text
 
     assert pytest.approx((85.0, 170.0)) == (COLUMN * MM, PAGE * MM)
-    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6.0, 3)), policy_map_figure(mapped)):
+    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6000.0, 3)), policy_map_figure(mapped)):
         figure.canvas.draw()
         assert figure.get_figwidth() == pytest.approx(PAGE)
         texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
@@ -43,7 +43,7 @@ def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt(mapped: PolicyMap) -
 def test_every_axis_has_its_unit(mapped: PolicyMap) -> None:
     plain = {"burn ratio", "believed factor on its growth", "", "stroke of the part", "D, dress executions"}
     unit = re.compile(r", (mm|µm|kW|K|%|m/min|mm³/mm)$|, %$")
-    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6.0, 3)), policy_map_figure(mapped)):
+    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6000.0, 3)), policy_map_figure(mapped)):
         for axes in figure.axes:
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 said = label.replace("\n", " ")
@@ -63,7 +63,7 @@ def test_the_same_figure_has_the_same_bytes(suffix: str, mapped: PolicyMap, tmp_
 
 
 def test_a_dress_is_shown_between_whole_parts() -> None:
-    record = dressed_run(find_problem("power_limited"), 6.0, 3)
+    record = dressed_run(find_problem("power_limited"), 6000.0, 3)
     dull, sharp, seconds = around_dress(record)
     # D of the third block dresses within it
     assert (dull, sharp) == (2, 4)
@@ -74,7 +74,7 @@ def test_a_dress_is_shown_between_whole_parts() -> None:
         strokes = record.strokes[record.strokes["part"] == number]
         np.testing.assert_allclose(line.get_ydata(), 0.001 * strokes["power"])
     with pytest.raises(GrindError, match="no dress lies between two whole parts"):
-        around_dress(dressed_run(find_problem("power_limited"), 6.0, 99))
+        around_dress(dressed_run(find_problem("power_limited"), 6000.0, 99))
 
 
 def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:

@@ -50,7 +50,7 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(
         np.testing.assert_allclose(
             [part[key] for part in parts], [getattr(each, field) for each in wanted], rtol=1e-7, atol=1e-9
         )
-    played = play(Fixed(9.0, 1), problem, SEED)
+    played = play(Fixed(9000.0, 1), problem, SEED)
     assert found["good_parts"] == pytest.approx(played.good)
     assert sum(part["dresses"] for part in parts) == played.dresses
     if name in ("power_limited", "oracle6"):
@@ -69,7 +69,7 @@ def test_grind_run_of_what_a_task_of_ones_own_was_played_as_costs_what_the_episo
     told = capsys.readouterr().out
     # where the operator asks for the dresses, the files cannot say so, but the command that is told does
     asked = told.partition(f"grind run {path}")[2].partition("\n")[0].split()
-    played = play(Fixed(9.0, 1), find_problem(str(task)), SEED)
+    played = play(Fixed(9000.0, 1), find_problem(str(task)), SEED)
     assert asked.count("--dress-at") == len(played.requests) == (6 if base == "reciprocation" else 0)
     ended("run", path, *asked, "--json")
     found = json.loads(capsys.readouterr().out)
@@ -93,7 +93,7 @@ def test_where_the_operator_asks_for_dresses_it_is_told_when(
     ended("run", path, *options, "--json")
     found = json.loads(capsys.readouterr().out)
     assert sum(part["dresses"] for part in found["parts"]) == options.count("--dress-at") > 1
-    played = play(Fixed(9.0, 1), find_problem("reciprocation"), seed)
+    played = play(Fixed(9000.0, 1), find_problem("reciprocation"), seed)
     cost = sum(part["total_cost"] for part in found["parts"])
     assert cost + played.handover == pytest.approx(played.cost, rel=1e-9)
 
