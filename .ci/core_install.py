@@ -42,7 +42,7 @@ def main() -> str | None:
         return f"the shipped agent is no better than a rule: {agent}, {rule}"
     task = Path("shop.toml")
     task.write_text('base = "power_limited"\nblocks = 6\n', encoding="utf-8")
-    command = [sys.executable, "-m", "grind_env", "play", "--no-window", "--policy", "E12D1", "--task", task]
+    command = [sys.executable, "-m", "grind_env", "play", "--no-window", "--policy", "E12000D1", "--task", task]
     played = subprocess.run(command, capture_output=True, text=True, check=False)
     if played.returncode != 0 or "good parts of 6" not in played.stdout:
         return f"a task file is not played: {played.stderr or played.stdout}"

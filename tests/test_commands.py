@@ -33,8 +33,7 @@ def test_a_command_has_short_help_and_two_examples_and_is_shown_and_tested(name:
     examples = click.epilog.splitlines()
     assert len(examples) == 2 and all(name in each for each in examples)
     assert help_of(click, name)[-3:] == ["Examples:", *(f"  {each}" for each in examples)]
-    shown = any(f"{name}{end}" in PAGES for end in "` \n")
-    assert shown, f"{name} is on no page: show it in docs/howto/"
+    assert any(f"{name}{end}" in PAGES for end in "` \n"), f"{name} is on no page: show it in docs/howto/"
     # the first word of what is run: a key such as outcomes["cost"] is none
     run = re.search(rf"""[(,] ?\[?\*?["'](agents |grind )?{words[0]}["' ]""", TESTS)
     assert run, f"no test runs {name}"

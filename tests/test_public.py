@@ -117,14 +117,8 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(Asked):
         grind("optimise", PLATE, *words, "--margin", "power=.85", "--margin", "Ra=0.9", "--budget", "2min")
     with pytest.raises(Asked):
-        grind_env.optimise(
-            PLATE,
-            vary=("E", "J"),
-            bounds={"E": (5000, 25000.0), "J": (0.002, 0.02)},
-            margin={"power": 0.85, "Ra": 0.9},
-            fix=[80],
-            budget=120,
-        )
+        bounds, margin = {"E": (5000, 25000.0), "J": (0.002, 0.02)}, {"power": 0.85, "Ra": 0.9}
+        grind_env.optimise(PLATE, vary=("E", "J"), bounds=bounds, margin=margin, fix=[80], budget=120)
     assert asked[0] == asked[1]
 
 

@@ -100,7 +100,7 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     """
     task, episodes = simulation.task, start_episodes(simulation, episode_seeds("training", TRAINING))
     few = episodes.pick(np.arange(min(SCREENING, TRAINING)))
-    speeds = [float(speed) / 1000.0 for speed in speed_grid(task, SPEEDS)]
+    speeds = [float(speed) for speed in speed_grid(task, SPEEDS)]
     plans = []
     for interval in every:
         tried = [Fixed(E, 1, interval, "interval") for E in speeds]
@@ -109,9 +109,10 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     best = plans[int(costs.argmin())]
     if task.action.speed_levels is not None:
         return best
-    low, high = (0.001 * bound for bound in task.action.speed_ends)
     start = BestPoint(best.E, float(costs.min()), len(plans))
-    found = refine(lambda E: float(mean_costs([replace(best, E=E)], simulation, episodes)[0]), start, low, high)
+    found = refine(
+        lambda E: float(mean_costs([replace(best, E=E)], simulation, episodes)[0]), start, *task.action.speed_ends
+    )
     return replace(best, E=found.point)
 
 

@@ -109,7 +109,7 @@ class Tuner:
 
     def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
-            return Fixed(rounded(E), D, every, name)
+            return Fixed(1000.0 * rounded(E), D, every, name)
 
         costs = self._cached(name, lambda point: plan(*point))
         found = grid_search(costs, product(self._speeds(speeds), D, every))
@@ -201,7 +201,7 @@ def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned
         policy, parameters, spent = tuner.rule(name, evaluations, starts)
     else:
         plan, spent = tuner.constant() if name == "constant" else tuner.interval()
-        policy, parameters = plan, {"E": plan.E, "D": plan.D, "every": plan.every}
+        policy, parameters = plan, {"E": rounded(plan.E / 1000.0), "D": plan.D, "every": plan.every}
     return Tuned(
         parameters=parameters,
         training_cost=round(tuner.cost(policy), 4),

@@ -33,7 +33,7 @@ HEIGHT = 0.85
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
     """Return an episode with E constant, mm/min, and a dress after so many blocks, as its program runs it."""
-    played = play(Fixed(speed / 1000.0, 1, every), problem, SEEDS["evaluation"])
+    played = play(Fixed(speed, 1, every), problem, SEEDS["evaluation"])
     return grind_file(read(played.program), played.job, dress_at=played.requests)
 
 

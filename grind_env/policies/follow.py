@@ -142,4 +142,4 @@ def follow(
 
 
 def _decision(whose: str, decision: Decision) -> dict[str, Array]:
-    return {f"E{whose} [m/min]": decision.speeds / 1000.0, f"D{whose}": decision.executions}
+    return {f"E{whose} [mm/min]": decision.speeds, f"D{whose}": decision.executions}

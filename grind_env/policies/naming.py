@@ -71,7 +71,7 @@ def named_policy(
             raise GrindError(f"{found}, but {simulation.task.name} has {low:g} to {high:g}")
         if dresses > (most := simulation.task.action.executions):
             raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
-        return Fixed(E=speed / 1000.0, D=dresses, name=text)
+        return Fixed(E=speed, D=dresses, name=text)
     if modules and (own := OWN.fullmatch(text)):
         return own_policy(own[1], own[2])
     return make_policy(text, simulation, configs)

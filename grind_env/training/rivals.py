@@ -76,7 +76,7 @@ def fixed_plans(simulation: Simulation) -> list[Policy]:
         return [Programmed(*plan) for plan in product(RATIOS, EVERY)] if simulation.compiled else []
     speeds = speed_grid(simulation.task, len(RATIOS)).tolist()
     return [
-        Fixed(E=0.001 * speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 in every {every}. block")
+        Fixed(E=speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 in every {every}. block")
         for speed, every in product(speeds, EVERY)
     ]
 

@@ -29,7 +29,7 @@ from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
-PLAN = Fixed(9.0, 1, 2, "interval")
+PLAN = Fixed(9000.0, 1, 2, "interval")
 SEEDS = range(10, 10 + CHUNK + 5)
 BELIEVING = BeliefRule(E=(11.0, 7.0), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH=0.2, wV=0.3, wH=0.6, gK=0.2, wK=0.5)
 
@@ -77,7 +77,7 @@ def test_a_damaged_file_is_made_anew(tmp_path, evaluated, text):
 
 def test_another_parameter_or_task_is_another_evaluation(tmp_path, evaluated):
     kept_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
-    kept_evaluation(replace(PLAN, E=9.5), PROBLEM, SEEDS[:2], tmp_path)
+    kept_evaluation(replace(PLAN, E=9500.0), PROBLEM, SEEDS[:2], tmp_path)
     kept_evaluation(PLAN, changed(PROBLEM, factors={"kA": 2.5001}), SEEDS[:2], tmp_path)
     assert len(evaluated) == 3
 

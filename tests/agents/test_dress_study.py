@@ -33,7 +33,7 @@ def test_overlap_of_a_round_diamond_by_hand():
 def test_the_best_plan_is_the_cheapest_of_all():
     plan = best_plan(ORACLE, (1, 2, 3))
     least = min(
-        float(run_seeds(Fixed(0.001 * E, 1, every), ORACLE, [0]).cost[0])
+        float(run_seeds(Fixed(E, 1, every), ORACLE, [0]).cost[0])
         for E in TASK.action.speed_levels
         for every in (1, 2, 3)
     )
@@ -45,7 +45,7 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
     monkeypatch.setattr(studies, "TRAINING", len(seeds))
     plan = best_plan(simulation, (1, 2))
     low, high = simulation.task.action.speed_ends
-    grid = [Fixed(0.001 * E, 1, every) for E in np.geomspace(low, high, 30) for every in (1, 2)]
+    grid = [Fixed(E, 1, every) for E in np.geomspace(low, high, 30) for every in (1, 2)]
     near = [Fixed(plan.E * factor, 1, plan.every) for factor in (0.98, 1.0, 1.02)]
     least, *costs = (float(run_seeds(each, simulation, seeds).cost.mean()) for each in (plan, *near, *grid))
     assert least <= min(costs[:3])

@@ -18,7 +18,7 @@ PLATES = find_problem("power_limited")
 
 def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
     simulation, seeds = PLATES.simulation(), episode_seeds("validation", 4)
-    plan = Fixed(E=12.0, D=0, name="plan")
+    plan = Fixed(E=12_000.0, D=0, name="plan")
     totals, found = violations(plan, simulation, seeds)
     run = run_seeds(plan, simulation, seeds)
     assert totals == pytest.approx(np.stack([run.cost, run.finished, run.good], axis=1))

@@ -41,10 +41,10 @@ class Mine:
     name = "mine"
     def start(self, problem):
         self.shifts = []
-        return Fixed(E=7.0, D=1)
+        return Fixed(E=7000.0, D=1)
     def learn(self, shift):
         self.shifts.append(shift)
-        return Fixed(E=7.0 - 0.5 * len(self.shifts), D=1)
+        return Fixed(E=7000.0 - 500.0 * len(self.shifts), D=1)
 
 class Seer(Fixed):
     sees = "state"
@@ -52,7 +52,7 @@ class Seer(Fixed):
 class Cheat(Mine):
     name = "cheat"
     def learn(self, shift):
-        return Seer(E=7.0, D=1)
+        return Seer(E=7000.0, D=1)
 """
 
 

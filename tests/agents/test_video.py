@@ -37,7 +37,7 @@ def test_the_film_ends_as_the_evaluation_does() -> None:
 @pytest.mark.parametrize("executions", [0, 1, 2, 3])
 def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(executions: int) -> None:
     frames = 12
-    views = list(watch(Fixed(4.0, executions), PLATES, SEED, frames))
+    views = list(watch(Fixed(4000.0, executions), PLATES, SEED, frames))
     assert len(views) == 1 + PLATES.simulation().task.blocks * frames
     # without a dress the spindle stalls in the eighth
     for start in (1, 1 + 3 * frames):
@@ -67,11 +67,11 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
             self.simulation = simulation
             super().begin(simulation, episodes)
 
-    judged = evaluate(Fixed(8.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
-    *_, last = watch(Looker(8.0, 1), problem, SEED, 1)
+    judged = evaluate(Fixed(8000.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
+    *_, last = watch(Looker(8000.0, 1), problem, SEED, 1)
     assert last.cost == pytest.approx(judged.cost[0])
     monkeypatch.setenv(PLACE, str(tmp_path))
-    data = make_dataset(Looker(8.0, 1), problem, range(SEED, SEED + 2)).iterate_episodes()
+    data = make_dataset(Looker(8000.0, 1), problem, range(SEED, SEED + 2)).iterate_episodes()
     earned = np.array([each.rewards.sum() for each in data])
     assert -PLATES.simulation().task.reference_cost * earned == pytest.approx(judged.cost)
     assert {(simulation.gauge, width) for simulation, width in seen} == {(GAUGE, OWN_FROM + len(PROCESS.own._fields))}
@@ -103,7 +103,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
 def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
-    problem, plan, frames = find_problem(name), Fixed(6.0, 1, 3), 3
+    problem, plan, frames = find_problem(name), Fixed(6000.0, 1, 3), 3
     views = list(watch(plan, problem, SEED, frames))
     result = run_seeds(plan, problem.simulation(), [SEED])
     assert len(views) == 1 + frames * result.speeds.shape[1]

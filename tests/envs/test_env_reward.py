@@ -93,7 +93,7 @@ class Run(Course):
     def __init__(self, name: str) -> None:
         task = load_task(name)
         rng, shape = np.random.default_rng(0), (task.blocks, 64)
-        low, high = task.action.speed_range or (6000.0, 21_000.0)
+        low, high = task.action.speed_ends
         high = min(high, FASTEST.get(name, high))
         speeds = low * (high / low) ** rng.random(shape)
         # some episodes hardly dress, some do in every block

@@ -70,9 +70,8 @@ class Episode:
             replace(task.kinds[int(row.kind)], material=task.materials[int(row.material)]) for row in rows[:count]
         ]
         outcomes, results = [], []
-        speeds = task.action.speed_levels or task.action.speed_range or ()
         for _ in range(count):
-            E = np.floor(np.exp(rng.uniform(np.log(min(speeds)), np.log(max(speeds)), 1)))
+            E = np.floor(np.exp(rng.uniform(*np.log(task.action.speed_ends), 1)))
             D, dress = np.floor(rng.random(1) * 1.7), np.floor(rng.random(1) * 2.0) * pre_dress
             self.blocks.append(simulation.writer.block(episodes, 0, E[0], D[0], dress[0]))
             outcome, result = simulation.step(episodes, E, D, dress)

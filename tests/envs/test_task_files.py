@@ -247,7 +247,7 @@ def test_a_task_that_does_not_say_is_priced_near_what_was_measured(name: str) ->
 def test_the_price_is_what_the_cheapest_plan_costs_in_an_evaluation(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     simulation = simulation_of(load_task(str(tmp_path / "shop.toml")))
-    plans = [Fixed(E=30.0, D=1, every=20), Fixed(E=30.0, D=1), Fixed(E=3.0, D=1, every=5), Fixed(E=30.0, D=0)]
+    plans = [Fixed(E, D, every) for E, D, every in ((3e4, 1, 20), (3e4, 1, 1), (3e3, 1, 5), (3e4, 0, 1))]
     runs = [roll_out(plan, simulation, start_episodes(simulation, range(16))) for plan in plans]
     costs = [run.cost.mean() / simulation.task.blocks for run in runs]
     assert min(costs) >= simulation.task.reference_cost * (1.0 - 1e-9)

@@ -32,7 +32,7 @@ def mapped() -> PolicyMap:
 
 @pytest.fixture(scope="module")
 def dressed() -> GrindingRecord:
-    return dressed_run(find_problem("power_limited"), 6.0, 3)
+    return dressed_run(find_problem("power_limited"), 6000.0, 3)
 
 
 def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt_and_every_axis_has_its_unit(
@@ -78,7 +78,7 @@ def test_a_dress_is_shown_between_whole_parts(dressed: GrindingRecord) -> None:
         strokes = record.strokes[record.strokes["part"] == number]
         np.testing.assert_allclose(line.get_ydata(), 0.001 * strokes["power"])
     with pytest.raises(GrindError, match="no dress lies between two whole parts"):
-        around_dress(dressed_run(find_problem("power_limited"), 6.0, 99))
+        around_dress(dressed_run(find_problem("power_limited"), 6000.0, 99))
 
 
 def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:

@@ -33,7 +33,7 @@ def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() ->
     both = AdaptiveRule(**SPEED, **DRESS)
     speed = TUNED["adaptive_speed"](**SPEED, D=2, every=3)
     dress = TUNED["adaptive_dress"](E=11.0, **DRESS)
-    plan = Fixed(E=9.0, D=2, every=3)
+    plan = Fixed(E=9000.0, D=2, every=3)
     of_both, of_speed, of_dress, of_plan = decisions([both, speed, dress, plan], 40)
     np.testing.assert_array_equal(of_speed[:, 0], of_both[:, 0])
     np.testing.assert_array_equal(of_speed[:, 1], of_plan[:, 1])

@@ -34,7 +34,7 @@ def test_one_policy_is_evaluated(grind: Grind) -> None:
 def test_every_environment_is_evaluated_under_every_name_of_the_option(option: str, name: str, grind: Grind) -> None:
     status, out, _ = grind("evaluate", option, name, "--policy", "E12000D1", "--episodes", 2, "--json")
     problem = find_problem(name)
-    wanted = run(Fixed(12.0, 1), problem.simulation(), episode_seeds("evaluation", 2))
+    wanted = run(Fixed(12_000.0, 1), problem.simulation(), episode_seeds("evaluation", 2))
     assert status == 0
     assert json.loads(out)["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
 
@@ -46,7 +46,7 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
     answer = json.loads(out)
     assert (status, answer["env"], answer["name"]) == (0, "grind/Task-v0", "shop")
     assert "score" not in answer
-    wanted = run(Fixed(9.0, 1), find_problem(str(path)).simulation(), episode_seeds("evaluation", 2))
+    wanted = run(Fixed(9000.0, 1), find_problem(str(path)).simulation(), episode_seeds("evaluation", 2))
     assert answer["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
 
 
@@ -63,6 +63,7 @@ BAD = {
     ),
     "no agent": (("--policy", "no_such.safetensors"), "there is no trained agent at no_such.safetensors"),
     "no E": (("--policy", "E99000D1"), "E99000D1: E is 99000 mm/min, but power_limited has 3000 to 30000"),
+    "E in m/min": (("--policy", "E9D1"), "E9D1: E is 9 mm/min (did you mean E9000D1?), but power_limited has"),
     "no D": (("--policy", "E9000D7"), "E9000D7: D is 7, but power_limited has 0 to 3"),
     "nothing tuned": (
         ("--policy", "mpc", "--parameters", "no_such"),
@@ -100,7 +101,7 @@ def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path:
     for split in ("all", "interpolation"):
         words = ("--seed", 3_000_000, "--split", split, "--output", tmp_path / f"{split}.nc")
         status, out, _ = grind("play", "--policy", "E12000D1", *words)
-        (cost,) = run(Fixed(12.0, 1), simulation, [3_000_000], split).cost
+        (cost,) = run(Fixed(12_000.0, 1), simulation, [3_000_000], split).cost
         assert (status, f"seed 3000000, split {split}: {cost:.2f} $" in out) == (0, True)
     assert (tmp_path / "all.toml").read_bytes() != (tmp_path / "interpolation.toml").read_bytes()
 
@@ -115,7 +116,7 @@ def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, gr
 def test_a_policy_of_ones_own_is_found_where_the_command_runs(
     grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = "from grind_env.policies.scripted.rules import Fixed\n\nown = Fixed(E=9.0, D=1, name='own')\n"
+    code = "from grind_env.policies.scripted.rules import Fixed\n\nown = Fixed(E=9000.0, D=1, name='own')\n"
     (tmp_path / "policy_of_ones_own.py").write_text(code, encoding="utf-8")
     monkeypatch.setattr("sys.path", [each for each in sys.path if each])  # as for the command that pip installs
     monkeypatch.chdir(tmp_path)

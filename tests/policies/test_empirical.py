@@ -127,7 +127,7 @@ def test_it_is_near_the_plan_that_was_found_for_the_machine(factors: dict[str, f
     simulation = BlockSimulation(replace(task, factors={**task.factors, **factors}))
     seeds = episode_seeds("validation", 16)
     rule = run_seeds(EmpiricalRule(), simulation, seeds)
-    plans = [Fixed(E, D, every) for E in (4.0, 6.0, 8.0) for D, every in ((1, 1), (3, 1), (1, 2))]
+    plans = [Fixed(E, D, every) for E in (4000.0, 6000.0, 8000.0) for D, every in ((1, 1), (3, 1), (1, 2))]
     costs = [cost_per_good_part(plan.cost, plan.good) for plan in (run_seeds(p, simulation, seeds) for p in plans)]
     assert cost_per_good_part(rule.cost, rule.good) < 1.3 * min(costs)
 

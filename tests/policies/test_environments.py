@@ -128,7 +128,7 @@ def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
     episodes = halfway(simulation, range(3), 1)
     shown = reveal(sees, simulation, episodes)
     if sees == "future":
-        costs = [roll_out(Fixed(11.0, 1, 2), simulation, each).cost for each in (episodes, shown)]
+        costs = [roll_out(Fixed(11_000.0, 1, 2), simulation, each).cost for each in (episodes, shown)]
     else:
         choice = np.full(3, 11_000.0), np.ones(3)
         costs = [simulation.step(each, *choice)[0] for each in (episodes, shown)]
@@ -139,7 +139,7 @@ def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
 def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env: str) -> None:
     simulation, seeds = shortened(env, 5), range(3)
     planned = run_seeds(Hindsight(sweeps=1), simulation, seeds)
-    plans = [Fixed(E, D, every) for E in (6.0, 12.0, 20.0) for D in (0, 1) for every in (1, 2, 4)]
+    plans = [Fixed(E, D, every) for E in (6000.0, 12_000.0, 20_000.0) for D in (0, 1) for every in (1, 2, 4)]
     fixed = np.array([run_seeds(plan, simulation, seeds).cost for plan in plans])
     assert (planned.cost <= fixed.min(axis=0)).all()
     # there is something to gain

@@ -74,7 +74,7 @@ def test_training_validation_and_evaluation_have_no_seed_in_common():
 
 @pytest.mark.parametrize("seed", [0, 2_000_000, 3_000_000, 3_400_000, 10**9])
 def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(seed):
-    env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12.0, 1)
+    env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12_000.0, 1)
     costs = {}
     for split in (None, "all", "inner", "interpolation", "extrapolation"):
         env.reset(seed=seed, options=None if split is None else {"split": split})
@@ -131,5 +131,5 @@ def test_later_due_dates_are_expected_at_the_mean_slack():
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
     assert np.array_equal(
-        run_seeds(Spy(sees), SIMULATION, [3, 4]).cost, run_seeds(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
+        run_seeds(Spy(sees), SIMULATION, [3, 4]).cost, run_seeds(Fixed(12_000.0, 1), SIMULATION, [3, 4]).cost
     )

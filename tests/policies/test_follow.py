@@ -77,7 +77,7 @@ def test_a_frame_has_a_row_for_every_block_and_says_units():
     frame = found.to_dataframe()
     assert len(frame) == np.isfinite(found.cost).sum()
     assert frame["cost [$]"].sum() == pytest.approx(np.nansum(found.cost))
-    assert {"E [m/min]", "D", "E of handbook [m/min]", "D of handbook", "wear-flat area"} <= set(frame)
+    assert {"E [mm/min]", "D", "E of handbook [mm/min]", "D of handbook", "wear-flat area"} <= set(frame)
 
 
 def test_policies_of_the_same_name_are_refused_for_one_would_hide_the_other():

@@ -142,7 +142,7 @@ def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
 
 
 def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:
-    policy: Any = Guarded(Fixed(20.0, 1))
+    policy: Any = Guarded(Fixed(20_000.0, 1))
     policy.begin(PLATES, 1)
     alarm = iter([0, 1] + [0] * 13 + [1] + [0] * 30)
 
@@ -171,7 +171,7 @@ GROUND = {"last_pick": 0.02, "last_width": 50.0, "pick": 0.02, "width": 50.0, "l
 def test_the_guard_has_the_better_of_both() -> None:
     task = load_task("power_limited")
     hard = BlockSimulation(replace(task, factors={**task.factors, "u_ch": 1.35, "kp": 1.35, "kc": 1.35, "pm": 1.35}))
-    seeds, plan = episode_seeds("validation", 8), Fixed(8.0, 1, 2)
+    seeds, plan = episode_seeds("validation", 8), Fixed(8000.0, 1, 2)
 
     def cost(policy: Any, machine: BlockSimulation) -> float:
         run = roll_out(policy, machine, start_episodes(machine, seeds), PLATES)
@@ -184,8 +184,8 @@ def test_the_guard_has_the_better_of_both() -> None:
 
 def test_on_the_model_the_policy_decides() -> None:
     seeds = episode_seeds("validation", 8)
-    plan = run_seeds(Fixed(6.0, 1, 1), PLATES, seeds)
-    held = run_seeds(guarded(Fixed(6.0, 1, 1)), PLATES, seeds)
+    plan = run_seeds(Fixed(6000.0, 1, 1), PLATES, seeds)
+    held = run_seeds(guarded(Fixed(6000.0, 1, 1)), PLATES, seeds)
     assert np.mean(plan.speeds == held.speeds) > 0.95
 
 

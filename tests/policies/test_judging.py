@@ -114,7 +114,7 @@ def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(mon
 
 
 def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
-    found = evaluate(Fixed(9.0, 1), "slot", episodes=2)
+    found = evaluate(Fixed(9000.0, 1), "slot", episodes=2)
     assert found.score is None
     assert "score" not in str(found)
     assert not {"score", "paired"} & set(found.numbers())

@@ -96,7 +96,7 @@ def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite
     least = {"job_shop": 5.0, "rush": 3.0, "CBN": 5.0}.get(simulation.task.name, 8.0)
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
     for E in speed_grid(simulation.task, 6):
-        never = run_seeds(Fixed(E / 1000.0, 0), simulation, episode_seeds("training", 16))
+        never = run_seeds(Fixed(E, 0), simulation, episode_seeds("training", 16))
         assert never.cost_per_good_part.value > least * best
 
 
@@ -152,7 +152,7 @@ def test_a_sweep_never_makes_a_plan_dearer():
 def test_plan_cost_is_the_cost_of_following_the_plan():
     start = start_episodes(SIMULATION, [3, 4])
     cost = plan_cost(SIMULATION, start, np.full((1, 2, 60), 9000.0), np.ones((1, 2, 60)))
-    assert cost[0] == pytest.approx(run_seeds(Fixed(9.0, 1), SIMULATION, [3, 4]).cost, rel=1e-12)
+    assert cost[0] == pytest.approx(run_seeds(Fixed(9000.0, 1), SIMULATION, [3, 4]).cost, rel=1e-12)
 
 
 @pytest.mark.bits

@@ -16,7 +16,7 @@ from tests.command import Grind
 from tests.examples import few, nightly
 
 RAIL = examples.path("rail_g83.nc")
-SEED, PLAN = 2_000_004, Fixed(9.0, 1)
+SEED, PLAN = 2_000_004, Fixed(9000.0, 1)
 ORACLE = ("play", "--task", "oracle6", "--policy", "E9000D1", "--output")
 
 Played = Callable[..., tuple[list[str], dict[str, Any]]]

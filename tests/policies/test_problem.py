@@ -177,7 +177,7 @@ def test_counts_seeds_and_splits_of_a_wrong_type_are_refused(given: dict[str, An
 
 
 def test_a_policy_that_sees_what_nobody_can_show_is_refused() -> None:
-    policy: Any = Fixed(9.0, 1)
+    policy: Any = Fixed(9000.0, 1)
     policy.sees = "everything"
     with pytest.raises(GrindError, match="constant sees 'everything', but must see one of measurements, state, future"):
         grind_env.evaluate(policy, "oracle6", episodes=2)

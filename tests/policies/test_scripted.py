@@ -35,7 +35,7 @@ def test_random_is_uniform_in_the_action_space():
 
 
 def test_an_interval_dresses_in_every_nth_block():
-    decisions = decide(Fixed(8.0, 2, 3), PLATES, *[observation(PLATES)] * 6)
+    decisions = decide(Fixed(8000.0, 2, 3), PLATES, *[observation(PLATES)] * 6)
     assert decisions == [(8000.0, 0), (8000.0, 0), (8000.0, 2)] * 2
 
 

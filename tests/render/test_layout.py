@@ -43,7 +43,7 @@ def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int
     problem = find_problem(name)
     task = problem.simulation().task
     fastest = max(task.action.speed_levels or task.action.speed_range or ())
-    for k, view in enumerate(watch(Fixed(fastest / 1000.0, task.action.executions), problem, 1, 2)):
+    for k, view in enumerate(watch(Fixed(fastest, task.action.executions), problem, 1, 2)):
         if k % 7 in (0, 1) or k == 2 * task.blocks:
             assert_legible(replace(view, extent=replace(view.extent, title=task.title)), size)
 

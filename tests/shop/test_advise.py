@@ -81,7 +81,7 @@ def test_changed_wheels_and_new_lots_are_seen_as_in_the_environment(tmp_path: Pa
     simulation: Any = problem.simulation()
     episode = MeasuredEpisode(simulation)
     before, changes, lots_seen, chosen = 0.0, 0, 0, (0.0, 0)
-    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14.0, 1), SEED)):
+    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14_000.0, 1), SEED)):
         diameter = float(simulation.read(observation[None])["diameter"][0])
         if number:
             row = told(simulation, observation, number - 1) | {"new_wheel": int(diameter > before + 1.0)}

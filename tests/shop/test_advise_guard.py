@@ -32,7 +32,7 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
     problem = batch(PLATE, 6)
     simulation: Any = problem.simulation()
     rows: list[dict[str, Any]] = []
-    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14.0, 1, 2), SEED)):
+    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14_000.0, 1, 2), SEED)):
         rows.append({"E": speed, "D": executions})
         if number:
             rows[number - 1] |= told(simulation, observation, number - 1)

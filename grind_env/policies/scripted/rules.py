@@ -1,6 +1,6 @@
 """Scripted policies: what a shop can write into a program, and rules on measured signals.
 
-E is in m/min in their parameters, as an engineer would say it, and in mm/min in their decisions.
+E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
 """
 
 from dataclasses import dataclass, field
@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
+from grind_env.control.options import LEAST_SPEED
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
@@ -55,7 +57,7 @@ class Random:
 
 @dataclass
 class Fixed:
-    """A fixed plan: E constant, D executions in every `every`-th block and none in the others."""
+    """A fixed plan: E constant, mm/min, D executions in every `every`-th block and none in the others."""
 
     E: float
     D: int
@@ -64,13 +66,15 @@ class Fixed:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
+        if self.E < LEAST_SPEED:
+            raise GrindError(f"a fixed plan has E = {self.E:g} mm/min; did you mean {1000.0 * self.E:g}?")
         self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         self.block += 1
         n = len(observation)
         dresses = self.D if self.block % self.every == 0 else 0
-        return Decision(nearest_speed(self.task, np.full(n, 1000.0 * self.E)), np.full(n, float(dresses)))
+        return Decision(nearest_speed(self.task, np.full(n, self.E)), np.full(n, float(dresses)))
 
 
 @dataclass
@@ -224,7 +228,7 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         super().begin(simulation, episodes)
-        self.plan = Fixed(self.E[0], self.D, self.every)
+        self.plan = Fixed(1000.0 * self.E[0], self.D, self.every)
         self.plan.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
