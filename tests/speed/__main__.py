@@ -6,6 +6,7 @@ from rich.console import Console
 
 from tests import speed_envs
 from tests.speed import kernel, ratios, starts
+from tests.speed.c_reference import compiler
 
 WIDTH = 120
 """Of what is printed at least: in a log a line a measure."""
@@ -18,6 +19,8 @@ def main(*arguments: str) -> int:
     found = ratios.measured(ns)
     console.print(ratios.stroke_table(ns))
     console.print(ratios.ratio_table(found))
+    if not compiler():
+        console.print("No gcc here: the lines of C are left out.")
     if arguments == ("--check",):
         beyond = ratios.beyond(found)
         console.print("\n".join(beyond), highlight=False)

@@ -1,6 +1,8 @@
-"""Speed of the compiled loops, in turns: part of `make speed`."""
+"""Speed of the compiled loops, in turns with the same written in C: part of `make speed`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import llvmlite.binding
 import numpy as np
@@ -19,10 +21,9 @@ from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
 from grind_env.machine.loops.zones import strip_centres, strip_zones
 from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
+from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, in_turns, over, seconds_of
 
-Loop = Callable[..., None]
-"""Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
 TURN = 2048
 """Machines of one turn, about."""
 SECONDS = 8.0
@@ -118,6 +119,7 @@ def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...],
 G82, G81 = "G82 in lanes, N = 256", "G81 in lanes, N = 256"
 FEW, MANY = "G82 in lanes, N = 16", "G82 in lanes, N = 4096"
 CROSSES = "G83 on {} zones, N = 256"
+IN_C = "G82 in C of {} lanes, N = 256"
 compile_at_once()
 
 
@@ -150,16 +152,24 @@ def strokes() -> dict[str, Array]:
     for zones in (FEW_ZONES, MANY_ZONES):
         crossed, crosses = crossings(zones)
         loops[CROSSES.format(zones)] = crosses, crossed
-    sides = {
-        name: lambda loop=loop, tables=tables: ns_per_stroke(loop, tables) for name, (loop, tables) in loops.items()
-    }
-    return in_turns(sides, SECONDS)
+    with TemporaryDirectory() as folder:
+        if compiler():
+            loops |= {IN_C.format(lanes): (compiled(Path(folder), lanes), cycles(256)) for lanes in LANES}
+        sides = {
+            name: lambda loop=loop, tables=tables: ns_per_stroke(loop, tables) for name, (loop, tables) in loops.items()
+        }
+        return in_turns(sides, SECONDS)
 
 
 def ratios(ns: Mapping[str, Array]) -> Ratios:
-    """What strokes in lanes cost over one another."""
+    """What a stroke in lanes costs over one of the others."""
+    found = {
+        f"stroke in lanes over that in C, {lanes} lanes": over(ns[G82], ns[name])
+        for lanes in LANES
+        if (name := IN_C.format(lanes)) in ns
+    }
     zone = (ns[CROSSES.format(MANY_ZONES)] - ns[CROSSES.format(FEW_ZONES)]) / (MANY_ZONES - FEW_ZONES)
-    return {
+    return found | {
         "stroke of G81 over one of G82": over(ns[G81], ns[G82]),
         "100 zones of a G83 over a stroke of G82": over(100.0 * zone, ns[G82]),
         "stroke at N = 16 over one at N = 4096": over(ns[FEW], ns[MANY]),

@@ -45,19 +45,20 @@ def beyond(ratios: Ratios) -> list[str]:
     """What is not as it may be, a sentence each."""
     found = []
     for name, about in known().items():
-        median = float(np.median(ratios[name]))
+        median = float(np.median(ratios.get(name, about.last)))
         if not median <= about.most:
             found.append(f"{name}: {median:.4g} is more than {about.most} (last {about.last})")
     return found
 
 
 def ratio_table(ratios: Ratios) -> Table:
-    """Quartiles beside what is known."""
+    """Quartiles beside what is known; of what was not measured, only that."""
     table = Table(title="Ratios of this run")
     for heading in ("measure", "lower", "median", "upper quartile", "last", "aim"):
         table.add_column(heading, justify="left" if heading == "measure" else "right")
     for name, about in known().items():
-        table.add_row(name, *quartiles(ratios[name]), f"{about.last:.4g}", about.aim)
+        numbers = quartiles(ratios[name]) if name in ratios else ("", "left out", "")
+        table.add_row(name, *numbers, f"{about.last:.4g}", about.aim)
     return table
 
 

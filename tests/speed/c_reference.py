@@ -1,0 +1,79 @@
+"""The G82 written by hand in C (`stroke.c`), compiled where there is a gcc: what the kernel is measured against.
+
+It rounds as the kernel does: no fused multiply-add, nothing reassociated. What it may leave out is what no number of
+it shows: errno of a square root, floating-point traps.
+"""
+
+import ctypes
+import platform
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
+from grind_env.machine.loops.batch import longest_first_of
+from grind_env.process.state import StrokeConstants
+from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
+
+SOURCE = Path(__file__).with_name("stroke.c")
+LANES = (8, 16)
+"""Machines side by side: the kernel's number, and twice as many."""
+STRICT = ("-O3", "-march=native", "-ffp-contract=off")
+WIDEST = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
+"""Registers that there are are used."""
+PARALLEL = ("-fschedule-insns", "-fsched-pressure")
+"""As the kernel is scheduled: a tenth faster here."""
+NO_SIDE_EFFECTS = ("-fno-math-errno", "-fno-trapping-math")
+"""Without these gcc puts no square root into a vector register."""
+RECORDS = {
+    "Cycle": CYCLE.names,
+    "Parameters": PARAMETERS.names,
+    "Constants": StrokeConstants._fields,
+    "Wheel": WHEEL.names,
+    "Part": PART.names,
+    "Progress": PlungeProgress._fields,
+    "Tally": TALLY.names,
+}
+"""Fields of the rows of the kernel's tables, and of what its lanes hold besides."""
+
+Loop = Callable[..., None]
+"""Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
+
+
+def compiler() -> str | None:
+    """The path of gcc, or None."""
+    return shutil.which("gcc")
+
+
+def records() -> str:
+    """`records.h`: the fields of every record, for the source to make structures of."""
+    lines = (
+        f"#define {name}_FIELDS(X) {' '.join(f'X({field})' for field in fields or ())}\n"
+        for name, fields in RECORDS.items()
+    )
+    return "".join(lines)
+
+
+def compiled(folder: Path, lanes: int) -> Loop:
+    """Compile the source for so many lanes; bits are those of the kernel."""
+    (folder / "records.h").write_text(records(), encoding="utf-8")
+    library = folder / f"stroke_{lanes}.so"
+    gcc = compiler()
+    assert gcc is not None
+    command = [gcc, *STRICT, *WIDEST, *PARALLEL, *NO_SIDE_EFFECTS, f"-DLANES={lanes}", f"-I{folder}", SOURCE]
+    subprocess.run([*command, "-shared", "-fPIC", "-o", library, "-lm"], check=True)
+    run = ctypes.CDLL(str(library)).run
+    run.restype = None
+
+    def plunges(*tables: Any) -> None:
+        machines = len(tables[0])
+        order = np.empty(machines, np.int64)
+        longest_first_of(PlungeCycle)(tables[0], np.arange(machines), order)
+        pointers = (table.ctypes.data_as(ctypes.c_void_p) for table in (*tables, order))
+        run(*pointers, ctypes.c_int64(machines))
+
+    return plunges
