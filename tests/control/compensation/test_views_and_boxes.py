@@ -10,6 +10,7 @@ from grind_env.control.compensation.gouging import HELD, GougeCheck, Passed, _go
 from grind_env.control.compensation.plane import PathSegment
 from grind_env.control.errors import Place
 from grind_env.control.lookahead import Lookout
+from tests.examples import few
 
 BETWEEN = [
     "G04 P.1",
@@ -65,7 +66,7 @@ def test_a_view_that_goes_on_sees_what_a_new_one_does(monkeypatch: pytest.Monkey
     assert went_on[0] > 1000
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", few(range(5)))
 def test_boxes_find_the_same_element_as_one_by_one(seed: int) -> None:
     rng, check = random.Random(seed), GougeCheck()
     passed, here, found = deque[Passed](maxlen=HELD), (0.0, 0.0), 0
