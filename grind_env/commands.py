@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
-from grind_env.shop.commands.arguments import OtherPart
+from grind_env.shop.commands.arguments import OtherPart, Plant
 from grind_env.targets import Own
 from grind_env.terminal import progress
 
@@ -34,7 +34,6 @@ Configs = Annotated[
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Simulated machine: meter:7, foreign:3+meter:7, held-out:5.")]
 FALSE = 1
 """Exit status of a row that does not hold."""
 Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or extrapolation.")]

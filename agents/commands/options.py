@@ -10,15 +10,10 @@ import typer
 from grind_env.arguments import PROBLEM
 from grind_env.terminal import INTERRUPTED
 
+TASKS = "--tasks", "--task", "--env", "--program"
 Tasks = Annotated[
     str | None,
-    typer.Option(
-        "--tasks",
-        "--task",
-        "--env",
-        "--program",
-        help="core, all, or tasks, ids, task files, part programs with commas between.",
-    ),
+    typer.Option(*TASKS, help="core, all, or tasks, ids, task files, part programs with commas between."),
     PROBLEM,
 ]
 """What each command has by default, its own help says."""

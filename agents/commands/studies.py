@@ -11,12 +11,13 @@ import typer
 from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
 from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.commands.options import Tasks, going_on
+from agents.commands.options import TASKS, Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
-from grind_env.commands import Configs, JobFile, Parts, Plant
+from grind_env.commands import Configs, JobFile, Parts
 from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
+from grind_env.shop.commands.arguments import Plant
 from grind_env.terminal import table_console
 
 DRESSES = RESULTS / "dress_study"
@@ -29,13 +30,7 @@ def plants(
     ] = None,
     tasks: Annotated[
         str | None,
-        typer.Option(
-            "--tasks",
-            "--task",
-            "--env",
-            "--program",
-            help="plate, rail, die or part programs, with commas between; default these three.",
-        ),
+        typer.Option(*TASKS, help="plate, rail, die or part programs, with commas between; default these three."),
         PROBLEM,
     ] = None,
     question: Annotated[
