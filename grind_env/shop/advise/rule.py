@@ -318,8 +318,7 @@ class Rule:
                 ratios.append(ratio)
         self.finish, self.near = made, max(ratios, default=self.near)
         self.sized = self.sized if told.size is None else abs(told.size)
-        off = told.size is not None and (told.size > NEAR or told.size < -AIM)
-        if off:
+        if told.size is not None and (told.size > NEAR or told.size < -AIM):
             self._ask(1.0, "the size of the last part")
         if told.burn is not None:
             self._learn_burn(number, burnt=told.burn)
