@@ -93,13 +93,22 @@ class Hook(NamedTuple):
 
 
 class PartHeat(NamedTuple):
-    """What the package's own remembers of the part in work."""
+    """What the package's own remembers of the part in work: see `equations.slab`."""
 
-    dT: float = 0.0
-    """Mean temperature above the hall, K."""
+    dT_1: float = 0.0
+    """What the slowest mode has of the mean temperature above the hall, K; the modes add up to that."""
+    dT_2: float = 0.0
+    dT_3: float = 0.0
+    dT_4: float = 0.0
 
 
-with_rise = replacer(None, "dT")
+with_rises = replacer(None, *PartHeat._fields)
+
+
+@inlined
+def mean_rise(own: Any) -> float:
+    """Return the mean temperature of the part above the hall, K."""
+    return own.dT_1 + own.dT_2 + own.dT_3 + own.dT_4
 
 
 @inlined
@@ -108,7 +117,13 @@ def _stroke(
 ) -> tuple[WheelState, Any, StrokeResult]:
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
     warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
-    return wheel, with_rise(own, (cooled(own.dT + warmer, seconds, k.per_tau),)), stroke
+    rises = (
+        cooled(own.dT_1 + k.share_1 * warmer, seconds, k.rate_1),
+        cooled(own.dT_2 + k.share_2 * warmer, seconds, k.rate_2),
+        cooled(own.dT_3 + k.share_3 * warmer, seconds, k.rate_3),
+        cooled(own.dT_4 + k.share_4 * warmer, seconds, k.rate_4),
+    )
+    return wheel, with_rises(own, rises), stroke
 
 
 @inlined
@@ -121,12 +136,18 @@ def _dress(
 
 @inlined
 def _idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
-    return wheel, with_rise(own, (0.0 if loads else cooled(own.dT, seconds, p.per_tau),))
+    rises = (
+        0.0 if loads else cooled(own.dT_1, seconds, p.rate_1),
+        0.0 if loads else cooled(own.dT_2, seconds, p.rate_2),
+        0.0 if loads else cooled(own.dT_3, seconds, p.rate_3),
+        0.0 if loads else cooled(own.dT_4, seconds, p.rate_4),
+    )
+    return wheel, with_rises(own, rises)
 
 
 @inlined
 def _grown(own: Any, k: StrokeConstants) -> float:
-    return part_growth(own.dT, k.swell)
+    return part_growth(mean_rise(own), k.swell)
 
 
 PROCESS = Process(

@@ -143,8 +143,16 @@ class StrokeParameters(NamedTuple):
     """Wheel surface speed at constant surface speed, m/s; 0 for constant rpm."""
     per_capacity: float
     """One over the heat capacity of the part for each mm of its length, K mm/J."""
-    per_tau: float
-    """One over the time constant with which the fluid cools the part, 1/s."""
+    share_1: float
+    """Share of a stroke's heat in the first mode of the part's temperature, the slowest one; of all together 1."""
+    share_2: float
+    share_3: float
+    share_4: float
+    rate_1: float
+    """Rate at which that share leaves the part, 1/s."""
+    rate_2: float
+    rate_3: float
+    rate_4: float
     swell: float
     """Growth in height of the part for each K, mm/K."""
 
@@ -227,8 +235,14 @@ class StrokeConstants(NamedTuple):
     """s/mm."""
     per_capacity: float
     """As of `StrokeParameters`, K mm/J."""
-    per_tau: float
-    """As of `StrokeParameters`, 1/s."""
+    share_1: float
+    share_2: float
+    share_3: float
+    share_4: float
+    rate_1: float
+    rate_2: float
+    rate_3: float
+    rate_4: float
     swell: float
 
 

@@ -68,7 +68,14 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         ra_scale=p.ra_scale,
         per_vw=1.0 / vw,
         per_capacity=p.per_capacity,
-        per_tau=p.per_tau,
+        share_1=p.share_1,
+        share_2=p.share_2,
+        share_3=p.share_3,
+        share_4=p.share_4,
+        rate_1=p.rate_1,
+        rate_2=p.rate_2,
+        rate_3=p.rate_3,
+        rate_4=p.rate_4,
         swell=p.swell,
     )
 

@@ -146,7 +146,7 @@ def spark_out_gain(grinder: Grinder) -> float:
 def growth(grinder: Grinder) -> float:
     """Return by how much the part stands higher after roughing, um."""
     grinder.grind(ROUGHING)
-    return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
+    return 1000.0 * part_growth(sum(grinder.heat), grinder.p.swell)
 
 
 def heat_kept(grinder: Grinder) -> float:
