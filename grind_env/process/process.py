@@ -118,10 +118,10 @@ def _stroke(
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
     warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
     rises = (
-        cooled(own.dT_1 + k.share_1 * warmer, seconds, k.rate_1),
-        cooled(own.dT_2 + k.share_2 * warmer, seconds, k.rate_2),
-        cooled(own.dT_3 + k.share_3 * warmer, seconds, k.rate_3),
-        cooled(own.dT_4 + k.share_4 * warmer, seconds, k.rate_4),
+        cooled(own.dT_1 + k.w_1 * warmer, seconds, k.r_1),
+        cooled(own.dT_2 + k.w_2 * warmer, seconds, k.r_2),
+        cooled(own.dT_3 + k.w_3 * warmer, seconds, k.r_3),
+        cooled(own.dT_4 + k.w_4 * warmer, seconds, k.r_4),
     )
     return wheel, with_rises(own, rises), stroke
 
@@ -137,10 +137,10 @@ def _dress(
 @inlined
 def _idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
     rises = (
-        0.0 if loads else cooled(own.dT_1, seconds, p.rate_1),
-        0.0 if loads else cooled(own.dT_2, seconds, p.rate_2),
-        0.0 if loads else cooled(own.dT_3, seconds, p.rate_3),
-        0.0 if loads else cooled(own.dT_4, seconds, p.rate_4),
+        0.0 if loads else cooled(own.dT_1, seconds, p.r_1),
+        0.0 if loads else cooled(own.dT_2, seconds, p.r_2),
+        0.0 if loads else cooled(own.dT_3, seconds, p.r_3),
+        0.0 if loads else cooled(own.dT_4, seconds, p.r_4),
     )
     return wheel, with_rises(own, rises)
 

@@ -143,16 +143,22 @@ class StrokeParameters(NamedTuple):
     """Wheel surface speed at constant surface speed, m/s; 0 for constant rpm."""
     per_capacity: float
     """One over the heat capacity of the part for each mm of its length, K mm/J."""
-    share_1: float
-    """Share of a stroke's heat in the first mode of the part's temperature, the slowest one; of all together 1."""
-    share_2: float
-    share_3: float
-    share_4: float
-    rate_1: float
-    """Rate at which that share leaves the part, 1/s."""
-    rate_2: float
-    rate_3: float
-    rate_4: float
+    w_1: float
+    """Share of a stroke's heat in the first, slowest mode of the part's temperature, no unit."""
+    w_2: float
+    """Share of a stroke's heat in the second mode of the part's temperature, no unit."""
+    w_3: float
+    """Share of a stroke's heat in the third mode of the part's temperature, no unit."""
+    w_4: float
+    """Share of a stroke's heat in the fourth, fastest mode of the part's temperature, no unit."""
+    r_1: float
+    """Rate at which the first mode decays, 1/s."""
+    r_2: float
+    """Rate at which the second mode decays, 1/s."""
+    r_3: float
+    """Rate at which the third mode decays, 1/s."""
+    r_4: float
+    """Rate at which the fourth mode decays, 1/s."""
     swell: float
     """Growth in height of the part for each K, mm/K."""
 
@@ -235,14 +241,14 @@ class StrokeConstants(NamedTuple):
     """s/mm."""
     per_capacity: float
     """As of `StrokeParameters`, K mm/J."""
-    share_1: float
-    share_2: float
-    share_3: float
-    share_4: float
-    rate_1: float
-    rate_2: float
-    rate_3: float
-    rate_4: float
+    w_1: float
+    w_2: float
+    w_3: float
+    w_4: float
+    r_1: float
+    r_2: float
+    r_3: float
+    r_4: float
     swell: float
 
 

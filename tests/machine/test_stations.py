@@ -195,7 +195,8 @@ def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_
         # the heat of each stroke, eps Ft vs b/(vw rho c H B), of which each mode has a share that decays ever since
         heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity * p.swell
         after = np.subtract.outer(rows["time"], rows["time"])
-        left = [s * np.exp(-after * rate) for s, rate in zip(p[-9:-5], p[-5:-1], strict=True)]
+        modes = ((p.w_1, p.r_1), (p.w_2, p.r_2), (p.w_3, p.r_3), (p.w_4, p.r_4))
+        left = [share * np.exp(-after * rate) for share, rate in modes]
         grown = np.where(after > 0.0, np.sum(left, axis=0), 0.0) @ heat
         assert rows["grown"] == pytest.approx(grown, rel=1e-4)
 

@@ -296,7 +296,7 @@ def capacity(at: Setup) -> float:
 
 
 def mean_transform(s: float, at: Setup) -> float:
-    """Laplace transform of the mean rise after a pulse on top, over that right after it: the profile by its two ends."""
+    """Laplace transform of the mean rise after a pulse on top, over that right after it: by its two ends."""
     k, H = at.material.conductivity, 0.001 * at.height
     q = sqrt(1e9 * capacity(at) / at.height * s / k)
     top, chuck, far = at.fluid.part_cooling, at.machine.chuck_conductance, exp(-q * H)

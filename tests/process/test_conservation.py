@@ -236,8 +236,8 @@ def test_a_stroke_in_the_air_and_a_wait_cool_the_part_alike() -> None:
     waits.wait(2.0)
     waits.wait(3.0)
     assert in_air.own == pytest.approx(waits.own, rel=1e-12)
-    assert waits.own.dT_1 == pytest.approx(hot.dT_1 * math.exp(-5.0 * waits.p.rate_1), rel=1e-12)
-    assert waits.own.dT_4 == pytest.approx(hot.dT_4 * math.exp(-5.0 * waits.p.rate_4), rel=1e-12)
+    assert waits.own.dT_1 == pytest.approx(hot.dT_1 * math.exp(-5.0 * waits.p.r_1), rel=1e-12)
+    assert waits.own.dT_4 == pytest.approx(hot.dT_4 * math.exp(-5.0 * waits.p.r_4), rel=1e-12)
     assert in_air.wheel == waits.wheel
 
 

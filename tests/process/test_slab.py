@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import eigh_tridiagonal
 
 from grind_env.arrays import Array
-from grind_env.process.equations import slab_modes
+from grind_env.process.equations.slab import slab_modes
 from tests.process.harness import CATALOGUE, parameters
 
 STEEL = CATALOGUE.material("aisi_52100")
@@ -165,4 +165,4 @@ def test_the_slowest_decay_of_20_mm_of_bearing_steel(bottom: float, seconds: flo
 def test_fluid_and_chuck_of_a_set_up_cool_its_part() -> None:
     p, fluid, machine = parameters(), CATALOGUE.fluid("emulsion"), CATALOGUE.machine("default")
     modes = slab_modes(0.020, STEEL.conductivity, CAPACITY, fluid.part_cooling, machine.chuck_conductance)
-    assert ((p.share_1, p.share_2, p.share_3, p.share_4), (p.rate_1, p.rate_2, p.rate_3, p.rate_4)) == modes
+    assert ((p.w_1, p.w_2, p.w_3, p.w_4), (p.r_1, p.r_2, p.r_3, p.r_4)) == modes

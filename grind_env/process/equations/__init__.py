@@ -83,9 +83,6 @@ from grind_env.process.equations.roughness import (
     surface_roughness,
     wheel_roughness,
 )
-from grind_env.process.equations.slab import (
-    slab_modes,
-)
 from grind_env.process.equations.spindle import (
     slowing,
 )
