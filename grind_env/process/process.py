@@ -108,7 +108,8 @@ with_rises = replacer(None, *PartHeat._fields)
 @inlined
 def mean_rise(own: Any) -> float:
     """Return the mean temperature of the part above the hall, K."""
-    return own.dT_1 + own.dT_2 + own.dT_3 + own.dT_4
+    rise: float = own.dT_1 + own.dT_2 + own.dT_3 + own.dT_4
+    return rise
 
 
 @inlined

@@ -186,7 +186,9 @@ def test_a_module_that_fails_is_told(module: str) -> None:
 
 def test_a_machine_needs_a_number_for_all_that_it_remembers() -> None:
     assert Plant(name="ours").own == tuple(PROCESS.own())
-    with pytest.raises(PlantError, match="own has 2 numbers, but .* remember 4: give one for each of dT_1, dT_2, dT_3"):
+    with pytest.raises(
+        PlantError, match=r"own has 2 numbers, but .* remember 4: give one for each of dT_1, dT_2, dT_3"
+    ):
         Plant(name="ours", own=(0.0, 1.0))
 
 

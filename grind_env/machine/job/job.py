@@ -111,7 +111,8 @@ class Part:
 
     def __post_init__(self) -> None:
         tables.check(self, "part", JobError)
-        if self.height is None and any(asked.tolerance > NO_LIMIT for asked in (self, *self.stages)):
+        tolerances = self.tolerance, *(stage.tolerance for stage in self.stages)
+        if self.height is None and any(tolerance > NO_LIMIT for tolerance in tolerances):
             message = (
                 "part.height is missing: a tolerance is given, and how far a hot part grows depends on its height; "
                 "add height, mm above the chuck, to [part], or leave the tolerance out"

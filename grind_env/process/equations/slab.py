@@ -39,7 +39,7 @@ def slab_modes(
     if top + bottom <= 0.0:
         return (1.0, *[0.0] * (MODES - 1)), (0.0,) * MODES
     longest = slowest_decay(height, conductivity, capacity, top, bottom)
-    step = (min(FASTEST, longest / FASTER) / longest) ** (1.0 / (MODES - 1))
+    step: float = (min(FASTEST, longest / FASTER) / longest) ** (1.0 / (MODES - 1))
     first, second, third, last = (longest * step**mode for mode in range(MODES))
 
     def between(time: float) -> float:
