@@ -113,18 +113,23 @@ def mean_rise(own: Any) -> float:
 
 
 @inlined
+def _later(own: Any, warmer: float, seconds: float, k: Any, kept: float) -> Any:
+    """Return what is remembered a while after heat for so many K came in; of a part taken off, 0 is `kept`."""
+    rises = (
+        kept * cooled(own.dT_1 + k.w_1 * warmer, seconds, k.r_1),
+        kept * cooled(own.dT_2 + k.w_2 * warmer, seconds, k.r_2),
+        kept * cooled(own.dT_3 + k.w_3 * warmer, seconds, k.r_3),
+        kept * cooled(own.dT_4 + k.w_4 * warmer, seconds, k.r_4),
+    )
+    return with_rises(own, rises)
+
+
+@inlined
 def _stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
-    warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
-    rises = (
-        cooled(own.dT_1 + k.w_1 * warmer, seconds, k.r_1),
-        cooled(own.dT_2 + k.w_2 * warmer, seconds, k.r_2),
-        cooled(own.dT_3 + k.w_3 * warmer, seconds, k.r_3),
-        cooled(own.dT_4 + k.w_4 * warmer, seconds, k.r_4),
-    )
-    return wheel, with_rises(own, rises), stroke
+    return wheel, _later(own, part_heating(stroke.heat, k.per_vw, k.per_capacity), seconds, k, 1.0), stroke
 
 
 @inlined
@@ -137,13 +142,7 @@ def _dress(
 
 @inlined
 def _idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
-    rises = (
-        0.0 if loads else cooled(own.dT_1, seconds, p.r_1),
-        0.0 if loads else cooled(own.dT_2, seconds, p.r_2),
-        0.0 if loads else cooled(own.dT_3, seconds, p.r_3),
-        0.0 if loads else cooled(own.dT_4, seconds, p.r_4),
-    )
-    return wheel, with_rises(own, rises)
+    return wheel, _later(own, 0.0, seconds, p, 0.0 if loads else 1.0)
 
 
 @inlined
