@@ -67,7 +67,10 @@ CATALOGUES = {
 }
 
 
-TASK = '[[kind]]\nname = "part"\nmaterial = "aisi_52100"\nstock = 0.2\npick = 0.01\nwidth = 20\nlength = 200\n'
+TASK = (
+    '[[kind]]\nname = "part"\nmaterial = "aisi_52100"\nstock = 0.2\npick = 0.01\n'
+    "width = 20\nlength = 200\nheight = 20\n"
+)
 TASKS = {
     "a name": TASK.replace("part", LONG[:900_000]),
     "a line break": TASK.replace("part", "a\\nb"),

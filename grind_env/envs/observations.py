@@ -368,8 +368,8 @@ def write_entries(
 
 
 def heat_column(own: type[Any]) -> int:
-    """Column of the part's heat in a row of a wheel with what process and gauge remember; -1 where they do not."""
-    return OWN_FROM + own._fields.index("dT") if "dT" in own._fields else -1
+    """First column of the part's heat in a row of a wheel with what process and gauge remember; -1 without one."""
+    return OWN_FROM + own._fields.index("dT_1") if "dT_1" in own._fields else -1
 
 
 @inlined
@@ -398,7 +398,8 @@ def observe_block(
     here = 1.0 if ahead else 0.0
     changed = seen.wheel_changes > 0.0
     # of the part in work, if it is still that of the strokes before
-    part_rise = wheels[i, heat] if ahead and kind.starts_part == 0.0 and heat >= 0 else 0.0
+    rise = wheels[i, heat] + wheels[i, heat + 1] + wheels[i, heat + 2] + wheels[i, heat + 3]
+    part_rise = rise if ahead and kind.starts_part == 0.0 and heat >= 0 else 0.0
     growth = row.spare_kA if changed else row.kA
     ra_scale = row.spare_ra_scale if changed else row.ra_scale
     time_to_due = here * (row.due - seen.clock)

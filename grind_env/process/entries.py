@@ -246,6 +246,7 @@ class Machine(Entry):
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
+    chuck_conductance: Annotated[float, Quantity("hc", "W/(m2 K)", 0, 1e5)] = 2000.0  # of heat, part to chuck
     maximum_table_speed: Annotated[float, Quantity("E_max", "mm/min", 100, 200_000)] = 200_000.0
     maximum_plunge_feed: Annotated[float, Quantity("F_plunge", "mm/min", 1, 200_000)] = 200_000.0
     maximum_cross_feed: Annotated[float, Quantity("F_cross", "mm/min", 1, 200_000)] = 200_000.0

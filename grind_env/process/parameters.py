@@ -5,6 +5,7 @@ import math
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material, Wheel
+from grind_env.process.equations.slab import slab_modes
 from grind_env.process.state import StrokeParameters
 
 USUAL_HEIGHT = 20.0
@@ -43,6 +44,13 @@ def stroke_parameters(
     hard = eq.hardness(wheel.fracture_force, eq.REFERENCE_GRADE if alumina else eq.REFERENCE_GRADE_CBN)
     heat_capacity = 1e-9 * material.density * material.specific_heat * height  # J/(mm2 K)
     r0 = eq.grain_contact_radius(z)
+    shares, rates = slab_modes(
+        0.001 * height,
+        material.conductivity,
+        material.density * material.specific_heat,
+        fluid.part_cooling,
+        machine.chuck_conductance,
+    )
     # heat is so many times as much where all that it flows into takes up as many times less
     hotter = material.heat_factor
     return StrokeParameters(
@@ -102,7 +110,8 @@ def stroke_parameters(
         n=0.0 if constant_surface_speed else 1000.0 * wheel_speed / (math.pi * wheel.diameter),
         vs_set=wheel_speed if constant_surface_speed else 0.0,
         per_capacity=hotter / (heat_capacity * width),
-        per_tau=1e-6 * fluid.part_cooling / heat_capacity,
+        **{f"w_{mode}": share for mode, share in enumerate(shares, 1)},
+        **{f"r_{mode}": rate for mode, rate in enumerate(rates, 1)},
         swell=material.thermal_expansion * height,
     )
 

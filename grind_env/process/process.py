@@ -93,13 +93,35 @@ class Hook(NamedTuple):
 
 
 class PartHeat(NamedTuple):
-    """What the package's own remembers of the part in work."""
+    """What the package's own remembers of the part in work: see `equations.slab`."""
 
-    dT: float = 0.0
-    """Mean temperature above the hall, K."""
+    dT_1: float = 0.0
+    """What the slowest mode has of the mean temperature above the hall, K; the modes add up to that."""
+    dT_2: float = 0.0
+    dT_3: float = 0.0
+    dT_4: float = 0.0
 
 
-with_rise = replacer(None, "dT")
+with_rises = replacer(None, *PartHeat._fields)
+
+
+@inlined
+def mean_rise(own: Any) -> float:
+    """Return the mean temperature of the part above the hall, K."""
+    rise: float = own.dT_1 + own.dT_2 + own.dT_3 + own.dT_4
+    return rise
+
+
+@inlined
+def _later(own: Any, warmer: float, seconds: float, k: Any, kept: float) -> Any:
+    """Return what is remembered a while after heat for so many K came in; of a part taken off, 0 is `kept`."""
+    rises = (
+        kept * cooled(own.dT_1 + k.w_1 * warmer, seconds, k.r_1),
+        kept * cooled(own.dT_2 + k.w_2 * warmer, seconds, k.r_2),
+        kept * cooled(own.dT_3 + k.w_3 * warmer, seconds, k.r_3),
+        kept * cooled(own.dT_4 + k.w_4 * warmer, seconds, k.r_4),
+    )
+    return with_rises(own, rises)
 
 
 @inlined
@@ -107,8 +129,7 @@ def _stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
-    warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
-    return wheel, with_rise(own, (cooled(own.dT + warmer, seconds, k.per_tau),)), stroke
+    return wheel, _later(own, part_heating(stroke.heat, k.per_vw, k.per_capacity), seconds, k, 1.0), stroke
 
 
 @inlined
@@ -121,12 +142,12 @@ def _dress(
 
 @inlined
 def _idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
-    return wheel, with_rise(own, (0.0 if loads else cooled(own.dT, seconds, p.per_tau),))
+    return wheel, _later(own, 0.0, seconds, p, 0.0 if loads else 1.0)
 
 
 @inlined
 def _grown(own: Any, k: StrokeConstants) -> float:
-    return part_growth(own.dT, k.swell)
+    return part_growth(mean_rise(own), k.swell)
 
 
 PROCESS = Process(

@@ -143,8 +143,22 @@ class StrokeParameters(NamedTuple):
     """Wheel surface speed at constant surface speed, m/s; 0 for constant rpm."""
     per_capacity: float
     """One over the heat capacity of the part for each mm of its length, K mm/J."""
-    per_tau: float
-    """One over the time constant with which the fluid cools the part, 1/s."""
+    w_1: float
+    """Share of a stroke's heat in the first, slowest mode of the part's temperature, no unit."""
+    w_2: float
+    """Share of a stroke's heat in the second mode of the part's temperature, no unit."""
+    w_3: float
+    """Share of a stroke's heat in the third mode of the part's temperature, no unit."""
+    w_4: float
+    """Share of a stroke's heat in the fourth, fastest mode of the part's temperature, no unit."""
+    r_1: float
+    """Rate at which the first mode decays, 1/s."""
+    r_2: float
+    """Rate at which the second mode decays, 1/s."""
+    r_3: float
+    """Rate at which the third mode decays, 1/s."""
+    r_4: float
+    """Rate at which the fourth mode decays, 1/s."""
     swell: float
     """Growth in height of the part for each K, mm/K."""
 
@@ -227,8 +241,14 @@ class StrokeConstants(NamedTuple):
     """s/mm."""
     per_capacity: float
     """As of `StrokeParameters`, K mm/J."""
-    per_tau: float
-    """As of `StrokeParameters`, 1/s."""
+    w_1: float
+    w_2: float
+    w_3: float
+    w_4: float
+    r_1: float
+    r_2: float
+    r_3: float
+    r_4: float
     swell: float
 
 

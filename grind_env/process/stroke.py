@@ -68,7 +68,14 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         ra_scale=p.ra_scale,
         per_vw=1.0 / vw,
         per_capacity=p.per_capacity,
-        per_tau=p.per_tau,
+        w_1=p.w_1,
+        w_2=p.w_2,
+        w_3=p.w_3,
+        w_4=p.w_4,
+        r_1=p.r_1,
+        r_2=p.r_2,
+        r_3=p.r_3,
+        r_4=p.r_4,
         swell=p.swell,
     )
 

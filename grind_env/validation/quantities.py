@@ -146,14 +146,14 @@ def spark_out_gain(grinder: Grinder) -> float:
 def growth(grinder: Grinder) -> float:
     """Return by how much the part stands higher after roughing, um."""
     grinder.grind(ROUGHING)
-    return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
+    return 1000.0 * part_growth(sum(grinder.heat), grinder.p.swell)
 
 
 def heat_kept(grinder: Grinder) -> float:
     """Return the growth of a part that nothing cools over that of the heat that has entered it."""
-    grinder.p = grinder.p._replace(per_tau=0.0)
+    grinder.p = grinder.p._replace(r_1=0.0, r_2=0.0, r_3=0.0, r_4=0.0)
     entered = sum(grinder.grind().heat for _ in range(ROUGHING)) / grinder.setup.table_speed
-    return part_growth(grinder.heat.dT, grinder.p.swell) / (grinder.p.swell * grinder.p.per_capacity * entered)
+    return part_growth(sum(grinder.heat), grinder.p.swell) / (grinder.p.swell * grinder.p.per_capacity * entered)
 
 
 def flats_at_burn(grinder: Grinder) -> float:
@@ -203,11 +203,13 @@ def temperature_factor(grinder: Grinder) -> float:
 
 
 def cooling_time(grinder: Grinder) -> float:
-    """Return the time in which the fluid takes the rise of a part down to 1/e of it, s."""
+    """Return the time in which fluid and chuck take the rise of a part down to 1/e of it, once it is soaked, s."""
     grinder.grind(ROUGHING)
-    before, grinder.Z = grinder.heat.dT, -1.0
+    grinder.Z = -1.0
+    grinder.grind(SPARK_OUT, 0.0)
+    before = sum(grinder.heat)
     grinder.grind(1, 0.0)
-    return (grinder.setup.length / grinder.setup.table_speed + grinder.setup.pause) / log(before / grinder.heat.dT)
+    return (grinder.setup.length / grinder.setup.table_speed + grinder.setup.pause) / log(before / sum(grinder.heat))
 
 
 def texture_left(grinder: Grinder) -> float:

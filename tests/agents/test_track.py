@@ -28,6 +28,7 @@ from grind_env.plants.drift import MOST_DULLING
 from grind_env.policies.choices import Decision
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
+from grind_env.process.process import PartHeat
 from tests.agents.asking import in_process, status
 
 PLATES = find_problem("power_limited")
@@ -82,7 +83,7 @@ def test_what_a_machine_remembers_goes_from_shift_to_shift_and_what_is_of_a_shif
     own = [x + 0.25 for x in plant.own]
     first, second = (remembered(DRIFTING, plant.after(tuple(own), number).own) for number in (1, 2))
     begun = remembered(DRIFTING, plant.own)
-    anew = {"dT", "bursts_owed", "thermal_grown", "drift_idle"}
+    anew = {*PartHeat._fields, "bursts_owed", "thermal_grown", "drift_idle"}
     chances = {name for name in begun if name.endswith("_seed")}
     assert {name for name in begun if first[name] == begun[name]} == anew
     assert {name for name in begun if first[name] == begun[name] + 0.25} == begun.keys() - anew - chances

@@ -226,15 +226,14 @@ def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> Non
         blocks.append(simulation.writer.block(episodes, 0, 9000.0, 0.0))
         simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
     strokes = (record := simulation.writer.record(episodes, 0, blocks)).strokes
-    kind, catalogue = blocks[0].kind, simulation.task.catalogue
-    material = catalogue.material(kind.material)
-    # it grows by its expansion for each mm of height, and cools while the wheel goes back, which a task leaves out
     first = record.executions["first"][1]
-    on_the_way = strokes["time"][first] - strokes["time"][first - 1] - strokes["seconds"][first - 1]
-    capacity = 1e-9 * material.density * material.specific_heat * kind.height  # J/(mm2 K)
-    left = np.exp(-on_the_way * 1e-6 * simulation.task.fluid.part_cooling / capacity)
-    warm = strokes["grown"][first] / (material.thermal_expansion * kind.height) / left
-    assert warm > 1.0 and left < 0.99
+    # of the heat of each stroke every mode has a share, which decays up to the end of the block
+    p, rows, last = simulation.task.parameters(blocks[0].kind), strokes[:first], strokes[first - 1]
+    heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity
+    after = last["time"] + last["seconds"] - rows["time"]
+    modes = ((p.w_1, p.r_1), (p.w_2, p.r_2), (p.w_3, p.r_3), (p.w_4, p.r_4))
+    warm = sum(share * np.sum(heat * np.exp(-rate * after)) for share, rate in modes)
+    assert warm > 1.0
     assert shown == pytest.approx([0.0, warm, 0.0], rel=1e-4)
 
 

@@ -39,6 +39,7 @@ JOB = """[part]
 material = "aisi_52100"
 length = 200
 width = 20
+height = 20
 stock = 0.06
 roughness_limit = 0.5
 tolerance = 9

@@ -61,6 +61,7 @@ stock = 0.2
 pick = 0.01
 width = 20
 length = 200
+height = 20
 """
 
 

@@ -39,6 +39,7 @@ stock = 0.04
 pick = 0.01
 width = 20
 length = 200
+height = 20
 """
 LOT = """
 [material.hard_lot]

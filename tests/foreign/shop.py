@@ -70,7 +70,8 @@ class Shop:
     def job(self) -> str:
         """Return the text of the job file."""
         return (
-            f'[part]\nmaterial = "aisi_52100"\nlength = {self.length}\nwidth = {self.width}\nstock = {self.stock}\n'
+            f'[part]\nmaterial = "aisi_52100"\nlength = {self.length}\nwidth = {self.width}\nheight = 20\n'
+            f"stock = {self.stock}\n"
             f"roughness_limit = {self.Ra}\ntolerance = {self.tolerance}\nscrap_cost = {self.scrap}\n"
             '[setup]\nwheel = "a60j"\ndresser = "single_point"\nfluid = "emulsion"\nmachine = "default"\n'
             f"wheel_speed = 30\nmachine_overrides = {{ power_limit = {self.rating} }}\n"

@@ -73,7 +73,7 @@ def job(
     **part: Any,
 ) -> Job:
     """The job of model.md, 200 mm x 20 mm of hardened 52100, with changes."""
-    values = {"length": 200.0, "width": 20.0, "stock": 0.1, "scrap_cost": 40.0, **part}
+    values = {"length": 200.0, "width": 20.0, "height": 20.0, "stock": 0.1, "scrap_cost": 40.0, **part}
     return Job(
         part=Part(material=CATALOGUE.material(material), **values),
         setup=Setup(
@@ -94,8 +94,11 @@ def job(
 
 STILL = replace(CATALOGUE.material("aisi_52100"), thermal_expansion=0.0)
 """A material that does not grow: what a stroke does then depends on no time."""
-TIMELESS = replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0)
-"""A fluid under which a part stays as warm as it is, however long it waits."""
+TIMELESS = {
+    "fluid": replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0),
+    "machine": replace(CATALOGUE.machine("default"), chuck_conductance=0.0),
+}
+"""A set-up in which a part stays as warm as it is, however long it waits."""
 
 
 def run(

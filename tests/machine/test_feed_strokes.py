@@ -20,7 +20,7 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from tests.examples import examples
 from tests.machine import harness
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, run
+from tests.machine.harness import CYCLE, DRESS, HEAD, run
 from tests.machine.test_replay import assert_replayed
 
 AWAY = "G00 Y20.\n"
@@ -30,8 +30,8 @@ PLACED = ("part", "groove", "time", "line", "number")
 
 def job(*, dwell: float = 0.0, **values: Any) -> Job:
     """The table rests at its reversal points as long as a feed move does, not at all."""
-    machine = replace(CATALOGUE.machine("default"), reversal_dwell=dwell)
-    setup = {"machine": machine, "fluid": harness.TIMELESS}
+    machine = replace(harness.TIMELESS["machine"], reversal_dwell=dwell)
+    setup = {**harness.TIMELESS, "machine": machine}
     return harness.job(**{"stock": 0.05, "tolerance": 9.0, "setup": setup, **values})
 
 

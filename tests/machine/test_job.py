@@ -88,6 +88,13 @@ def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
         ),
         ("scrap_cost = 40", 'scrap_cost = 40\n[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
         ("[part]", "times = 3\n[part]", "times", ["3", "table"]),
+        ("scrap_cost = 40", "scrap_cost = 40\ntolerance = 9", "part.height", ["tolerance", "add height"]),
+        (
+            "scrap_cost = 40",
+            "scrap_cost = 40\n[[part.stages]]\nstock = 0.2\ntolerance = 9",
+            "part.height",
+            ["tolerance", "add height"],
+        ),
     ],
 )
 def test_mistakes_name_file_key_value_and_remedy(
@@ -142,6 +149,7 @@ def test_stages_arrive_in_order(tmp_path: Path) -> None:
     text = (
         SHORTEST
         + """
+    height = 20
     [[part.stages]]
     stock = 0.2
     rise_allowance = 150

@@ -178,7 +178,7 @@ def test_a_part_cools_in_dresses_that_miss_the_diamond_as_long_stroke_by_stroke(
 
 def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() -> None:
     text = CYCLE.replace("P9100", "P9100 D2") + "G80\nG00 X-30.\nG00 Y0\n" + CYCLE.replace("Y-.05", "Y-.08")
-    shop = job(stock=0.08, setup={"fluid": TIMELESS})
+    shop = job(stock=0.08, setup=TIMELESS)
     met, missed = (replace(shop, diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
     found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, shop))
     assert as_if.warnings == () and as_if.strokes.tobytes() == plain.strokes.tobytes()

@@ -192,10 +192,13 @@ def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_
     for number in (1, 2):
         rows = record.strokes[record.strokes["part"] == number]
         assert rows["grown"][0] == 0.0 < rows["grown"][6]
-        # the heat of each stroke, dT = eps Ft vs b/(vw rho c H B), then tau of Newton's cooling up to the next one
+        # the heat of each stroke, eps Ft vs b/(vw rho c H B), of which each mode has a share that decays ever since
         heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity * p.swell
-        left = (rows["grown"] + heat)[:-1] * np.exp(-np.diff(rows["time"]) * p.per_tau)
-        assert rows["grown"][1:] == pytest.approx(left, rel=1e-4)
+        after = np.subtract.outer(rows["time"], rows["time"])
+        modes = ((p.w_1, p.r_1), (p.w_2, p.r_2), (p.w_3, p.r_3), (p.w_4, p.r_4))
+        left = [share * np.exp(-after * rate) for share, rate in modes]
+        grown = np.where(after > 0.0, np.sum(left, axis=0), 0.0) @ heat
+        assert rows["grown"] == pytest.approx(grown, rel=1e-4)
 
 
 def test_a_part_that_a_running_table_goes_over_to_is_cold() -> None:

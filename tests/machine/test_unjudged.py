@@ -223,7 +223,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     program, written = folder / "part.nc", folder / "part.toml"
     program.write_text(HEAD.replace("G19", "G19 S1910 M03 M08") + CYCLE + SLOPES + "M30\n" + harness.DRESS)
     written.write_text(
-        '[part]\nmaterial = "aisi_52100"\nlength = 200\nwidth = 20\nstock = 0.05\ntolerance = 9\nscrap_cost = 40\n'
+        '[part]\nmaterial = "aisi_52100"\nlength = 200\nwidth = 20\nheight = 20\n'
+        "stock = 0.05\ntolerance = 9\nscrap_cost = 40\n"
     )
     return program, written
 

@@ -162,7 +162,8 @@ def test_a_script_shows_its_blocks() -> None:
 @given(st.sampled_from(["<script>", "</td>", 'a"b', "a & b", "$x$"]))
 @examples(5)
 def test_a_task_shows_its_kinds_of_block(name: str) -> None:
-    kind = Kind(name=name, material="aisi_52100", stock=0.2, pick=0.01, width=20.0, length=200.0, tolerance=9.0)
+    size = {"width": 20.0, "length": 200.0, "height": 20.0}
+    kind = Kind(name=name, material="aisi_52100", stock=0.2, pick=0.01, tolerance=9.0, **size)
     task = Task(name=name, title=HOSTILE, blocks=10, reference_cost=2.0, kinds=(kind,), sequence=(name,))
     found = shown(task)
     assert HOSTILE in found.said

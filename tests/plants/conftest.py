@@ -19,7 +19,7 @@ def before(wheel, own, p, drive, moment):
     return wheel, own, p, drive
 
 hook = Hook(before, Own)
-MINE = Plant(name="mine", process=composed(PROCESS, hook), own=(0.0, 0.25))
+MINE = Plant(name="mine", process=composed(PROCESS, hook), own=(*PROCESS.own(), 0.25))
 BY = Range(field="sticky_by", what="sticks", low=1.0, high=2.0, basis=Basis(Evidence.OWN, "mine"))
 STICKY = Family(name="sticky", what="it sticks", ranges=(BY,), hook=hook)
 WRONG = Family(name="wrong", what="draws what it does not remember", ranges=(BY,))

@@ -49,7 +49,7 @@ def test_neutral_numbers_change_no_bit_of_a_stroke_or_a_dress(family) -> None:
     for shop in (plain, other):
         shop.dress()
     assert plain.wheel == other.wheel
-    assert other.own == other.plant.remembers()._replace(dT=plain.own.dT)
+    assert other.own == other.plant.remembers()._replace(**plain.own._asdict())
 
 
 # --- foreign

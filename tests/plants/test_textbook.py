@@ -44,14 +44,14 @@ def test_at_the_nominal_point_the_laws_give_ours_times_their_factors(factor: flo
 def test_energy_and_volume_are_kept(name: str) -> None:
     shop = Shop(find_plant(name))
     for downfeed in (0.01, 0.015, 0.01, 0.0, 0.0):
-        before, warm = shop.wheel, shop.own.dT
+        before, warm = shop.wheel, shop.own
         done = shop.stroke(downfeed)
         assert done.power == pytest.approx(shop.width * done.Ft * done.vs)
         assert done.power == pytest.approx(shop.width * done.u_s * done.Q)
         assert done.heat == pytest.approx(done.eps * done.power)
         assert done.eps == pytest.approx(shop.own.textbook_heat)
         heating = done.heat * shop.length / shop.table_speed * 0.06 * shop.p.per_capacity / shop.length
-        assert shop.own.dT == pytest.approx((warm + heating) * math.exp(-2.0 * shop.p.per_tau))
+        assert shop.own.dT_1 == pytest.approx((warm.dT_1 + shop.p.w_1 * heating) * math.exp(-2.0 * shop.p.r_1))
         assert done.ae * shop.length == pytest.approx(shop.wheel.V - before.V)
         assert done.G * done.worn == pytest.approx(done.ae * shop.length * shop.width)
         assert before.ds - shop.wheel.ds == pytest.approx(2.0 * done.dw)

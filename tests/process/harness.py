@@ -10,6 +10,8 @@ from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeRes
 from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke, stroke_constants
 
 CATALOGUE = load_catalogue()
+INSULATED = dict.fromkeys(("r_1", "r_2", "r_3", "r_4"), 0.0)
+"""Parameters of a part that keeps its heat."""
 
 
 def parameters(

@@ -7,7 +7,10 @@ wheel speeds m/s. Forces, powers and removal rates are per mm of width.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp, pi, sqrt
+from functools import cached_property
+from math import cos, exp, pi, sin, sqrt
+
+import numpy as np
 
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
 
@@ -29,10 +32,15 @@ class Setup:
     height: float = 20.0
     length: float = 200.0
 
+    @cached_property
+    def modes(self) -> tuple[list[float], list[float]]:
+        """Shares and time constants of the part's heat."""
+        return modes_of(self)
+
 
 @dataclass(frozen=True)
 class State:
-    """The wheel, its diamond, the part and where the two stand; `rise` is that of the part's temperature."""
+    """The wheel, its diamond, the part and where the two stand; `dT` is what each mode has of the part's rise."""
 
     ds: float
     A: float = 0.0
@@ -45,7 +53,7 @@ class State:
     Z: float = 0.0
     S: float = 0.0
     Rs: float = 1.6
-    rise: float = 0.0
+    dT: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 
 
 def zero_of(falling: Callable[[float], float], low: float, high: float) -> float:
@@ -215,7 +223,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     """The state after one stroke of some seconds, and the quantities of the stroke by the names of a record."""
     wheel, de, b, vw = at.wheel, state.ds, at.width, at.table_speed
     Z = state.Z + downfeed
-    u = Z + at.material.thermal_expansion * at.height * state.rise - state.W - state.S
+    u = Z + at.material.thermal_expansion * at.height * sum(state.dT) - state.W - state.S
     speed = at.wheel_speed * de / wheel.diameter
     Kt, Kn = pressures(state, at, speed)
 
@@ -255,7 +263,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
         Z=Z,
         S=state.S + ae,
         Rs=state.Rs + (Rg - state.Rs) * reach / (reach + 2.0 * state.Rs),
-        rise=cooled(state.rise + entering / (vw * capacity(at) * b), at, seconds),
+        dT=cooled(heated_by(state.dT, entering / (vw * capacity(at) * b), at), at, seconds),
     )
     return after, heat | {
         "ae": ae,
@@ -287,15 +295,51 @@ def capacity(at: Setup) -> float:
     return 1e-9 * at.material.density * at.material.specific_heat * at.height
 
 
-def cooled(rise: float, at: Setup, seconds: float) -> float:
-    """What the fluid leaves of the part's heat."""
-    return rise * exp(-seconds * 1e-6 * at.fluid.part_cooling / capacity(at))
+def mean_transform(s: float, at: Setup) -> float:
+    """Laplace transform of the mean rise after a pulse on top, over that right after it: by its two ends."""
+    k, H = at.material.conductivity, 0.001 * at.height
+    q = sqrt(1e9 * capacity(at) / at.height * s / k)
+    top, chuck, far = at.fluid.part_cooling, at.machine.chuck_conductance, exp(-q * H)
+    # a exp(-q z) + b exp(-q (H - z)), of which a flux of 1 enters on top
+    ends = [[k * q + top, (top - k * q) * far], [(chuck - k * q) * far, k * q + chuck]]
+    a, b = np.linalg.solve(ends, [1.0, 0.0])
+    return float(1e6 * capacity(at) * (a + b) * (1.0 - far) / (q * H))
+
+
+def modes_of(at: Setup) -> tuple[list[float], list[float]]:
+    """Shares and time constants: least squares over the transforms, with the sum and the steady state held."""
+    k, H, top, chuck = at.material.conductivity, 0.001 * at.height, at.fluid.part_cooling, at.machine.chuck_conductance
+    Bt, Bb = top * H / k, chuck * H / k
+    b = zero_of(lambda b: b * (Bt + Bb) * cos(b) - (b * b - Bt * Bb) * sin(b), 0.0, pi)
+    slowest = 1e6 * capacity(at) * H / (k * b * b)
+    fastest = min(0.12, slowest / 50.0)
+    times = slowest * (fastest / slowest) ** (np.arange(4) / 3.0)
+    s = np.array([0.03, 0.072, 0.173, 0.416, 1.0])
+    exact = np.array([mean_transform(each, at) for each in s])
+    seen = times / (1.0 + np.outer(s, times)) / exact[:, None]
+    # Lagrange: the shares, and what the two conditions pull
+    surface = 1.0 / (top + 1.0 / (H / k + 1.0 / chuck))
+    lower = surface * (1.0 - H / k / (H / k + 1.0 / chuck))
+    held = np.array([np.ones(4), times])
+    system = np.block([[seen.T @ seen, held.T], [held, np.zeros((2, 2))]])
+    wanted = np.concatenate([seen.sum(0), [1.0, 1e6 * capacity(at) * 0.5 * (surface + lower)]])
+    return np.linalg.solve(system, wanted)[:4].tolist(), times.tolist()
+
+
+def heated_by(dT: tuple[float, ...], warmer: float, at: Setup) -> tuple[float, ...]:
+    """The modes after a stroke that would make the part so much warmer if nothing cooled it."""
+    return tuple(rise + share * warmer for rise, share in zip(dT, at.modes[0], strict=True))
+
+
+def cooled(dT: tuple[float, ...], at: Setup, seconds: float) -> tuple[float, ...]:
+    """What fluid and chuck leave of the part's heat."""
+    return tuple(rise * exp(-seconds / time) for rise, time in zip(dT, at.modes[1], strict=True))
 
 
 def waited(state: State, at: Setup, seconds: float) -> State:
-    return replace(state, rise=cooled(state.rise, at, seconds))
+    return replace(state, dT=cooled(state.dT, at, seconds))
 
 
 def loaded(state: State) -> State:
     """The next part, touched off; it is as warm as the hall."""
-    return replace(state, Z=0.0, S=0.0, Rs=1.6, W=0.0, rise=0.0)
+    return replace(state, Z=0.0, S=0.0, Rs=1.6, W=0.0, dT=(0.0,) * 4)

@@ -9,7 +9,7 @@ import pytest
 from grind_env.process.process import whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.examples import nightly
-from tests.process.harness import CATALOGUE, cut, grinder, parameters, warm_grinder
+from tests.process.harness import CATALOGUE, INSULATED, cut, grinder, parameters, warm_grinder
 
 STROKES = 10_000
 POWER = 3000.0
@@ -210,7 +210,7 @@ def test_a_rubbing_wheel_dulls_as_hard_as_it_presses() -> None:
 def test_the_part_stores_the_heat_that_enters_it(material: str) -> None:
     """Energy in is mass times specific heat times rise, where no fluid cools it; over strokes of any kind."""
     work, draw = CATALOGUE.material(material), random.Random(4)
-    machine = warm_grinder(parameters(material, power=POWER, per_tau=0.0))
+    machine = warm_grinder(parameters(material, power=POWER, **INSULATED))
     mass = 1e-9 * work.density * machine.length * machine.width * 20.0  # kg
     heat = [0.0]
     for _ in range(500):
@@ -221,25 +221,23 @@ def test_the_part_stores_the_heat_that_enters_it(material: str) -> None:
         heat.append(stroke.heat * passing)
         if draw.random() < 0.1:
             machine.wait(draw.uniform(0.0, 100.0))
-    assert machine.own.dT * mass * work.specific_heat == pytest.approx(math.fsum(heat), rel=1e-9)
-    assert machine.own.dT > 50.0
+    assert sum(machine.own) * mass * work.specific_heat == pytest.approx(math.fsum(heat), rel=1e-9)
+    assert sum(machine.own) > 50.0
     machine.load()
-    assert machine.own.dT == machine.grown == 0.0
+    assert sum(machine.own) == machine.grown == 0.0
 
 
 def test_a_stroke_in_the_air_and_a_wait_cool_the_part_alike() -> None:
     in_air, waits = (warm_grinder(parameters()) for _ in range(2))
     for machine in (in_air, waits):
         machine.strokes(10, 0.010)
-    hot = waits.own.dT
+    hot = waits.own
     in_air.stroke(-1.0, 5.0)
     waits.wait(2.0)
     waits.wait(3.0)
-    assert in_air.own.dT == pytest.approx(waits.own.dT, rel=1e-12)
-    steel, flood = CATALOGUE.material("aisi_52100"), CATALOGUE.fluid("emulsion").part_cooling
-    assert waits.own.dT == pytest.approx(
-        hot * math.exp(-5.0 * flood / (steel.density * steel.specific_heat * 0.020)), rel=1e-12
-    )
+    assert in_air.own == pytest.approx(waits.own, rel=1e-12)
+    assert waits.own.dT_1 == pytest.approx(hot.dT_1 * math.exp(-5.0 * waits.p.r_1), rel=1e-12)
+    assert waits.own.dT_4 == pytest.approx(hot.dT_4 * math.exp(-5.0 * waits.p.r_4), rel=1e-12)
     assert in_air.wheel == waits.wheel
 
 

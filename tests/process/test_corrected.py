@@ -65,7 +65,7 @@ def test_a_stroke_is_one_of_the_model_with_forces_by_a_power_law(u, V):
     factor = (depth / 0.010) ** 0.2 * (300.0 / 200.0) ** -0.3 * ((V + 10.0) / 310.0) ** 0.1
     by_hand = k._replace(u_ch=factor * k.u_ch, kp=factor * k.kp, pa=factor * k.pa, pb=factor * k.pb)
     surface = (0.0, 0.5, u, 20.0)
-    _, _, found = CORRECTED.stroke(wheel, CORRECTED.own(0.0, 0.2, -0.3, 0.1), *surface, k, 1.0)
+    _, _, found = CORRECTED.stroke(wheel, CORRECTED.own(0.0, 0.0, 0.0, 0.0, 0.2, -0.3, 0.1), *surface, k, 1.0)
     _, right = grind_stroke(wheel, *surface, by_hand)
     np.testing.assert_allclose(found, right, rtol=1e-12)
 

@@ -210,20 +210,12 @@ def test_heat_that_enters_the_part_warms_it_as_its_mass_and_specific_heat_say() 
 
 @settings(deadline=None)
 @given(dT=st.floats(0.0, 100.0), first=st.floats(0.0, 100.0), then=st.floats(0.0, 100.0), tau=st.floats(1.0, 1e4))
-def test_the_part_cools_as_newton_has_it(dT: float, first: float, then: float, tau: float) -> None:
+def test_a_mode_of_the_part_decays_exponentially(dT: float, first: float, then: float, tau: float) -> None:
     in_two = eq.cooled(eq.cooled(dT, first, 1.0 / tau), then, 1.0 / tau)
     assert in_two == pytest.approx(eq.cooled(dT, first + then, 1.0 / tau), rel=1e-12)
     assert 0.0 <= in_two <= dT
     # at first by dT/tau in a second
     assert dT - eq.cooled(dT, 1e-6 * tau, 1.0 / tau) == pytest.approx(1e-6 * dT, rel=1e-5, abs=1e-13)
-
-
-def test_the_part_cools_by_what_the_fluid_takes_off_its_upper_face() -> None:
-    p, steel, flood = parameters(), CATALOGUE.material("aisi_52100"), CATALOGUE.fluid("emulsion").part_cooling
-    tau = steel.density * steel.specific_heat * 0.020 / flood  # SI, 20 mm high
-    assert 1.0 / p.per_tau == pytest.approx(tau, rel=1e-12)
-    assert eq.cooled(10.0, tau, p.per_tau) == pytest.approx(10.0 / math.e, rel=1e-12)
-    assert eq.cooled(10.0, 1e9, 0.0) == 10.0
 
 
 # --- wear ---------------------------------------------------------------------------------------------------

@@ -328,10 +328,10 @@ def room_of(process: Process) -> int:
 
 
 def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_made_anew() -> None:
-    assert composed(PROCESS) is PROCESS and PROCESS.own() == PartHeat(0.0)
-    assert room_of(PROCESS) == OWN_FROM + 1
+    assert composed(PROCESS) is PROCESS and PROCESS.own() == PartHeat(0.0, 0.0, 0.0, 0.0)
+    assert room_of(PROCESS) == OWN_FROM + 4
     assert composed(PROCESS, Hook(worn_table)).own() == PROCESS.own()  # a hook that remembers nothing adds no room
-    assert composed(PROCESS, Hook(dulling, Dulling)).own._fields == ("dT", "blocks")
+    assert composed(PROCESS, Hook(dulling, Dulling)).own._fields == (*PartHeat._fields, "blocks")
     course = CYCLE_KERNELS["G82"]
     assert loops_of(course) is loops_of(course, PROCESS) and loops_of(course, TOY) is loops_of(course, TOY)
     assert loops_of(course) is not loops_of(course, TOY)

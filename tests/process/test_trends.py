@@ -14,7 +14,7 @@ import pytest
 
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters, StrokeResult
-from tests.process.harness import CATALOGUE, Grinder, WarmGrinder, cut, grinder, parameters, warm_grinder
+from tests.process.harness import CATALOGUE, INSULATED, Grinder, WarmGrinder, cut, grinder, parameters, warm_grinder
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 
 UNLIMITED = 1e12
@@ -296,19 +296,19 @@ def test_a_hot_part_is_ground_too_thin_and_less_so_the_longer_it_cools_before_th
 
 def test_what_heats_the_part_makes_it_thinner() -> None:
     over_flats = [ground_warm(ALUMINA, A=A) for A in (0.008, 0.02, 0.04, 0.08)]
-    assert rising([machine.own.dT for machine in over_flats])
+    assert rising([sum(machine.own) for machine in over_flats])
     assert rising([machine.grown for machine in over_flats])
     sharp, oiled, dry = (ground_warm(parameters(fluid=fluid, power=UNLIMITED)) for fluid in ("emulsion", "oil", "dry"))
-    assert sharp.own.dT < oiled.own.dT < dry.own.dT
+    assert sum(sharp.own) < sum(oiled.own) < sum(dry.own)
 
 
 def test_a_higher_part_warms_up_less_grows_as_much_and_cools_slower() -> None:
     setups = [changed("machine", height) for height in (10.0, 40.0)]
-    low, high = (ground_warm(p._replace(per_tau=0.0)) for p in setups)
-    assert low.own.dT == pytest.approx(4.0 * high.own.dT, rel=0.01)
+    low, high = (ground_warm(p._replace(**INSULATED)) for p in setups)
+    assert sum(low.own) == pytest.approx(4.0 * sum(high.own), rel=0.01)
     assert low.grown == pytest.approx(high.grown, rel=0.01)
     low, high = map(ground_warm, setups)
-    assert high.own.dT < low.own.dT
+    assert sum(high.own) < sum(low.own)
     assert high.grown > 1.5 * low.grown
 
 

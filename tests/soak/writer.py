@@ -87,6 +87,7 @@ class Writer(BlockWriter):
             across=one(0.0, 0.0, -4.2),
             surface=one(0.0, 0.0, 0.0, 0.25, -0.013),
             roughness_limit=one(0.0, 0.4, 0.8),
+            height=one(20.0, 20.0, 60.0),
             tolerance=one(0.0, 9.0, 30.0),
             scrap_cost=one(40.0, 0.0),
             rise_allowance=one(0.0, 0.0, 60.0, 300.0),

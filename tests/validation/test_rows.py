@@ -41,6 +41,7 @@ SHAPES = (
     ),
     *("flats by depth", "flats by lead", "temperature factor of a fast table", "rubbing force"),
     *("power within the limit", "energy linear in flats"),
+    *("texture after the lightest stroke", "temperature factor of a usual table"),
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
 

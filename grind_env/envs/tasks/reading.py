@@ -11,6 +11,7 @@
     pick = 0.01                # mm
     width = 20                 # mm
     length = 200               # mm
+    height = 20                # mm, above the chuck
 
 Above its tables a file may say `base = "power_limited"` or `base = "shop.toml"`, the name of a task of the package or a
 file beside it. Its tables then change single keys of those of the base, and everything else of it replaces what the

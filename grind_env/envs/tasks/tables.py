@@ -10,7 +10,6 @@ from typing import Annotated
 
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
-from grind_env.process.parameters import USUAL_HEIGHT
 from grind_env.process.tables import TableError, check, wrong
 
 SPEED = Quantity("E", "mm/min", 1000, 60_000)
@@ -150,7 +149,7 @@ class Kind:
         sparkout: strokes at full depth after the plunges; traverses of a G83.
         width: of the part.
         length: of the part, along the table.
-        height: of the part, by which it warms up and grows.
+        height: of the part above the chuck, by which it warms up and grows.
         scrap: price of a spoilt part, charged with the block that ends it.
         roughness_limit: highest Ra; 0 for none.
         tolerance: on the size error; 0 for none.
@@ -168,7 +167,7 @@ class Kind:
     sparkout: Annotated[int, Quantity("L", "", 0, 1000)] = 2
     width: Annotated[float, Quantity("b", "mm", 0.5, 2000)]
     length: Annotated[float, Quantity("Lw", "mm", 1, 10_000)]
-    height: Annotated[float, Quantity("", "mm", 0.1, 10_000)] = USUAL_HEIGHT
+    height: Annotated[float, Quantity("", "mm", 0.1, 10_000)]
     scrap: Annotated[float, Quantity("", "$", 0, 1e6)] = 50.0
     roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = 0.0
     tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = 0.0

@@ -87,9 +87,9 @@ class Part:
         scrap_cost: price of a spoilt part.
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
-        height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. None
-            if it is not known: the wheel is then not watched for coming down on the table, and the part warms up and
-            grows as one of 20 mm does.
+        height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. A part
+            whose size is judged must have one, because it grows by it when hot. None if it is not known: the wheel is
+            then not watched for coming down on the table, and the part warms up and grows as one of 20 mm does.
         stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
             last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
             only what comes after the stages. Without stages those limits hold for all of its grinding.
@@ -111,6 +111,13 @@ class Part:
 
     def __post_init__(self) -> None:
         tables.check(self, "part", JobError)
+        tolerances = self.tolerance, *(stage.tolerance for stage in self.stages)
+        if self.height is None and any(tolerance > NO_LIMIT for tolerance in tolerances):
+            message = (
+                "part.height is missing: a tolerance is given, and how far a hot part grows depends on its height; "
+                "add height, mm above the chuck, to [part], or leave the tolerance out"
+            )
+            raise JobError(message, "part.height")
         least = 0.0
         for number, stage in enumerate(self.stages, 1):
             if not least <= stage.stock <= self.stock:

@@ -136,11 +136,11 @@ def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
 
 @inlined
 def cooled(dT: float, seconds: float, per_tau: float) -> float:
-    """What is left after a while of a rise `dT` of the part, K, under the flood: Newton, tau = rho c H/h [C]."""
+    """What is left after a while of the rise `dT` of a mode, K; `per_tau` is the rate of that mode, 1/s."""
     return dT * exp(-seconds * per_tau)
 
 
 @inlined
 def part_growth(dT: float, swell: float) -> float:
-    """By how much a part stands higher that is `dT` K warmer, mm; `swell` is alpha H, mm/K."""
+    """By how much a part stands higher that is `dT` K warmer in the mean, mm; `swell` is alpha H, mm/K."""
     return swell * dT

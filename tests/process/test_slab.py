@@ -1,0 +1,168 @@
+"""Heat in the part: a few modes against the slab cut into thin layers, and against the limits of a slab."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import eigh_tridiagonal
+
+from grind_env.arrays import Array
+from grind_env.process.equations.slab import slab_modes
+from tests.process.harness import CATALOGUE, parameters
+
+STEEL = CATALOGUE.material("aisi_52100")
+CAPACITY = STEEL.density * STEEL.specific_heat
+SLABS = [
+    (height, STEEL.conductivity, CAPACITY, top, bottom)
+    for height in (0.005, 0.010, 0.020, 0.040, 0.080)
+    for top in (1000.0, 3000.0, 6000.0)
+    for bottom in (1000.0, 3000.0)
+]
+"""Height, conductivity, heat capacity of a volume, conductances into fluid and chuck; SI."""
+TIMES = np.geomspace(0.1, 300.0, 60)
+"""s after a pulse or after the last one of a train."""
+LEFT = 0.01
+"""Of the growth by a pulse; where less is left, 5 % of that are no more than 0.05 % of the pulse."""
+
+Slab = tuple[float, float, float, float, float]
+
+
+class Layers:
+    """A slab of layers which are thin near its upper face, each of one temperature; exact in time."""
+
+    def __init__(self, height: float, conductivity: float, capacity: float, top: float, bottom: float) -> None:
+        thickness = np.geomspace(1.0, 300.0, 240)
+        thickness *= height / thickness.sum()
+        half = 0.5 * thickness / conductivity
+        self.holds = capacity * thickness
+        self.to_fluid, self.to_chuck = (1.0 / (1.0 / h + r) for h, r in ((top, half[0]), (bottom, half[-1])))
+        between = 1.0 / (half[:-1] + half[1:])
+        leaves = np.zeros(thickness.size)
+        leaves[:-1] += between
+        leaves[1:] += between
+        leaves[0] += self.to_fluid
+        leaves[-1] += self.to_chuck
+        root = np.sqrt(self.holds)
+        self.rates, self.shapes = eigh_tridiagonal(leaves / self.holds, -between / (root[:-1] * root[1:]))
+        self.root = root
+
+    def held(self, after: Array) -> Array:
+        """Heat per area that each layer holds, of a pulse of 1 that came `after` s before."""
+        amplitudes = self.shapes[0] / self.root[0] * np.exp(-np.outer(after, self.rates))
+        return np.asarray(amplitudes @ self.shapes.T * self.root)
+
+    def growth(self, after: Array) -> Array:
+        """Over that right after a pulse."""
+        return np.asarray(self.held(after).sum(1))
+
+    def taken(self, layer: int, conductance: float, after: Array) -> Array:
+        """Heat of a pulse that has left through the face of a layer."""
+        gone = (1.0 - np.exp(-np.outer(after, self.rates))) / self.rates
+        flux = conductance * self.shapes[0] * self.shapes[layer] / (self.root[0] * self.root[layer])
+        return np.asarray(gone @ flux)
+
+
+class Modes:
+    """The package's."""
+
+    def __init__(self, *slab: float) -> None:
+        self.shares, self.rates = (np.array(each) for each in slab_modes(*slab))
+
+    @cached_property
+    def lasting(self) -> float:
+        """Mean rise under a steady flux, over that which the flux would give an insulated part in 1 s, s."""
+        return float((self.shares / self.rates).sum())
+
+    def growth(self, after: Array) -> Array:
+        return np.asarray((self.shares * np.exp(-np.outer(after, self.rates))).sum(1))
+
+
+def train(of: Layers | Modes, pulses: int, period: float, after: Array) -> Array:
+    """Growth by pulses of which the last one came `after` s before."""
+    return np.sum([of.growth(after + period * number) for number in range(pulses)], axis=0)
+
+
+@pytest.mark.parametrize("slab", SLABS)
+def test_the_growth_after_a_pulse_is_that_of_the_slab(slab: Slab) -> None:
+    """Within 5 % of itself, at any time at which 1 % of the pulse is left."""
+    exact, found = Layers(*slab).growth(TIMES), Modes(*slab).growth(TIMES)
+    assert (np.abs(found - exact) <= 0.05 * np.maximum(exact, LEFT)).all()
+
+
+@pytest.mark.parametrize("slab", SLABS[::3])
+@pytest.mark.parametrize("period", [0.2, 1.0, 5.0])
+def test_the_growth_in_a_train_of_pulses_is_that_of_the_slab(slab: Slab, period: float) -> None:
+    layers, modes = Layers(*slab), Modes(*slab)
+    for pulses in (5, 50):
+        exact, found = (train(each, pulses, period, TIMES[::4]) for each in (layers, modes))
+        assert (np.abs(found - exact) <= 0.05 * np.maximum(exact, LEFT)).all()
+
+
+@pytest.mark.parametrize("slab", SLABS[::3])
+def test_heat_in_is_heat_stored_and_heat_to_fluid_and_chuck(slab: Slab) -> None:
+    """Of the layers to rounding; what the modes have lost is what those lost, within 5 % of the pulse."""
+    layers = Layers(*slab)
+    gone = layers.taken(0, layers.to_fluid, TIMES) + layers.taken(-1, layers.to_chuck, TIMES)
+    assert layers.growth(TIMES) + gone == pytest.approx(1.0, abs=1e-9)
+    assert Modes(*slab).growth(TIMES) + gone == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("slab", SLABS)
+def test_right_after_a_pulse_nothing_is_lost_and_a_steady_flux_ends_in_a_straight_profile(slab: Slab) -> None:
+    height, conductivity, capacity, top, bottom = slab
+    modes = Modes(*slab)
+    assert modes.shares.sum() == pytest.approx(1.0, rel=1e-12)
+    # of a flux of 1 the part rises by `upper` and `lower` at its faces; the chuck takes what the fluid leaves
+    lower = 1.0 / (top * (1.0 + bottom * height / conductivity) + bottom)
+    upper = lower * (1.0 + bottom * height / conductivity)
+    assert top * upper + bottom * lower == pytest.approx(1.0, rel=1e-12)
+    assert modes.lasting == pytest.approx(capacity * height * 0.5 * (upper + lower), rel=1e-9)
+
+
+@given(
+    height=st.floats(1e-4, 0.1),
+    conductivity=st.floats(6.0, 500.0),
+    top=st.floats(0.0, 1e5),
+    bottom=st.floats(0.0, 1e5),
+)
+def test_no_part_grows_by_more_than_the_heat_in_it(
+    height: float, conductivity: float, top: float, bottom: float
+) -> None:
+    modes = Modes(height, conductivity, CAPACITY, top, bottom)
+    growth = modes.growth(np.array([0.0, *TIMES]))
+    assert (modes.rates >= 0.0).all()
+    assert growth[0] == pytest.approx(1.0, abs=1e-9)
+    assert (growth >= -0.1).all() and (growth <= 1.1).all()
+
+
+@pytest.mark.parametrize(("top", "bottom"), [(30.0, 0.0), (0.0, 30.0), (20.0, 10.0)])
+def test_a_part_that_conducts_well_cools_as_a_lump(top: float, bottom: float) -> None:
+    """At a Biot number of 0.001, by Newton's law."""
+    shares, rates = slab_modes(0.010, 300.0, CAPACITY, top, bottom)
+    assert shares[0] == pytest.approx(1.0, abs=0.001)
+    assert rates[0] == pytest.approx((top + bottom) / (CAPACITY * 0.010), rel=0.001)
+
+
+def test_an_insulated_part_keeps_its_heat() -> None:
+    assert slab_modes(0.020, 34.3, CAPACITY, 0.0, 0.0) == ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    nearly = Modes(0.020, 34.3, CAPACITY, 1e-3, 1e-3)
+    assert nearly.growth(TIMES) == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(("bottom", "seconds"), [(0.0, 43.0), (1000.0, 26.0), (3000.0, 17.2)])
+def test_the_slowest_decay_of_20_mm_of_bearing_steel(bottom: float, seconds: float) -> None:
+    """Under 3000 W/(m2 K): by the roots of the series; a lump would say 26, 20 and 13 s."""
+    _, rates = slab_modes(0.020, STEEL.conductivity, CAPACITY, 3000.0, bottom)
+    assert 1.0 / rates[0] == pytest.approx(seconds, rel=0.005)
+    b = math.sqrt(rates[0] * CAPACITY / STEEL.conductivity) * 0.020
+    top, below = 3000.0 * 0.020 / STEEL.conductivity, bottom * 0.020 / STEEL.conductivity
+    assert (b * b - top * below) * math.tan(b) == pytest.approx(b * (top + below), rel=1e-9)
+
+
+def test_fluid_and_chuck_of_a_set_up_cool_its_part() -> None:
+    p, fluid, machine = parameters(), CATALOGUE.fluid("emulsion"), CATALOGUE.machine("default")
+    modes = slab_modes(0.020, STEEL.conductivity, CAPACITY, fluid.part_cooling, machine.chuck_conductance)
+    assert ((p.w_1, p.w_2, p.w_3, p.w_4), (p.r_1, p.r_2, p.r_3, p.r_4)) == modes
