@@ -22,6 +22,7 @@ from grind_env.machine.loops import loops
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -150,6 +151,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
+        off = abs(0.5 * case.length - 0.5 * (case.primary + case.secondary))
         picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
         strokes = stroking(
             v,
@@ -162,6 +164,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
             width=case.width,
             length=case.length,
             dress_seconds=dress_seconds,
+            **pace_of(v, case.primary - case.secondary, case.length, off, 1000.0)._asdict(),
         )
         rules = PlungeCycle(
             depth=case.depth / MICRONS + case.above / MICRONS,

@@ -119,6 +119,10 @@ class Part:
                 raise JobError(message, "part.stages.stock", stage.stock, legal)
             least = stage.stock
 
+    def off(self, turn: float, other: float) -> float:
+        """Return by how much the middle of its length is away from that between two reversal points, mm."""
+        return abs(self.start + 0.5 * self.length - 0.5 * (turn + other))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Station:
