@@ -164,8 +164,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
             width=case.width,
             length=case.length,
             dress_seconds=dress_seconds,
-            **pace_of(v, case.primary - case.secondary, case.length, off, 1000.0)._asdict(),
-        )
+        )._replace(**pace_of(v, case.primary - case.secondary, case.length, off, 1000.0)._asdict())
         rules = PlungeCycle(
             depth=case.depth / MICRONS + case.above / MICRONS,
             primary_pick=picks[0],
