@@ -277,7 +277,7 @@ def assert_same_plunges(case: Case, record: GrindingRecord, tally: Any) -> None:
     # up to a stall, after which the wheel passes above the part
     full = (gain >= max(case.J, case.Q or 0)) & (np.cumsum(stalled) == stalled)
     since = np.arange(len(depths)) >= (places[-1] if places else 0)
-    first, last = strokes["load"][full][:6], strokes["load"][full & since][-6:]
+    first, last = strokes["mean_load"][full][:6], strokes["mean_load"][full & since][-6:]
     assert (tally["first_count"], tally["last_count"]) == (len(first), len(last))
     assert_close(tally["first_power"], first.sum(), "first_power")
     assert_close(window(tally), [*last[::-1], *[0.0] * (6 - len(last))], "window")
