@@ -151,7 +151,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
-        off = abs(0.5 * case.length - 0.5 * (case.primary + case.secondary))
+        off = 0.5 * abs(case.overrun[0] - case.overrun[1])
         picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
         strokes = stroking(
             v,

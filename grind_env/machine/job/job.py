@@ -120,8 +120,9 @@ class Part:
             least = stage.stock
 
     def off(self, turn: float, other: float) -> float:
-        """Return by how much the middle of its length is away from that between two reversal points, mm."""
-        return abs(self.start + 0.5 * self.length - 0.5 * (turn + other))
+        """Return by how far the middle of what is ground is from the middle between two reversal points, mm."""
+        low, high = max(min(turn, other), self.start), min(max(turn, other), self.start + self.length)
+        return 0.5 * abs((low + high) - (turn + other))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

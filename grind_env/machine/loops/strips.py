@@ -57,16 +57,12 @@ class Contact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """What a stroke does to the zones in its cut, by the slow node and the other one."""
+    """What the slow node and the fast one do to the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
 
     slow_ae: float
-    """mm."""
     ae: float
-    """mm."""
     slow_Rg: float
-    """um."""
     Rg: float
-    """um."""
 
 
 seen = replacer(Contact, "strips", "S", "Rs", "S_step", "Rs_step", "reached")

@@ -90,11 +90,8 @@ class Grooves:
         self._grooves[direction, place] = groove
         vw = self.length * event.feed / 60.0 / deeper
         width = self._engaged(direction, place, Z)
-        lies, before = (
-            (groove.strip, 0, 1, Z, steady(vw), width, self.length, p, Z, mount.own, event.seconds),
-            mount.present(p),
-        )
-        wheel, stroke, b, _, grown = strips_of(mount.job.process)(before, *lies)
+        lies = groove.strip, 0, 1, Z, steady(vw), width, self.length, p, Z, mount.own, event.seconds
+        wheel, stroke, b, _, grown = strips_of(mount.job.process)(mount.present(p), *lies)
         mount.ground(wheel, mount.lived + event.seconds)
         groove.plunges.append((Z, stroke.T))
         return GrooveCut(stroke, b, grown, self.length, plunged=True)

@@ -88,9 +88,9 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         Args:
             wheel: before them.
             strips: as for `grind_strips`; updated.
-            travel: as of `pace_of`, like the next two.
+            travel: as of `pace_of`, like the next two; mm.
             off: mm.
-            acceleration: of the table, mm/s2.
+            acceleration: mm/s2.
             covered: deepest Z so far of a stroke over the whole length, mm; updated.
             rows: as of `table_of`; where they lie is read, the rest written.
             first_way: of the first one.
