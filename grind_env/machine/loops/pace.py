@@ -60,7 +60,9 @@ def pace_of(speed: float, travel: float, length: float, off: float, acceleration
         off: by how much the middle of the part is away from that of the travel, mm.
         acceleration: of the table, mm/s2.
     """
-    highest, mean = min(speed, math.sqrt(acceleration * travel)), 0.5 * (travel - length)
+    mean = 0.5 * (travel - length)
+    # of very unlike overtravels the table is fastest beside the part
+    highest = min(speed, math.sqrt(acceleration * min(travel, 2.0 * (mean - off + length))))
     seconds, way = _slow_node(mean - off, highest, acceleration)
     other_seconds, other_way = _slow_node(mean + off, highest, acceleration)
     seconds, way = seconds + other_seconds, way + other_way
