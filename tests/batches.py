@@ -15,6 +15,7 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding
 from grind_env.machine.loops.loops import loops_of, zoned_loops_of
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, WheelState
@@ -64,12 +65,15 @@ def as_table(records: Array) -> Array:
 def feeding_row(
     infeed: Infeed, E: float, motion: int, pre_dress: float, numbers: Mapping[str, float]
 ) -> tuple[float, ...]:
-    """The row of a G81 block at E (mm/min) whose motions begin in row `motion`; widths and dress are in `numbers`."""
+    """The row of a G81 block at E (mm/min) whose motions begin in row `motion`; part and dress are in `numbers`.
+
+    The table turns 30 mm beside the part.
+    """
     seconds = infeed.travel + infeed.dwell
     given = {name: value for name, value in numbers.items() if name in Stroking._fields}
     stroking = Stroking(
         **given,
-        speed=E / 60.0,
+        **pace_of(E / 60.0, given["length"] + 60.0, given["length"], 0.0, infeed.acceleration)._asdict(),
         first_seconds=seconds,
         stroke_seconds=seconds,
         set_out=seconds,

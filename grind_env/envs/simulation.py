@@ -30,9 +30,8 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
 from grind_env.envs.view import Viewer
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
-from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.cycle import PartState, Zone
 from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import SETTINGS
 from grind_env.machine.script.tables import ScriptTables

@@ -563,7 +563,8 @@ def _gauge_zones(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]
     reached = read_zone(surfaces[i], 0).reached
     for number in range(surfaces.shape[1]):
         reached = min(reached, read_zone(surfaces[i], number).reached)
-    return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra), found.taper
+    S = stock - 0.001 * found.worst_error
+    return PartState(Z=reached, S=S, Rs=found.Ra, S_step=0.0, Rs_step=0.0), found.taper
 
 
 @inlined

@@ -118,6 +118,22 @@ def replacer(record: type[Any] | None, *names: str) -> Callable[[Any, tuple[Any,
     return replace
 
 
+def blend(one: Record, other: Record, share: float) -> Record:
+    """Return a record that has gone so far from one to the other of its kind, in every field."""
+    numbers = zip(one, other, strict=True)  # type: ignore[call-overload]
+    return one._make(a + share * (b - a) for a, b in numbers)  # type: ignore[attr-defined, no-any-return]
+
+
+def _blend(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    ones, others = (cgutils.unpack_tuple(builder, numbers) for numbers in arguments[:2])
+    ways = (builder.fmul(arguments[2], builder.fsub(b, a)) for a, b in zip(ones, others, strict=True))
+    return context.make_tuple(builder, sig.return_type, [builder.fadd(*pair) for pair in zip(ones, ways, strict=True)])
+
+
+type_callable(blend)(lambda _: lambda one, other, share: one if one == other else None)
+lower_builtin(blend, types.BaseTuple, types.BaseTuple, types.Float)(_blend)
+
+
 def _places(record: Any, names: tuple[str, ...]) -> list[int]:
     """Where fields of a record stand in it."""
     return [record._fields.index(name) for name in names]

@@ -34,7 +34,7 @@ UNITS = {
         "um": "heq Rg Ra size_error taper worst_error size_wear size_growth size_deflection size_rest",
         "N": "fg",
         "N/mm": "Ft Fn",
-        "W": "power load heat peak_power",
+        "W": "power load mean_load heat peak_power",
         "m/s": "vs",
         "J": "energy",
         "J/mm3": "u_s",

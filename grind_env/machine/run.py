@@ -374,7 +374,8 @@ class GrindingRun(EventConsumer):
         self.watch.obstacles.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
-        dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, self.mount, effective, dress)
+        table = (plan.primary, plan.secondary), self.control.acceleration
+        dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, *table, self.mount, effective, dress)
         if misses:
             dressed = np.array([Dressed(0.0, rows["ds"][after - 1], 0.0, 0.0, 0.0) for after in due])
             for _ in due:

@@ -253,7 +253,11 @@ class StrokeConstants(NamedTuple):
 
 
 class StrokeResult(NamedTuple):
-    """What happens in one stroke: the quantities a record shows."""
+    """What happens in one stroke: the quantities a record shows.
+
+    Where the table is slower than E over some of the part, `ae`, `dw`, `worn`, `Rg` and `Ra` are means over its length,
+    `load`, `torque`, `T` and `Br` the highest values, and all others means over time.
+    """
 
     ae: float
     """Real depth of cut, mm."""
@@ -277,6 +281,8 @@ class StrokeResult(NamedTuple):
     """Wheel speed, m/s: less than set where the spindle has reached its power limit."""
     load: float
     """Load of the spindle as its drive shows it, W: torque times the speed that is set; power unless it slows."""
+    mean_load: float
+    """Its mean over time, W."""
     torque: float
     """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
     T: float

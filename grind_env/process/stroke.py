@@ -173,6 +173,7 @@ def grind_stroke(
         fg=fg,
         vs=vs,
         load=load,
+        mean_load=load,
         torque=load * k.stall,
         T=T,
         heat=b * flow,

@@ -20,10 +20,11 @@ from grind_env.envs.observations import physical
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.loops.strips import strips_of
+from grind_env.machine.loops.zones import strip_zones
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from tests.envs.harness import whole_tape
 from tests.examples import examples
@@ -123,14 +124,15 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     env.step(np.array([0.0, -1.0], np.float32))
     # a strip has 1 mm; the wheel of 25 mm goes there by 12 mm and back by 12 mm, each from where it plunged
     there, back = (0, 12, 24, 35), (35, 23, 11, 0)
-    S, Rs, reached = np.zeros(60), np.full(60, INITIAL_ROUGHNESS), np.zeros(60)
+    strips = strip_zones(np.arange(60.0))
     depths = [0.0, *np.minimum(kind.pick * np.arange(1, 20), stock)[: int(np.ceil(stock / kind.pick))]]
     p, v, own = task.parameters(kind), 9487.0 / 60.0, np.array([PROCESS.own()])
-    seconds = 360.0 / v + v / 1000.0 + 0.15
+    seconds, pace = 360.0 / v + v / 1000.0 + 0.15, pace_of(v, 360.0, 300.0, 0.0, 1000.0)
     for number, Z in enumerate(depths):
         for edge in (there if number % 2 else back) if number else (0,):
-            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, own, seconds
-            wheel, *_ = strips_of(PROCESS)(wheel, S, Rs, reached, *lies)
+            lies = edge, edge + 25, Z, pace, kind.width, kind.length, p, Z, own, seconds
+            wheel, *_ = strips_of(PROCESS)(wheel, strips, *lies)
+    S, Rs = strips.T[:2]
     part = env.record().parts[0]
     assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)
     assert abs(part["worst_error"]) == pytest.approx(1000.0 * np.abs(stock - S).max(), rel=1e-9)

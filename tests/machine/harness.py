@@ -10,6 +10,7 @@ from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, Wheel
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import world
 from grind_env.machine.loops.cycle import Stroking, dress_lead
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
 from grind_env.process.catalogue import load_catalogue
@@ -53,7 +54,8 @@ def stroking(speed: float, bottom: float, **changes: float) -> Stroking:
     times = dict.fromkeys(("first_seconds", "stroke_seconds", "set_out"), seconds)
     none = dict.fromkeys(("start", "surface", "cross_start", "cross_end"), 0.0)
     part = {"bottom": bottom, "finish": bottom, "width": 20.0, "length": 200.0}
-    return Stroking(**{"speed": speed, **times, **none, **part, **DRESS_NUMBERS, **changes})
+    pace = pace_of(speed, 260.0, 200.0, 0.0, 1000.0)._asdict()
+    return Stroking(**{**pace, **times, **none, **part, **DRESS_NUMBERS, **changes})
 
 
 def start_wheel(p: StrokeParameters, diamond_flat: float = 0.0) -> WheelState:

@@ -10,6 +10,8 @@ import pytest
 import grind_env
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Diamond, PartConditions
+from grind_env.machine.job.entries import with_entries
+from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.comparison import compared_blocks, compared_dresses
 from tests.machine.harness import CYCLE, HEAD, job, run
@@ -21,7 +23,11 @@ PART = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\n"
 
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def example(request: pytest.FixtureRequest) -> GrindingRecord:
-    return grind_file(EXAMPLES / f"{request.param}.nc")
+    program = EXAMPLES / f"{request.param}.nc"
+    # the table has its E over the whole part
+    return grind_file(
+        program, with_entries(load_job(program.with_suffix(".toml")), {"machine": {"acceleration": 5000.0}})
+    )
 
 
 def test_specific_energy_times_volume_is_the_power_over_the_strokes(example: GrindingRecord) -> None:

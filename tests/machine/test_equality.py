@@ -22,6 +22,7 @@ from grind_env.machine.loops import loops
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -150,6 +151,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
         wheels.append(start_wheel(p, case.diamond_flat)._replace(A=case.wear_flats, V=case.volume))
         parameters.append(p)
         start = round(case.secondary - case.start, 3)
+        off = 0.5 * abs(case.overrun[0] - case.overrun[1])
         picks = [pick / MICRONS for pick in (case.J, case.J if case.Q is None else case.Q)]
         strokes = stroking(
             v,
@@ -162,7 +164,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
             width=case.width,
             length=case.length,
             dress_seconds=dress_seconds,
-        )
+        )._replace(**pace_of(v, case.primary - case.secondary, case.length, off, 1000.0)._asdict())
         rules = PlungeCycle(
             depth=case.depth / MICRONS + case.above / MICRONS,
             primary_pick=picks[0],
@@ -275,7 +277,7 @@ def assert_same_plunges(case: Case, record: GrindingRecord, tally: Any) -> None:
     # up to a stall, after which the wheel passes above the part
     full = (gain >= max(case.J, case.Q or 0)) & (np.cumsum(stalled) == stalled)
     since = np.arange(len(depths)) >= (places[-1] if places else 0)
-    first, last = strokes["load"][full][:6], strokes["load"][full & since][-6:]
+    first, last = strokes["mean_load"][full][:6], strokes["mean_load"][full & since][-6:]
     assert (tally["first_count"], tally["last_count"]) == (len(first), len(last))
     assert_close(tally["first_power"], first.sum(), "first_power")
     assert_close(window(tally), [*last[::-1], *[0.0] * (6 - len(last))], "window")

@@ -55,7 +55,7 @@ def test_the_size_at_the_stop_is_that_of_the_stage() -> None:
 
 
 def test_the_power_of_a_stage_is_counted_once(plain: GrindingRecord) -> None:
-    rough, finish = (float(of_line(plain, k)["power"].max()) for k in (0, 1))
+    rough, finish = (float(of_line(plain, k)["load"].max()) for k in (0, 1))
     assert finish < 0.9 * rough
     machine = CATALOGUE.machine("default")
     # at its power limit, so that the torque is 0.98 of that at which it stalls, a width of the logistic step below

@@ -71,7 +71,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
         if each.dress:
             tally = count_dress(tally, each.power, each.worn)
         else:
-            stroke = EMPTY._replace(load=each.power, T=each.T, Br=each.Br, worn=each.worn)
+            stroke = EMPTY._replace(load=each.power, mean_load=each.power, T=each.T, Br=each.Br, worn=each.worn)
             tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing, 600.0)
     strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
     since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]

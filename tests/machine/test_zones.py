@@ -13,8 +13,8 @@ from grind_env.control import Stroke, execute, read
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
-from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.strips import Zone, beneath, contact_at, cut_surface, in_cut, joined
+from grind_env.machine.loops.cycle import PartState, Stroking, Zone
+from grind_env.machine.loops.strips import beneath, contact_at, cut_surface, in_cut, joined
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.part.gauging import gauge, gauge_zones
@@ -24,7 +24,7 @@ from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS, job, run, start_wheel, stroking
 
-S, RS, REACHED, CENTRE, STRIPS = range(len(Zone._fields))
+S, RS, REACHED, CENTRE, STRIPS, *_ = range(len(Zone._fields))
 WHEEL_WIDTH = 25.0
 
 
@@ -257,17 +257,19 @@ def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> No
     assert sorted({event.start[2] for event in strokes}) == pytest.approx(edges)
 
 
-@given(st.lists(st.tuples(st.integers(1, 9), st.floats(0.0, 0.01), st.floats(0.1, 2.0)), min_size=1, max_size=4))
-def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int, float, float]]) -> None:
-    made = [Zone(S=S, Rs=Rs, reached=S, centre=0.0, strips=float(strips)) for strips, S, Rs in zones]
+@given(st.lists(st.tuples(st.integers(1, 9), *[st.floats(0.0, 0.01), st.floats(0.1, 2.0)] * 2), min_size=1, max_size=4))
+def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int, float, float, float, float]]) -> None:
+    made = [Zone(S, Rs, S, 0.0, float(strips), *steps) for strips, S, Rs, *steps in zones]
     contact = contact_at(1.0)
     for zone in made:
         contact = beneath(contact, zone, True)
     for zone in made:
         contact = joined(contact, zone, in_cut(contact, zone, True))
     strips = [zone for zone in made for _ in range(int(zone.strips))]
-    expected = (60.0, np.mean([each.S for each in strips]), np.mean([each.Rs for each in strips]))
-    assert cut_surface(contact, 60.0) == pytest.approx(expected, rel=1e-12)
+    width, part = cut_surface(contact, 60.0, 1.0)
+    assert width == 60.0
+    means = [np.mean([getattr(each, name) for each in strips]) for name in PartState._fields[1:]]
+    assert part[1:] == pytest.approx(means, rel=1e-12)
 
 
 def test_a_part_in_zones_is_judged_as_the_same_part_in_strips() -> None:

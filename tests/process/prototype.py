@@ -277,6 +277,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
         "fg": fg,
         "vs": vs,
         "load": b * Ft * speed,
+        "mean_load": b * Ft * speed,
         "torque": b * Ft * speed * at.machine.stall_speed / limit,
         "heat": entering,
         "G": dV / (pi * de * dw) if dV > 0.0 else 0.0,

@@ -23,7 +23,10 @@ PLATE = "plate_g82"
 
 
 def job_of(program, **material):
-    return with_entries(load_job(EXAMPLES / f"{program}.toml"), {"material": material})
+    # the table has its E over the whole part
+    return with_entries(
+        load_job(EXAMPLES / f"{program}.toml"), {"material": material, "machine": {"acceleration": 2000.0}}
+    )
 
 
 def strokes(program, parts=2, **material):

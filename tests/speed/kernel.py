@@ -17,7 +17,9 @@ from grind_env.envs.tables import kind_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.feeding import FeedMotion
+from grind_env.machine.loops.pace import Pace, pace_of
 from grind_env.machine.loops.rows import RULES_FROM
 from grind_env.machine.loops.zones import strip_centres, strip_zones
 from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
@@ -37,7 +39,7 @@ def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
     """Machines as episodes of a task begin: parameters, wheels, parts."""
     parameters = np.full(machines, np.array(tuple(task.parameters(task.kinds[0])), PARAMETERS))
     wheels = np.full(machines, np.array(cold(EpisodeGenerator(task).wheel(0.0)), WHEEL))
-    return parameters, wheels, np.full(machines, np.array((0.0, 0.0, 1.6), PART))
+    return parameters, wheels, np.full(machines, np.array(tuple(PartState(0.0, 0.0, 1.6)), PART))
 
 
 def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
@@ -46,8 +48,11 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
     task = load_task("power_limited")
     kind = task.kinds[0]
     table = np.zeros(machines, CYCLE)
-    table["speed"] = rng.uniform(100.0, 400.0, machines)
-    table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
+    speeds = rng.uniform(100.0, 400.0, machines)
+    table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in speeds]
+    paces = np.array([pace_of(speed, 360.0, kind.length, 0.0, 1000.0) for speed in speeds])
+    for name, numbers in zip(Pace._fields, paces.T, strict=True):
+        table[name] = numbers
     table["first_seconds"] = table["stroke_seconds"]
     table["depth"] = table["bottom"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
     table["primary_pick"] = table["secondary_pick"] = 0.01

@@ -34,6 +34,7 @@ RECORD(Tally)
 
 typedef struct {
     CycleLanes cycle;
+    ConstantsLanes slow;
     ConstantsLanes held;
     WheelLanes wheel;
     PartLanes part;
@@ -109,12 +110,88 @@ static Constants constants_of(const Parameters *p, double vw, double Lw) {
     return k;
 }
 
+/* A stroke at one speed: what it does, and the wheel after it. */
+typedef struct { double ae, load, torque, T, Br, worn, Ra, ds, A, lam, V, W, dT; } Node;
+
+INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, double own_seconds, double S, double Rs,
+                    double ds, double A, double lam, double V, double Rd, double Cd, double W, double dT) {
+#define K(field) held->field[l]
+    /* depth of cut and forces */
+    double speed = wheel_speed(ds, K(n), K(vs_set)), per_speed = 1.0 / (ds * speed), per_ds = per_speed * speed;
+    double sd = sqrt(ds), u = face - W - S, fresh = exp_(-V * K(per_Vr)), settled = 1.1 * K(Cref);
+    double density = settled + (Cd - settled) * fresh;
+    double Kp = K(kp) * sqrt(density * K(per_Cref)) * (1.0 + 0.5 * lam);
+    double flats = (K(pa) + K(pb) * per_speed) * (A + K(AL) * lam);
+    double Kt = Kp + K(mu) * flats, Kn = K(kc) * Kp + flats, per_speed_set = per_speed * ds;
+    double give = b * K(per_ke), F0 = Kn * sd * K(sa), chip = chip_force(K(vw), per_speed_set, K(u_ch));
+    double beyond = most(u - give * F0, 0.0), g1 = 1.0 + give * K(kc) * chip;
+    double half = give * Kn * sd + 2.0 * g1 * K(sa);
+    double x = 2.0 * beyond / (half + sqrt(half * half + 4.0 * g1 * beyond) + NEARLY_NOTHING);
+    double ae = x * (x + 2.0 * K(sa));
+    double share = least(most(u / most(give * F0, NEARLY_NOTHING), 0.0), 1.0);
+    double rubbing = sd * (x + share * K(sa)), Q = ae * K(vw);
+
+    /* what the spindle has */
+    double has = most(K(power) - b * K(u_ch) * Q, 1e-6), asks = most(b * Kt * rubbing * speed, 1e-6);
+    double per = 1.0 / (has * asks);
+    double kept = least(most(has * has * per, K(rs)), 1.0), over = least(most(asks * asks * per, 1.0), 1.0 / K(rs));
+    double vs = speed * kept, per_vs = per_speed_set * over, Ft_c = chip_force(Q, per_vs, K(u_ch));
+    double Ft = Ft_c + Kt * rubbing, Fn = K(kc) * Ft_c + Kn * rubbing, P = Ft * vs, load = b * Ft * speed;
+    double heq = Q * per_vs, lc = sd * sqrt(ae + K(flattening) * Fn), fg = Fn / (density * most(lc, 1e-7));
+    double torque = load * K(stall);
+
+    /* heat */
+    double jaeger = least(most(0.0912 * (2.0 * PI + 0.5 * K(peclet) * lc), 0.578), 1.124);
+    double grains = (1.0 + 20.8 * A) * vs, per_grains = 1.0 / (jaeger * grains);
+    double work = K(beta) * sqrt(K(vw) * lc * grains * per_grains), sink = K(krw) * sqrt(jaeger * per_grains);
+    double film = K(hf) * sqrt(vs * lc) * (1.0 - 0.5 * lam), heat = P - least(K(e_ch) * Q, 0.45 * P);
+    double both = work * (1.0 + sink), by_wet = both + film + 1e-150, by_dry = both + K(kfilm) * film + 1e-150;
+    double per_both = 1e6 * heat / (by_wet * by_dry), wet = per_both * by_dry, dry = per_both * by_wet;
+    double y = least(most((wet - K(Tb)) * (1.0 / 20.0) + 0.5, 0.0), 1.0);
+    double T = wet + (dry - wet) * (y * y * (3.0 - 2.0 * y)), flow = 1e-6 * T * work;
+    double burns = K(u0) * Q + 0.88 * K(Bm) * (1.0 + sink) * sqrt(rubbing * K(vw));
+    double Br = burns > 0.0 ? P / burns : 0.0;
+
+    /* wear */
+    double dV = ae * K(Lw), z = fg * K(per_fc) - 1.0, breaking = 1.0 + 0.5 * K(kf) * (z + sqrt(z * z + 0.1));
+    double chips = log_chip_wear(heq, K(mG));
+    double steady = dV * breaking * exp_(chips) * K(per_G) * per_ds * (1.0 / PI);
+    double renewal = least(steady * K(per_dr), 1.0), thinned = K(Cref) / Cd;
+    double loss = K(wi) * (thinned * thinned) * (thinned * thinned);
+    double before = 1.0 + V * K(per_Vi), more = dV * K(per_Vi), after = before + more, square = before * after;
+    double dw = steady + loss * more * (before + after) / (square * square);
+    double sliding = K(turned) * vs * per_ds * rubbing;
+    double hotter = exp_(least(most(0.002 * (T - 200.0), -1.0), 2.0));
+    double growth = K(kA) * sliding * hotter * (1.0 - A * K(per_Amax)), worn = PI * ds * dw * b;
+
+    /* roughness */
+    double Rt = 0.9 * K(RaRef) + (Rd - 0.9 * K(RaRef)) * fresh, broken = 0.5 * (breaking - 1.0);
+    double roughened = exp_(K(nr) * (most(chips, K(least_chips)) - K(log_gm))) * (1.0 + broken + K(nr) * broken)
+        / (1.0 + broken - K(nr) * broken);
+    double Rg = K(ra_scale) * roughened * Rt * sqrt(30.0 * per_vs) * (K(f0) + K(f1) * sqrt(Q * (1.0 / 3.0)))
+        * (1.0 + 0.6 * lam);
+    double reach = 1000.0 * ae + least(most(1000.0 * u, 0.0), 0.5);
+    double Ra = Rs + (Rg - Rs) * (reach / (reach + 2.0 * Rs + NEARLY_NOTHING));
+
+    return (Node){
+        .ae = ae, .load = load, .torque = torque, .T = T, .Br = Br, .worn = worn, .Ra = Ra,
+        .ds = worn_diameter(ds, dw),
+        .A = least(most(A + growth - (A - K(Af)) * renewal, 0.0), K(Amax)),
+        .lam = least(lam + K(kL) * dV * (1.0 - lam), 1.0) - lam * renewal,
+        .V = V + dV,
+        .W = W + dw,
+        .dT = cooled(dT + b * flow * K(per_vw) * K(per_capacity), whole_ms(own_seconds), K(per_tau)),
+    };
+#undef K
+}
+
 /* One stroke in every lane, and the pick at the reversal that ends it. */
 static __attribute__((noinline)) void advance(Lanes *restrict rows) {
 #pragma GCC ivdep
     for (int l = 0; l < LANES; l++) {
 #define C(field) rows->cycle.field[l]
 #define K(field) rows->held.field[l]
+#define MIX(field) (fast.field + share * (slow.field - fast.field))
         double ds = rows->wheel.ds[l], A = rows->wheel.A[l], lam = rows->wheel.lam[l], V = rows->wheel.V[l];
         double Rd = rows->wheel.Rd[l], Cd = rows->wheel.Cd[l], W = rows->wheel.W[l], dT = rows->wheel.dT[l];
         double deepest = rows->part.Z[l], S = rows->part.S[l], Rs = rows->part.Rs[l];
@@ -126,73 +203,25 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         double seconds = reversal > 0.0 ? C(stroke_seconds) : C(first_seconds);
         double own_seconds = reversal > 0.0 ? C(stroke_seconds) : C(set_out);
         double face = (peak_torque >= 1.0 ? -1000.0 : Z) + K(swell) * dT, b = C(width);
+        double share = C(slow_share), fast_S = S + share * rows->part.S_step[l], slow_S = fast_S - rows->part.S_step[l];
+        double fast_Rs = Rs + share * rows->part.Rs_step[l], slow_Rs = fast_Rs - rows->part.Rs_step[l];
+        Node slow = node_of(&rows->slow, l, b, face, own_seconds, slow_S, slow_Rs, ds, A, lam, V, Rd, Cd, W, dT);
+        Node fast = node_of(&rows->held, l, b, face, own_seconds, fast_S, fast_Rs, ds, A, lam, V, Rd, Cd, W, dT);
+        double load = fast.load + C(slow_time) * (slow.load - fast.load), peak = most(fast.load, slow.load);
+        double torque = most(fast.torque, slow.torque), hottest = most(fast.T, slow.T), Br = most(fast.Br, slow.Br);
 
-        /* depth of cut and forces */
-        double speed = wheel_speed(ds, K(n), K(vs_set)), per_speed = 1.0 / (ds * speed), per_ds = per_speed * speed;
-        double sd = sqrt(ds), u = face - W - S, fresh = exp_(-V * K(per_Vr)), settled = 1.1 * K(Cref);
-        double density = settled + (Cd - settled) * fresh;
-        double Kp = K(kp) * sqrt(density * K(per_Cref)) * (1.0 + 0.5 * lam);
-        double flats = (K(pa) + K(pb) * per_speed) * (A + K(AL) * lam);
-        double Kt = Kp + K(mu) * flats, Kn = K(kc) * Kp + flats, per_speed_set = per_speed * ds;
-        double give = b * K(per_ke), F0 = Kn * sd * K(sa), chip = chip_force(K(vw), per_speed_set, K(u_ch));
-        double beyond = most(u - give * F0, 0.0), g1 = 1.0 + give * K(kc) * chip;
-        double half = give * Kn * sd + 2.0 * g1 * K(sa);
-        double x = 2.0 * beyond / (half + sqrt(half * half + 4.0 * g1 * beyond) + NEARLY_NOTHING);
-        double ae = x * (x + 2.0 * K(sa));
-        double share = least(most(u / most(give * F0, NEARLY_NOTHING), 0.0), 1.0);
-        double rubbing = sd * (x + share * K(sa)), Q = ae * K(vw);
+        rows->wheel.ds[l] = MIX(ds);
+        rows->wheel.A[l] = MIX(A);
+        rows->wheel.lam[l] = MIX(lam);
+        rows->wheel.V[l] = MIX(V);
+        rows->wheel.W[l] = MIX(W);
+        rows->wheel.dT[l] = MIX(dT);
 
-        /* what the spindle has */
-        double has = most(K(power) - b * K(u_ch) * Q, 1e-6), asks = most(b * Kt * rubbing * speed, 1e-6);
-        double per = 1.0 / (has * asks);
-        double kept = least(most(has * has * per, K(rs)), 1.0), over = least(most(asks * asks * per, 1.0), 1.0 / K(rs));
-        double vs = speed * kept, per_vs = per_speed_set * over, Ft_c = chip_force(Q, per_vs, K(u_ch));
-        double Ft = Ft_c + Kt * rubbing, Fn = K(kc) * Ft_c + Kn * rubbing, P = Ft * vs, load = b * Ft * speed;
-        double heq = Q * per_vs, lc = sd * sqrt(ae + K(flattening) * Fn), fg = Fn / (density * most(lc, 1e-7));
-        double torque = load * K(stall);
-
-        /* heat */
-        double jaeger = least(most(0.0912 * (2.0 * PI + 0.5 * K(peclet) * lc), 0.578), 1.124);
-        double grains = (1.0 + 20.8 * A) * vs, per_grains = 1.0 / (jaeger * grains);
-        double work = K(beta) * sqrt(K(vw) * lc * grains * per_grains), sink = K(krw) * sqrt(jaeger * per_grains);
-        double film = K(hf) * sqrt(vs * lc) * (1.0 - 0.5 * lam), heat = P - least(K(e_ch) * Q, 0.45 * P);
-        double both = work * (1.0 + sink), by_wet = both + film + 1e-150, by_dry = both + K(kfilm) * film + 1e-150;
-        double per_both = 1e6 * heat / (by_wet * by_dry), wet = per_both * by_dry, dry = per_both * by_wet;
-        double y = least(most((wet - K(Tb)) * (1.0 / 20.0) + 0.5, 0.0), 1.0);
-        double T = wet + (dry - wet) * (y * y * (3.0 - 2.0 * y)), flow = 1e-6 * T * work;
-        double burns = K(u0) * Q + 0.88 * K(Bm) * (1.0 + sink) * sqrt(rubbing * K(vw));
-        double Br = burns > 0.0 ? P / burns : 0.0;
-
-        /* wear */
-        double dV = ae * K(Lw), z = fg * K(per_fc) - 1.0, breaking = 1.0 + 0.5 * K(kf) * (z + sqrt(z * z + 0.1));
-        double chips = log_chip_wear(heq, K(mG));
-        double steady = dV * breaking * exp_(chips) * K(per_G) * per_ds * (1.0 / PI);
-        double renewal = least(steady * K(per_dr), 1.0), thinned = K(Cref) / Cd;
-        double loss = K(wi) * (thinned * thinned) * (thinned * thinned);
-        double before = 1.0 + V * K(per_Vi), more = dV * K(per_Vi), after = before + more, square = before * after;
-        double dw = steady + loss * more * (before + after) / (square * square);
-        double sliding = K(turned) * vs * per_ds * rubbing;
-        double hotter = exp_(least(most(0.002 * (T - 200.0), -1.0), 2.0));
-        double growth = K(kA) * sliding * hotter * (1.0 - A * K(per_Amax)), worn = PI * ds * dw * b;
-
-        /* roughness */
-        double Rt = 0.9 * K(RaRef) + (Rd - 0.9 * K(RaRef)) * fresh, broken = 0.5 * (breaking - 1.0);
-        double roughened = exp_(K(nr) * (most(chips, K(least_chips)) - K(log_gm))) * (1.0 + broken + K(nr) * broken)
-            / (1.0 + broken - K(nr) * broken);
-        double Rg = K(ra_scale) * roughened * Rt * sqrt(30.0 * per_vs) * (K(f0) + K(f1) * sqrt(Q * (1.0 / 3.0)))
-            * (1.0 + 0.6 * lam);
-        double reach = 1000.0 * ae + least(most(1000.0 * u, 0.0), 0.5);
-        double Ra = Rs + (Rg - Rs) * (reach / (reach + 2.0 * Rs + NEARLY_NOTHING));
-
-        rows->wheel.ds[l] = worn_diameter(ds, dw);
-        rows->wheel.A[l] = least(most(A + growth - (A - K(Af)) * renewal, 0.0), K(Amax));
-        rows->wheel.lam[l] = least(lam + K(kL) * dV * (1.0 - lam), 1.0) - lam * renewal;
-        rows->wheel.V[l] = V + dV;
-        rows->wheel.W[l] = W + dw;
-        rows->wheel.dT[l] = cooled(dT + b * flow * K(per_vw) * K(per_capacity), whole_ms(own_seconds), K(per_tau));
         rows->part.Z[l] = most(deepest, Z);
-        rows->part.S[l] = S + ae;
-        rows->part.Rs[l] = Ra;
+        rows->part.S[l] = S + MIX(ae);
+        rows->part.Rs[l] = MIX(Ra);
+        rows->part.S_step[l] = rows->part.S_step[l] + (fast.ae - slow.ae);
+        rows->part.Rs_step[l] = fast.Ra - slow.Ra;
 
         /* tally */
 #define T(field) rows->tally.field[l]
@@ -208,12 +237,12 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         T(seconds) = T(seconds) + seconds + ((torque >= 1.0) & grinds ? K(stall_time) : 0.0);
         T(strokes) = T(strokes) + 1.0;
         T(deepened) = T(deepened) + most(Z - deepest, 0.0);
-        T(peak_load) = most(T(peak_load), load);
+        T(peak_load) = most(T(peak_load), peak);
         T(peak_torque) = most(peak_torque, torque);
-        T(plunge_rise) = most(T(plunge_rise), plunge ? T : 0.0);
-        T(finish_rise) = most(T(finish_rise), plunge & finishing ? T : 0.0);
+        T(plunge_rise) = most(T(plunge_rise), plunge ? hottest : 0.0);
+        T(finish_rise) = most(T(finish_rise), plunge & finishing ? hottest : 0.0);
         T(burn_ratio) = most(T(burn_ratio), plunge ? Br : 0.0);
-        T(worn) = T(worn) + worn;
+        T(worn) = T(worn) + MIX(worn);
 #undef T
 
         /* the pick, and the dresses that fall due */
@@ -234,6 +263,7 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         rows->event[l] = ((depth >= C(depth)) & (left <= 0.0)) | (dresses > 0.0) ? 1.0 : 0.0;
 #undef C
 #undef K
+#undef MIX
     }
 }
 
@@ -277,6 +307,7 @@ void run(const Cycle *cycles, const Parameters *parameters, Wheel *wheels, Part 
                 if (machine[lane] < 0) {
                     int64_t i = machine[lane] = order[upcoming++];
                     put_Cycle(&rows.cycle, lane, cycles[i]);
+                    put_Constants(&rows.slow, lane, constants_of(&parameters[i], cycles[i].slow, cycles[i].length));
                     put_Constants(&rows.held, lane, constants_of(&parameters[i], cycles[i].speed, cycles[i].length));
                     put_Wheel(&rows.wheel, lane, wheels[i]);
                     put_Part(&rows.part, lane, parts[i]);

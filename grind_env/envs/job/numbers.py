@@ -60,7 +60,7 @@ def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
     counts if the stage ends at a depth of `finish`, mm.
     """
     strokes, plan = run.strokes, run.plan
-    table, power = strokes["groove"] == 0, strokes["load"]
+    table, power = strokes["groove"] == 0, strokes["mean_load"]
     least = max(plan.primary_pick, plan.secondary_pick) - DEPTH_TOLERANCE
     if not plan.plunges:
         least = FULL * run.increments[table].max(initial=0.0)
@@ -82,7 +82,7 @@ def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
         power_1=float(power[last].sum()),
         last_count=float(last.size),
         deepened=float(np.maximum(run.increments[since:][ground[since:]], 0.0).sum()),
-        peak_load=float(power.max(initial=0.0)),
+        peak_load=float(strokes["load"].max(initial=0.0)),
         peak_torque=float(strokes["torque"].max(initial=0.0)),
         plunge_rise=rise[0],
         finish_rise=rise[1],

@@ -126,6 +126,11 @@ class Part:
                 raise JobError(message, "part.stages.stock", stage.stock, legal)
             least = stage.stock
 
+    def off(self, turn: float, other: float) -> float:
+        """Return by how far the middle of what is ground is from the middle between two reversal points, mm."""
+        low, high = max(min(turn, other), self.start), min(max(turn, other), self.start + self.length)
+        return 0.5 * abs((low + high) - (turn + other))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Station:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import replacer
+from grind_env.machine.loops.pace import paced_of
 from grind_env.machine.loops.tally import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.process.equations import wheel_speed
 from grind_env.process.process import Process, whole_ms
@@ -22,7 +23,13 @@ class Stroking(NamedTuple):
     """
 
     speed: float
-    """Table speed E/60, mm/s."""
+    """As of `Pace`, mm/s."""
+    slow: float
+    """As of `Pace`, mm/s."""
+    slow_share: float
+    """As of `Pace`, a ratio."""
+    slow_time: float
+    """As of `Pace`, a ratio."""
     first_seconds: float
     """Time of the first stroke, from the start point to the primary point, s."""
     stroke_seconds: float
@@ -63,9 +70,32 @@ class PartState(NamedTuple):
     Z: float
     """Depth of the deepest stroke, mm."""
     S: float
+    """Stock removed, mean over the length, mm."""
+    Rs: float
+    """Roughness Ra, mean over the length, um."""
+    S_step: float = 0.0
+    """Stock removed at the fast node less that at the slow one (see `pace`), mm."""
+    Rs_step: float = 0.0
+    """The same of the roughness, um."""
+
+
+class Zone(NamedTuple):
+    """Strips side by side that only ever lie under the wheel together: what one of them is, all are."""
+
+    S: float
     """Stock removed, mm."""
     Rs: float
     """Roughness Ra, um."""
+    reached: float
+    """Depth of the deepest stroke so far, mm."""
+    centre: float
+    """Cross coordinate of the middle of the first of them, mm."""
+    strips: float
+    """How many they are; 0 where there is no zone, which is then never under the wheel."""
+    S_step: float = 0.0
+    """As of `PartState`, mm."""
+    Rs_step: float = 0.0
+    """As of `PartState`, um."""
 
 
 with_wear = replacer(WheelState, "W")
@@ -75,10 +105,11 @@ class Acts(NamedTuple):
     """What a process does in a cycle: compiled functions."""
 
     advance: Callable[..., Any]
-    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, k)`: one stroke at depth `Z`, mm; gives
-    wheel, own, part and tally after it, and the stroke. `seconds` are its time and what of it is its own; `b` is the
-    engaged width, mm; `reached` the depth to which the surface under the wheel has been ground at least, mm; `part` the
-    surface in the cut; `k` what the strokes of the cycle have in common."""
+    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: one stroke at depth `Z`, mm;
+    gives wheel, own, part and tally after it, and the stroke at the slow node and at the other one. `seconds` are its
+    time and what of it is its own; `b` is the engaged width, mm; `reached` the depth to which the surface under the
+    wheel has been ground at least, mm; `part` the surface in the cut; `slow_k` and `k` what the strokes of the cycle
+    have in common at the speed of either node."""
     dress: Callable[..., Any]
     """`dress(stroking, wheel, own, tally, p, waited)`: one dress execution, for which the table has waited so many s;
     gives wheel, own and tally after it."""
@@ -87,7 +118,7 @@ class Acts(NamedTuple):
 @functools.cache
 def acts_of(process: Process) -> Acts:
     """What a process does in a cycle."""
-    grind, dress_wheel, idle, grown = process.stroke, process.dress, idle_of(process), grown_of(process)
+    grind, dress_wheel, idle, grown = paced_of(process), process.dress, idle_of(process), grown_of(process)
 
     @inlined
     def advance(
@@ -100,15 +131,23 @@ def acts_of(process: Process) -> Acts:
         own: Any,
         part: PartState,
         tally: Tally,
+        slow_k: Any,
         k: Any,
-    ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult]:
-        face = wheel_depth(Z, tally) + grown(own, k)
-        wheel, own, stroke = grind(wheel, own, part.S, part.Rs, face, b, k, whole_ms(seconds[1]))
+    ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult, StrokeResult]:
+        depth = wheel_depth(Z, tally) + grown(own, k)
+        wheel, own, stroke, slow, fast = grind(wheel, own, part, depth, b, stroking, slow_k, k, whole_ms(seconds[1]))
         deeper = Z - part.Z
         finishing = stroking.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
         plunge, full = reached + DEPTH_TOLERANCE < Z, stroking.full_plunge <= deeper
         tally = count_stroke(tally, stroke, seconds[0], deeper, plunge, full, finishing, k.stall_time)
-        return wheel, own, PartState(Z=max(part.Z, Z), S=part.S + stroke.ae, Rs=stroke.Ra), tally, stroke
+        part = PartState(
+            Z=max(part.Z, Z),
+            S=part.S + stroke.ae,
+            Rs=stroke.Ra,
+            S_step=part.S_step + (fast.ae - slow.ae),
+            Rs_step=fast.Ra - slow.Ra,
+        )
+        return wheel, own, part, tally, slow, fast
 
     @inlined
     def dress(

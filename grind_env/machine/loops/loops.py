@@ -73,6 +73,7 @@ def _loops(
         course.cycle,
         StrokeParameters,
         process.held,
+        process.held,
         WheelState,
         process.own,
         PartState,
@@ -81,10 +82,10 @@ def _loops(
     )
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
     event_row = starts[-1] * width
-    get_stroking, get_cycle, get_parameters, get_held, get_wheel, get_own, get_part, get_progress, get_tally = (
+    get_stroking, get_cycle, get_p, get_slow, get_held, get_wheel, get_own, get_part, get_progress, get_tally = (
         lane_reader(record, start, width) for record, start in zip(records, starts, strict=False)
     )
-    put_stroking, put_cycle, put_parameters, put_held, put_wheel, put_own, put_part, put_progress, put_tally = (
+    put_stroking, put_cycle, put_p, put_slow, put_held, put_wheel, put_own, put_part, put_progress, put_tally = (
         lane_writer(record, start, width) for record, start in zip(records, starts, strict=False)
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
@@ -99,13 +100,13 @@ def _loops(
         stroking, progress = get_stroking(rows, lane), get_progress(rows, lane)
         near, Z = edge(stroking, progress), depth(stroking, get_cycle(rows, lane), progress)
         face = wheel_depth(Z, get_tally(rows, lane)) + grown(get_own(rows, lane), get_held(rows, lane))
-        return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
+        return Place(Z=Z, depth=face, edge=near, end=near + get_p(rows, lane).bs)
 
     @inlined
     def stroke_in(rows: Array, lane: int, b: float, reached: float, part: PartState) -> Any:
         """Make the coming stroke of a lane, and the pick at the reversal that ends it."""
         stroking, cycle, progress = get_stroking(rows, lane), get_cycle(rows, lane), get_progress(rows, lane)
-        wheel, own, part, tally, stroke = advance(
+        wheel, own, part, tally, slow, fast = advance(
             stroking,
             depth(stroking, cycle, progress),
             stroke_seconds(stroking, progress.reversal),
@@ -115,6 +116,7 @@ def _loops(
             get_own(rows, lane),
             part,
             get_tally(rows, lane),
+            get_slow(rows, lane),
             get_held(rows, lane),
         )
         progress = after_reversal(cycle, progress)
@@ -125,7 +127,7 @@ def _loops(
         put_tally(rows, lane, tally)
         event = finished(cycle, progress) | (progress.dresses > 0.0) | lost(progress)
         rows[event_row + lane] = 1.0 if event else 0.0
-        return stroke
+        return slow, fast
 
     buffer = Buffer(
         lanes=width,
@@ -155,7 +157,8 @@ def _loops(
         stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)
         put_stroking(rows, lane, stroking)
         put_cycle(rows, lane, cycle)
-        put_parameters(rows, lane, p)
+        put_p(rows, lane, p)
+        put_slow(rows, lane, constants(p, stroking.slow, stroking.length))
         put_held(rows, lane, constants(p, stroking.speed, stroking.length))
         put_wheel(rows, lane, read_wheel(wheels, i))
         put_own(rows, lane, read_own(wheels, i))
@@ -175,7 +178,7 @@ def _loops(
     @inlined
     def serve(rows: Array, lane: int, motions: Array) -> None:
         """Find the coming stroke of a lane, and run the dress executions that are due before it."""
-        stroking, p = get_stroking(rows, lane), get_parameters(rows, lane)
+        stroking, p = get_stroking(rows, lane), get_p(rows, lane)
         wheel, own, tally = get_wheel(rows, lane), get_own(rows, lane), get_tally(rows, lane)
         progress, waited = find(get_cycle(rows, lane), get_progress(rows, lane), motions)
         if gauged(progress):

@@ -1,8 +1,7 @@
 """How kernels read and write the records of a machine: each a row of a table, one field a column."""
 
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.cycle import PartState, Stroking, Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import StrokeParameters, WheelState
 

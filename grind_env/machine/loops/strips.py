@@ -12,10 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Array
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.cycle import grown_of
+from grind_env.machine.loops.cycle import PartState, Zone, grown_of
+from grind_env.machine.loops.pace import Pace, at_nodes, paced_of
+from grind_env.machine.loops.rows import read_zone, write_zone
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.process import Process, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
@@ -28,21 +31,6 @@ IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
 """A stroke that does not pass over the part."""
 
 
-class Zone(NamedTuple):
-    """Strips side by side that only ever lie under the wheel together: what one of them is, all are."""
-
-    S: float
-    """Stock removed, mm."""
-    Rs: float
-    """Roughness Ra, um."""
-    reached: float
-    """Depth of the deepest stroke so far, mm."""
-    centre: float
-    """Cross coordinate of the middle of the first of them, mm."""
-    strips: float
-    """How many they are; 0 where there is no zone, which is then never under the wheel."""
-
-
 class Contact(NamedTuple):
     """What a stroke meets, of the zones looked at so far."""
 
@@ -53,7 +41,9 @@ class Contact(NamedTuple):
     S: float
     """Least stock removed under the wheel, mm; infinite where it is beside the part."""
     Rs: float
-    """Roughness of the first zone under it, um."""
+    """Roughness of the first zone under it, um, like the next two of that one."""
+    S_step: float
+    Rs_step: float
     reached: float
     """Least depth reached under it, mm; infinite as for S."""
     engaged: float
@@ -61,12 +51,23 @@ class Contact(NamedTuple):
     S_offset: float
     """Sum over them of the stock removed beyond the least, mm."""
     Rs_offset: float
-    """Sum over them of the roughness beyond that of the first zone, um."""
+    """Sum over them of the roughness beyond that of the first zone, um, like the next two."""
+    S_step_offset: float
+    Rs_step_offset: float
 
 
-seen = replacer(Contact, "strips", "S", "Rs", "reached")
-cutting = replacer(Contact, "engaged", "S_offset", "Rs_offset")
-left_on = replacer(Zone, "S", "Rs", "reached")
+class Taken(NamedTuple):
+    """What the slow node and the fast one do to the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
+
+    slow_ae: float
+    ae: float
+    slow_Rg: float
+    Rg: float
+
+
+seen = replacer(Contact, "strips", "S", "Rs", "S_step", "Rs_step", "reached")
+cutting = replacer(Contact, "engaged", "S_offset", "Rs_offset", "S_step_offset", "Rs_step_offset")
+left_on = replacer(Zone, "S", "Rs", "S_step", "Rs_step", "reached")
 
 
 @inlined
@@ -77,10 +78,14 @@ def contact_at(tip: float) -> Contact:
         strips=0.0,
         S=math.inf,
         Rs=INITIAL_ROUGHNESS,
+        S_step=0.0,
+        Rs_step=0.0,
         reached=math.inf,
         engaged=0.0,
         S_offset=0.0,
         Rs_offset=0.0,
+        S_step_offset=0.0,
+        Rs_step_offset=0.0,
     )
 
 
@@ -89,9 +94,10 @@ def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
     """Look at a zone, which is under the wheel or not, for the deepest interference."""
     first = under & (contact.reached == math.inf)
     Rs = zone.Rs if first else contact.Rs
+    S_step, Rs_step = zone.S_step if first else contact.S_step, zone.Rs_step if first else contact.Rs_step
     S = min(contact.S, zone.S) if under else contact.S
     reached = min(contact.reached, zone.reached) if under else contact.reached
-    return seen(contact, (contact.strips + zone.strips, S, Rs, reached))
+    return seen(contact, (contact.strips + zone.strips, S, Rs, S_step, Rs_step, reached))
 
 
 @inlined
@@ -107,57 +113,64 @@ def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
 
     Means are offsets from one strip: exact where all are equal, so that a plunge cut is that of one strip.
     """
-    S_more = zone.strips * (zone.S - contact.S) if cut else 0.0
-    Rs_more = zone.strips * (zone.Rs - contact.Rs) if cut else 0.0
-    more = zone.strips if cut else 0.0
-    return cutting(contact, (contact.engaged + more, contact.S_offset + S_more, contact.Rs_offset + Rs_more))
+    S = contact.S_offset + (zone.strips * (zone.S - contact.S) if cut else 0.0)
+    Rs = contact.Rs_offset + (zone.strips * (zone.Rs - contact.Rs) if cut else 0.0)
+    S_step = contact.S_step_offset + (zone.strips * (zone.S_step - contact.S_step) if cut else 0.0)
+    Rs_step = contact.Rs_step_offset + (zone.strips * (zone.Rs_step - contact.Rs_step) if cut else 0.0)
+    return cutting(contact, (contact.engaged + (zone.strips if cut else 0.0), S, Rs, S_step, Rs_step))
 
 
 @inlined
-def cut_surface(contact: Contact, width: float) -> tuple[float, float, float]:
-    """Engaged width in mm of a part so wide, and the means of stock removed in mm and roughness in um over it.
+def cut_surface(contact: Contact, width: float, Z: float) -> tuple[float, PartState]:
+    """Engaged width in mm of a part so wide, and the mean surface over it, with its deepest stroke at `Z`, mm.
 
     A wheel beside the part has no interference, over whatever width: such a stroke changes nothing.
     """
     beside = contact.engaged <= 0.0
     engaged = contact.strips if beside else contact.engaged
     S = contact.tip if beside else contact.S + contact.S_offset / engaged
-    return width * (engaged / contact.strips), S, contact.Rs + contact.Rs_offset / engaged
+    part = PartState(
+        Z=Z,
+        S=S,
+        Rs=contact.Rs + contact.Rs_offset / engaged,
+        S_step=contact.S_step + contact.S_step_offset / engaged,
+        Rs_step=contact.Rs_step + contact.Rs_step_offset / engaged,
+    )
+    return width * (engaged / contact.strips), part
 
 
 @inlined
-def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, Rg: float) -> Zone:
+def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, taken: Taken, share: float) -> Zone:
     """A zone after a stroke programmed at depth `Z`, mm.
 
-    It took `ae`, mm, off what was in the cut, and left `Rg`, um; `tip` is the depth of the wheel face, mm.
+    `tip` is the depth of the wheel face, mm; `share` that of the slow node.
     """
-    S = zone.S + ae if cut else zone.S
-    Rs = surface_roughness(zone.Rs, Rg, ae if cut else 0.0, tip - zone.S if cut else 0.0)
+    slow_S, fast_S = at_nodes(zone.S, zone.S_step, share)
+    slow_Rs, fast_Rs = at_nodes(zone.Rs, zone.Rs_step, share)
+    slow_Ra = surface_roughness(slow_Rs, taken.slow_Rg, taken.slow_ae, tip - slow_S)
+    fast_Ra = surface_roughness(fast_Rs, taken.Rg, taken.ae, tip - fast_S)
+    S = zone.S + (taken.ae + share * (taken.slow_ae - taken.ae)) if cut else zone.S
+    Rs = fast_Ra + share * (slow_Ra - fast_Ra) if cut else zone.Rs
+    S_step = zone.S_step + (taken.ae - taken.slow_ae) if cut else zone.S_step
+    Rs_step = fast_Ra - slow_Ra if cut else zone.Rs_step
     reached = max(zone.reached, Z) if under else zone.reached
-    return left_on(zone, (S, Rs, reached))
-
-
-@inlined
-def _strip(S: Strips, Rs: Strips, reached: Strips, i: int) -> Zone:
-    return Zone(S=S[i], Rs=Rs[i], reached=reached[i], centre=0.0, strips=1.0)
+    return left_on(zone, (S, Rs, S_step, Rs_step, reached))
 
 
 @functools.cache
 def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool, float]]:
     """The compiled stroke of a process over strips, `grind_strips`."""
-    grind, constants, grown = process.stroke, process.constants, grown_of(process)
+    grind, constants, grown = paced_of(process), process.constants, grown_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
 
     @entry
     def grind_strips(
         wheel: WheelState,
-        S: Strips,
-        Rs: Strips,
-        reached: Strips,
+        strips: Array,
         first: int,
         last: int,
         Z: float,
-        vw: float,
+        pace: Pace,
         width: float,
         Lw: float,
         p: StrokeParameters,
@@ -169,13 +182,11 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
 
         Args:
             wheel: state before the stroke.
-            S: stock removed, mm; updated.
-            Rs: roughness, um; updated.
-            reached: deepest Z of a stroke so far, mm; updated.
+            strips: shape (strips, fields of `Zone`); updated.
             first: first strip under the wheel.
             last: the strip after the last one, greater than `first`.
             Z: programmed downfeed position, mm.
-            vw: table speed, mm/s.
+            pace: of the table.
             width: of the part, all strips together, mm.
             Lw: ground length, mm.
             p: parameters.
@@ -187,22 +198,23 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             The wheel after the stroke, the stroke, the engaged width in mm, whether the wheel went deeper into a strip
             than before, and by how much the part stood higher than when it was cold, mm.
         """
-        before, held = read_own(own, 0), constants(p, vw, Lw)
+        before, slow_held, held = read_own(own, 0), constants(p, pace.slow, Lw), constants(p, pace.speed, Lw)
         higher = grown(before, held)
         depth += higher
         contact = contact_at(depth - wheel.W)
-        for i in range(S.size):
-            contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
+        for i in range(len(strips)):
+            contact = beneath(contact, read_zone(strips, i), (first <= i) & (i < last))
         for i in range(first, last):
-            zone = _strip(S, Rs, reached, i)
+            zone = read_zone(strips, i)
             contact = joined(contact, zone, in_cut(contact, zone, True))
-        b, S_mean, Rs_mean = cut_surface(contact, width)
-        after, left, stroke = grind(wheel, before, S_mean, Rs_mean, depth, b, held, whole_ms(seconds))
+        b, part = cut_surface(contact, width, Z)
+        after, left, stroke, slow, fast = grind(wheel, before, part, depth, b, pace, slow_held, held, whole_ms(seconds))
         write_own(own, 0, left)
+        taken = Taken(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg)
         for i in range(first, last):
-            zone = _strip(S, Rs, reached, i)
-            zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
-            S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
+            zone = read_zone(strips, i)
+            cut = in_cut(contact, zone, True)
+            write_zone(strips, i, ground(zone, True, cut, contact.tip, Z, taken, pace.slow_share))
         return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z, higher
 
     return grind_strips

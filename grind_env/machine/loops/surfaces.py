@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
-from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.cycle import PartState, Zone
 from grind_env.machine.loops.rows import read_part, read_zone, write_part, write_zone
-from grind_env.machine.loops.strips import Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
+from grind_env.machine.loops.strips import Contact, Taken, beneath, contact_at, cut_surface, ground, in_cut, joined
 
 
 class Place(NamedTuple):
@@ -96,15 +96,6 @@ NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
 """Fills the last bunch."""
 
 
-class Taken(NamedTuple):
-    """What a stroke does to the zones in its cut."""
-
-    ae: float
-    """mm."""
-    Rg: float
-    """um."""
-
-
 @inlined
 def is_under(zone: Zone, place: Place) -> bool:
     """Whether the wheel is over a zone."""
@@ -150,7 +141,7 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
         deepest = 0.0
         for number in range(surfaces.shape[1]):
             deepest = max(deepest, read_zone(surfaces[i], number).reached)
-        return PartState(Z=deepest, S=0.0, Rs=0.0)
+        return PartState(Z=deepest, S=0.0, Rs=0.0, S_step=0.0, Rs_step=0.0)
 
     @inlined
     def load(rows: Array, lane: int, surfaces: Array, i: int) -> None:
@@ -185,15 +176,15 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
                     contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
                 put_contact(rows, lane, contact)
         for lane in range(lanes):
-            contact, part = get_contact(rows, lane), part_in(rows, lane)
-            b, S, Rs = cut_surface(contact, stroking_in(rows, lane).width)
-            stroke = stroke_in(rows, lane, b, contact.reached, PartState(Z=part.Z, S=S, Rs=Rs))
-            put_taken(rows, lane, Taken(ae=stroke.ae, Rg=stroke.Rg))
+            contact = get_contact(rows, lane)
+            b, part = cut_surface(contact, stroking_in(rows, lane).width, part_in(rows, lane).Z)
+            slow, fast = stroke_in(rows, lane, b, contact.reached, part)
+            put_taken(rows, lane, Taken(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg))
         for number in range(zones):
             for lane in range(lanes):
                 zone, place, contact = get_zone(rows, number, lane), get_place(rows, lane), get_contact(rows, lane)
                 taken, under = get_taken(rows, lane), is_under(zone, place)
-                cut = in_cut(contact, zone, under)
-                put_zone(rows, number, lane, ground(zone, under, cut, contact.tip, place.Z, taken.ae, taken.Rg))
+                cut, share = in_cut(contact, zone, under), stroking_in(rows, lane).slow_share
+                put_zone(rows, number, lane, ground(zone, under, cut, contact.tip, place.Z, taken, share))
 
     return SurfaceLanes(size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes)

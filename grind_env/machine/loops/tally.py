@@ -164,8 +164,8 @@ def count_stroke(
     full_plunge = full & grinds
     among_first = full_plunge & (tally.first_count < POWER_WINDOW)
     # numba takes no condition among so many keywords
-    last = count_plunge(tally, stroke.load, full_plunge)
-    first_power = tally.first_power + (stroke.load if among_first else 0.0)
+    last = count_plunge(tally, stroke.mean_load, full_plunge)
+    first_power = tally.first_power + (stroke.mean_load if among_first else 0.0)
     first_count = tally.first_count + (1.0 if among_first else 0.0)
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)

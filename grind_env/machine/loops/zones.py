@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.control.cycles import traverse
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.machine.loops.strips import Strips, Zone
+from grind_env.machine.loops.cycle import Zone
+from grind_env.machine.loops.strips import Strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 
 STRIP = 1.0

@@ -13,7 +13,6 @@ for the control does not dwell at the bottom: a groove stays shallower by what w
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,8 +20,9 @@ import numpy as np
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounting import Mount
-from grind_env.machine.loops.strips import IDLE, Strips, strips_of
-from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.machine.loops.pace import steady
+from grind_env.machine.loops.strips import IDLE, strips_of
+from grind_env.machine.loops.zones import strip_zones
 from grind_env.process.state import StrokeParameters, StrokeResult
 
 PLACE_DECIMALS = 6
@@ -52,21 +52,21 @@ class GrooveCut(NamedTuple):
 NO_CUT = GrooveCut(IDLE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Groove:
-    """A groove as one strip of the process model: arrays of one value, and the plunges made in it.
+    """A groove as one strip of the process model.
 
     Attributes:
+        strip: shape (1, fields of `Zone`), which the next three are views of.
         S: depth cut, mm.
         Rs: roughness of the bottom, um.
         reached: deepest programmed depth, mm.
         plunges: depth in mm and temperature rise in K of every infeed.
     """
 
-    S: Strips = field(default_factory=lambda: np.zeros(1))
-    Rs: Strips = field(default_factory=lambda: np.full(1, INITIAL_ROUGHNESS))
-    reached: Strips = field(default_factory=lambda: np.zeros(1))
-    plunges: list[tuple[float, float]] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.strip = strip_zones(np.zeros(1))
+        self.S, self.Rs, self.reached = self.strip.T[:3]
+        self.plunges: list[tuple[float, float]] = []
 
 
 class Grooves:
@@ -90,9 +90,8 @@ class Grooves:
         self._grooves[direction, place] = groove
         vw = self.length * event.feed / 60.0 / deeper
         width = self._engaged(direction, place, Z)
-        surface = groove.S, groove.Rs, groove.reached, 0, 1
-        lies, before = (Z, vw, width, self.length, p, Z, mount.own, event.seconds), mount.present(p)
-        wheel, stroke, b, _, grown = strips_of(mount.job.process)(before, *surface, *lies)
+        lies = groove.strip, 0, 1, Z, steady(vw), width, self.length, p, Z, mount.own, event.seconds
+        wheel, stroke, b, _, grown = strips_of(mount.job.process)(mount.present(p), *lies)
         mount.ground(wheel, mount.lived + event.seconds)
         groove.plunges.append((Z, stroke.T))
         return GrooveCut(stroke, b, grown, self.length, plunged=True)

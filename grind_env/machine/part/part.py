@@ -16,7 +16,7 @@ from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.strips import Strips
 from grind_env.machine.loops.tally import NOTHING, count_dress, count_stroke
-from grind_env.machine.loops.zones import strip_centres
+from grind_env.machine.loops.zones import strip_centres, strip_zones
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import NO_CUT, GrooveCut, Grooves
@@ -24,7 +24,6 @@ from grind_env.machine.part.passes import Dressed, PassedOver, passes_of
 from grind_env.machine.part.rows import PartVerdict, table_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survival, volume_left
-from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters
 
 SLOWED = 1.001
@@ -89,11 +88,9 @@ class PartRun:
         self.unjudged: tuple[Unjudged, ...] = ()
         self.infeeds, self.tally = 0, NOTHING
         self._centres = strip_centres(job.part.across, job.part.width)
-        strips = self._centres.size
-        self._S = np.zeros(strips)
-        self._Rs = np.full(strips, INITIAL_ROUGHNESS)
-        self._reached = np.zeros(strips)
-        self._coverage = Coverage(job.part.start, job.part.length, strips)
+        self._strips = strip_zones(self._centres)
+        self._S, self._Rs, self._reached = self._strips.T[:3]
+        self._coverage = Coverage(job.part.start, job.part.length, self._centres.size)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
         self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
@@ -120,6 +117,8 @@ class PartRun:
         first_ends: tuple[float, float],
         ends: tuple[float, float],
         edges: Strips,
+        turns: tuple[float, float],
+        acceleration: float,
         mount: Mount,
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
@@ -127,7 +126,8 @@ class PartRun:
         """Pass over the part once or many times, with dresses after so many strokes as `due` says.
 
         `rows`, dtype `record.STROKE_ROW`, have time, seconds, E and Z; what the strokes do is written. `first_ends` are
-        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side.
+        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side;
+        `turns` are the reversal points of the cycle, mm; `acceleration` is that of the table, mm/s2.
         Returns the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any
         before it at some place.
         """
@@ -138,9 +138,10 @@ class PartRun:
         dressed = np.empty((len(due), len(Dressed._fields)))
         wheel, self.tally, lived = passes_of(self.job.process)(
             mount.present(self.p),
-            self._S,
-            self._Rs,
-            self._reached,
+            self._strips,
+            abs(turns[0] - turns[1]),
+            self.job.part.off(*turns),
+            acceleration,
             self._coverage.written(),
             table_of(rows),
             first_way,

@@ -12,6 +12,7 @@ from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.loops.cycle import dress_lead, idle_of
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.loops.strips import IDLE, Strips, strips_of
 from grind_env.machine.loops.tally import Tally, count_dress, count_stroke, wheel_depth
 from grind_env.machine.part.rows import NUMBERS_FROM, TableStroke, WheelSeen
@@ -62,9 +63,10 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
     @entry
     def grind_passes(
         wheel: WheelState,
-        S: Strips,
-        Rs: Strips,
-        reached: Strips,
+        strips: Array,
+        travel: float,
+        off: float,
+        acceleration: float,
         covered: Strips,
         rows: Array,
         first_way: PassedOver,
@@ -85,9 +87,10 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
 
         Args:
             wheel: before them.
-            S: as for `grind_strips`, like the next two; updated.
-            Rs: updated.
-            reached: updated.
+            strips: as for `grind_strips`; updated.
+            travel: as of `pace_of`, like the next two; mm.
+            off: mm.
+            acceleration: mm/s2.
             covered: deepest Z so far of a stroke over the whole length, mm; updated.
             rows: as of `table_of`; where they lie is read, the rest written.
             first_way: of the first one.
@@ -130,13 +133,11 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             if Lw > 0.0:
                 wheel, stroke, b, plunged[k], grown = grind_strips(
                     wheel,
-                    S,
-                    Rs,
-                    reached,
+                    strips,
                     first[k],
                     last[k],
                     made.Z,
-                    made.E / 60.0,
+                    pace_of(made.E / 60.0, travel, Lw, off, acceleration),
                     width,
                     Lw,
                     p,

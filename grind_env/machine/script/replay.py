@@ -15,6 +15,7 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, CycleKernel
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding, deepest_pick
 from grind_env.machine.loops.loops import Loops, loops_of, zoned_loops_of
+from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.loops.rows import RULES_FROM, read_part, read_zone, write_stroking
 from grind_env.machine.loops.rules import motion_time
 from grind_env.machine.loops.tally import Tally
@@ -108,8 +109,12 @@ def stroking_of(
     row: BlockRow, plan: Any, settings: BlockSettings, speed: float, first: float, travel: float, dwell: float
 ) -> Stroking:
     """The strokes of a block with settings of its own, of which the travels take so many s, with rests of some s."""
+    pace = pace_of(speed, row.stroke_length, row.length, row.off, row.acceleration)
     return Stroking(
-        speed=speed,
+        speed=pace.speed,
+        slow=pace.slow,
+        slow_share=pace.slow_share,
+        slow_time=pace.slow_time,
         first_seconds=first + dwell,
         stroke_seconds=travel + dwell,
         set_out=first + dwell,

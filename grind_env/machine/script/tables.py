@@ -51,6 +51,8 @@ class BlockRow(NamedTuple):
     """1 if the table sets out from elsewhere than its secondary point, else 0."""
     stroke_length: float
     """Between the reversal points, mm."""
+    off: float
+    """By how much the middle of the part is away from the middle between them, mm."""
     dwell: float
     """At a reversal point, s."""
     acceleration: float
@@ -204,6 +206,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         first_length=abs(plan.primary - first),
         starts_elsewhere=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
+        off=part.off(plan.primary, plan.secondary),
         dwell=0.0 if by_feed else job.control.reversal_dwell,
         acceleration=job.control.acceleration,
         start=-stands,
