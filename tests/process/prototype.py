@@ -169,7 +169,7 @@ def heated(state: State, at: Setup, Q: float, power: float, length: float, lc: f
         return {"T": 0.0, "eps": 0.0, "Br": 0.0}
     contact = 20e-6 / sqrt(fineness(wheel))
     sink = 0.97 * wheel.grain_conductivity / (mat.effusivity * sqrt(contact * (1.0 + 20.8 * state.A) * vs))
-    jaeger = clip(0.0912 * (2.0 * pi + vw * lc / (8.0 * mat.diffusivity)), 0.578, 1.124)
+    jaeger = 1.16 / (1.0 + 0.29 * (vw * lc / (4.0 * mat.diffusivity)) ** -0.75)
     work = mat.effusivity * sqrt(vw * lc / jaeger)
     film = at.fluid.convection * sqrt(vs / 30.0) * sqrt(2.4 * lc) * (1.0 - 0.5 * state.lam)
     kept = 1e6 * (power - min(mat.chip_heat * Q, 0.45 * power))

@@ -3,9 +3,12 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import cumulative_trapezoid
+from scipy.special import k0e
 
 from grind_env.process import equations as eq
 from tests.process.harness import CATALOGUE, cut, grinder, parameters
@@ -164,12 +167,19 @@ def test_work_partition_is_higher_for_alumina_than_for_cbn() -> None:
     assert partition(0.08, "a60j") == pytest.approx(0.9320, rel=1e-3)
 
 
-def test_jaeger_factor_runs_between_its_limits() -> None:
-    assert math.sqrt(eq.jaeger_factor(1e-6, 0.025)) == pytest.approx(0.76, abs=5e-4)  # slow and short
-    assert math.sqrt(eq.jaeger_factor(10.0, 250.0)) == pytest.approx(1.06, abs=5e-4)  # fast and long
-    # Peclet number 2*200/(4*20) = 5
-    found = math.sqrt(eq.jaeger_factor(2.0, 200.0 / (4.0 * 20.0)))
-    assert found == pytest.approx(0.302 * math.sqrt(2.0 * math.pi + 2.5), rel=1e-4)
+@pytest.mark.parametrize("L", [0.1, 0.3, 1.0, 3.2, 10.0, 31.0])
+def test_jaeger_factor_falls_as_the_greatest_temperature_of_a_moving_band(L: float) -> None:
+    """The rise at a point is the integral of exp(-u) K0|u| over the band, from u = -r behind it to 2 L - r."""
+    r = np.geomspace(1e-9, 2.0 * L, 20_000)
+    behind, ahead = (cumulative_trapezoid(k0e(r) * np.exp(-s * r), r, initial=0.0) for s in (0.0, 2.0))
+    greatest = np.max(behind + np.interp(2.0 * L - r, r, ahead))
+    C = greatest / (math.pi * math.sqrt(L))
+    assert eq.jaeger_factor(L, 1.0) == pytest.approx(1.16 / (4.0 / math.pi) * C**2, rel=0.02)
+
+
+def test_jaeger_factor_is_that_of_rowe_on_a_usual_table_and_needs_no_contact() -> None:
+    assert eq.jaeger_factor(14.0, 1.0) == pytest.approx(1.06**2, rel=0.01)
+    assert 0.0 < eq.jaeger_factor(0.0, 2.5) < 1e-9
 
 
 def test_work_conductance_is_that_of_a_half_space() -> None:

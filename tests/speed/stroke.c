@@ -141,7 +141,7 @@ INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, do
     double torque = load * K(stall);
 
     /* heat */
-    double jaeger = least(most(0.0912 * (2.0 * PI + 0.5 * K(peclet) * lc), 0.578), 1.124);
+    double L = K(peclet) * lc, jaeger = 1.16 / (1.0 + 0.29 / (sqrt(L * sqrt(L)) + 1e-12));
     double grains = (1.0 + 20.8 * A) * vs, per_grains = 1.0 / (jaeger * grains);
     double work = K(beta) * sqrt(K(vw) * lc * grains * per_grains), sink = K(krw) * sqrt(jaeger * per_grains);
     double film = K(hf) * sqrt(vs * lc) * (1.0 - 0.5 * lam), heat = P - least(K(e_ch) * Q, 0.45 * P);

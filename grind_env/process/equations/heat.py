@@ -25,11 +25,18 @@ NO_SINK = 1e-150
 
 @inlined
 def jaeger_factor(lc: float, peclet: float) -> float:
-    """Square of the temperature factor of the moving heat source: a fit to the Jaeger solution [R], made continuous.
+    """Square of the temperature factor of the moving heat source, by the Peclet number L.
 
-    `peclet` is the Peclet number over the contact length, vw/(4 alpha), 1/mm.
+    It falls on slow tables as that of Jaeger's moving band of heat, whose greatest temperature has
+    (4/pi)/(1 + 0.29 L^(-3/4)) within 2 % from L = 0.1 to 31. The level is lower, so that it is 1.06^2 [R] within 1 % at
+    L = 14, that of a usual table: heat that falls off along the contact warms less than an even band.
+
+    Args:
+        lc: contact length, mm.
+        peclet: the Peclet number over the contact length, vw/(4 alpha), 1/mm.
     """
-    return min(max(0.0912 * (2.0 * math.pi + 0.5 * peclet * lc), 0.578), 1.124)
+    L = peclet * lc
+    return 1.16 / (1.0 + 0.29 / (math.sqrt(L * math.sqrt(L)) + 1e-12))
 
 
 @inlined
