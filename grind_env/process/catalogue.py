@@ -62,6 +62,9 @@ Entries = Mapping[tuple[str, str], Entry]
 """Entries by kind (a key of `KINDS`) and name."""
 
 
+RENAMED = {"force_ratio": "normal_force_ratio"}
+"""Old names of keys, with the new ones."""
+
 UNCERTAINTY = "uncertainty"
 """Heading of what a calibration leaves open."""
 
@@ -213,6 +216,8 @@ def _table(value: object, place: str) -> Mapping[str, Any]:
 def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mapping[str, EntryT]) -> EntryT:
     place, legal = label(kind, name), quantities(kind)
     for key, value in table.items():
+        if RENAMED.get(key) in legal:
+            raise CatalogueError(f"{place}: {key} was renamed to {RENAMED[key]}, normal over tangential force.")
         if key not in ("base", "aliases", *legal):
             raise CatalogueError(
                 f"{place}: there is no key {shortened(key)} (= {quoted(value)}){did_you_mean(key.lower(), legal)}; "

@@ -175,7 +175,7 @@ class Wheel(Entry):
     poisson_ratio: Annotated[float, Quantity("nus", "", 0, 0.49)]
     contact_roughness: Annotated[float, Quantity("Rr", "", 1, 20)]  # Rowe and Qi's roughness factor
     friction: Annotated[float, Quantity("mu", "", 0.05, 1)]  # wear flat on work, in emulsion
-    force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # normal to tangential when cutting, in emulsion
+    normal_force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # over tangential when cutting, in emulsion
     pressure_base: Annotated[float, Quantity("pa", "N/mm2", 0, 1000)]
     pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of pressure over curvature difference
     threshold_depth: Annotated[float, Quantity("a0", "mm", 1e-6, 0.01)]  # that contact keeps at no cut
@@ -222,7 +222,7 @@ class Fluid(Entry):
     boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1e5)]  # surface rise at which the film boils
     film_share: Annotated[float, Quantity("kfilm", "", 0, 1)] = 0.1  # of convection, when it has
     friction_factor: Annotated[float, Quantity("fm", "", 0.1, 5)] = 1.0
-    force_ratio_factor: Annotated[float, Quantity("fk", "", 0.3, 3)] = 1.0
+    force_ratio_factor: Annotated[float, Quantity("fk", "", 0.3, 3)] = 1.0  # on tangential over normal force
     ploughing_factor: Annotated[float, Quantity("Fp", "", 0.1, 5)] = 1.0
     loading_factor: Annotated[float, Quantity("fL", "", 0, 20)] = 1.0
     wear_flat_factor: Annotated[float, Quantity("fA", "", 0, 20)] = 1.0

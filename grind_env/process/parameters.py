@@ -58,7 +58,7 @@ def stroke_parameters(
         e_ch=material.chip_heat,
         kp=material.power_factor * material.ploughing_pressure * fluid.ploughing_factor * eq.ploughing_share(z, st),
         mu=wheel.friction * fluid.friction_factor,
-        kc=wheel.force_ratio / fluid.force_ratio_factor,
+        kc=wheel.normal_force_ratio / fluid.force_ratio_factor,
         pm=material.power_factor * material.pressure_factor,
         pa=wheel.pressure_base,
         pb=wheel.pressure_slope,

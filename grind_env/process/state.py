@@ -256,7 +256,7 @@ class StrokeResult(NamedTuple):
     """What happens in one stroke: the quantities a record shows.
 
     Where the table is slower than E over some of the part, `ae`, `dw`, `worn`, `Rg` and `Ra` are means over its length,
-    `load`, `torque`, `T` and `Br` the highest values, and all others means over time.
+    `load`, `torque`, `T` and `burn_ratio` the highest values, and all others means over time.
     """
 
     ae: float
@@ -291,7 +291,7 @@ class StrokeResult(NamedTuple):
     """Power that enters the part, W."""
     eps: float
     """Energy partition: share of the power that enters the work."""
-    Br: float
+    burn_ratio: float
     """Burn ratio: power over that at which the work burns (Malkin)."""
     G: float
     """G-ratio, with early wear; 0 where nothing is cut."""

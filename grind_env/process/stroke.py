@@ -136,7 +136,7 @@ def grind_stroke(
     film = eq.film_conductance(lc, vs, wheel.lam, k.hf)
     T = eq.temperature(eq.retained_heat(P_width, Q, k.e_ch), work * (1.0 + sink), film, k.kfilm, k.Tb)
     flow = eq.heat_flow(T, work)
-    Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
+    burns = eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm)
 
     dV = ae * k.Lw
     breaking, chips = eq.fracture(fg, k.per_fc, k.kf), eq.log_chip_wear(heq, k.mG)
@@ -178,7 +178,7 @@ def grind_stroke(
         T=T,
         heat=b * flow,
         eps=eq.energy_partition(flow, P_width),
-        Br=Br,
+        burn_ratio=eq.burn_ratio(P_width, burns),
         G=eq.g_ratio(dV, dw, wheel.ds),
         dw=dw,
         worn=math.pi * wheel.ds * dw * b,

@@ -210,7 +210,7 @@ def behind(record: GrindingRecord, job: Job) -> Array:
 
 def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
     strokes = record.strokes
-    burn = np.where(strokes["ae"] >= SPARKING, strokes["Br"], np.nan)
+    burn = np.where(strokes["ae"] >= SPARKING, strokes["burn_ratio"], np.nan)
     curves = [
         replace(_curve("programmed depth", "µm", BLUE, 1000.0 * strokes["Z"]), downwards=True),
         _curve("depth of cut", "µm", BLUE, 1000.0 * strokes["ae"]),
@@ -228,7 +228,7 @@ def _of_parts(record: GrindingRecord, job: Job | None) -> list[Curve]:
     curves = _loads(
         parts["peak_power"],
         np.maximum.reduceat(strokes["T"], firsts),
-        np.maximum.reduceat(np.where(strokes["ae"] >= SPARKING, strokes["Br"], 0.0), firsts),
+        np.maximum.reduceat(np.where(strokes["ae"] >= SPARKING, strokes["burn_ratio"], 0.0), firsts),
         strokes["A"][lasts],
         parts["Ra"],
         job,

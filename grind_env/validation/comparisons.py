@@ -132,12 +132,12 @@ def stall_warnings(rig: Rig, power_limit: float) -> float:
 
 
 def burn_threshold_error(rig: Rig) -> float:
-    """Return the largest deviation of the model's burn threshold, u_s/Br, from the grid, %."""
+    """Return the largest deviation of the model's burn threshold, u_s/burn_ratio, from the grid, %."""
     errors = []
     for row in data.rows("burn_threshold_grid"):
         speed, depth = float(row["vw_m_min"]) / 0.06, float(row["ae_um"]) / 1000.0
         done = rig.fresh(diameter=float(row["De_mm"]), table_speed=speed, constant_surface_speed=True).cut(depth)
-        errors.append(abs(done.u_s / done.Br / float(row["ustar_J_mm3"]) - 1.0))
+        errors.append(abs(done.u_s / done.burn_ratio / float(row["ustar_J_mm3"]) - 1.0))
     return 100.0 * max(errors)
 
 

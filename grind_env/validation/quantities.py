@@ -158,7 +158,7 @@ def heat_kept(grinder: Grinder) -> float:
 
 def flats_at_burn(grinder: Grinder) -> float:
     """Return the wear-flat area at which a cut of 10 um burns by Malkin's threshold, %."""
-    return 100.0 * crossing(lambda flats: _cut_when(grinder, flats).Br - 1.0, FLATS[0], FLATS[-1])
+    return 100.0 * crossing(lambda flats: _cut_when(grinder, flats).burn_ratio - 1.0, FLATS[0], FLATS[-1])
 
 
 def temperature_at_burn(grinder: Grinder) -> float:

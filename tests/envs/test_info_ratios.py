@@ -73,8 +73,8 @@ def test_they_are_peaks_over_limits(name: str) -> None:
     for part, number in enumerate(np.unique(strokes["part"])[:5]):
         mine = strokes[strokes["part"] == number]
         assert found[part, 1] == pytest.approx(mine["load"].max() / limits.power, rel=1e-9)
-        assert found[part, 0] <= mine["Br"].max() * (1.0 + 1e-9)
-        assert np.isclose(mine["Br"], found[part, 0], rtol=1e-9).any()
+        assert found[part, 0] <= mine["burn_ratio"].max() * (1.0 + 1e-9)
+        assert np.isclose(mine["burn_ratio"], found[part, 0], rtol=1e-9).any()
         assert found[part, 2] == pytest.approx(record.parts["Ra"][part] / limits.roughness, rel=1e-9)
     assert limits.power == task.machine.power_limit - task.machine.idle_power
 

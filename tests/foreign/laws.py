@@ -34,7 +34,7 @@ class Werner:
     """
 
     stiffness: float = 18_000.0
-    force_ratio: float = 2.6
+    normal_force_ratio: float = 2.6
     share: float = 0.22
 
     def power(self, depth: float, speed: float, dull: float) -> float:
@@ -62,7 +62,7 @@ class Flats:
     """
 
     stiffness: float = 40_000.0
-    force_ratio: float = 2.0
+    normal_force_ratio: float = 2.0
     share: float = 0.8
     breaks: float = 0.055
     """Share of wear flats at which grains break out as fast as they dull."""
@@ -94,7 +94,7 @@ class Loading:
     """
 
     stiffness: float = 25_000.0
-    force_ratio: float = 3.0
+    normal_force_ratio: float = 3.0
     share: float = 0.45
     full: float = 1.1
     """Share by which a full wheel takes more power."""
@@ -125,7 +125,7 @@ class Threshold:
     """
 
     stiffness: float = 30_000.0
-    force_ratio: float = 2.4
+    normal_force_ratio: float = 2.4
     share: float = 0.35
     breaks: float = 230.0
     """Power, W per mm of width, at which grains break out as fast as they dull."""
@@ -200,7 +200,7 @@ class Machine:
         low, high = 0.0, max(left, 0.0)
         for _ in range(30):  # the loop of forces gives way until what is left is ground or springs back
             depth = 0.5 * (low + high)
-            normal = laws.power(depth, speed, self.dull) * self.width / WHEEL_SPEED * laws.force_ratio
+            normal = laws.power(depth, speed, self.dull) * self.width / WHEEL_SPEED * laws.normal_force_ratio
             low, high = (depth, high) if depth + normal / laws.stiffness < left else (low, depth)
         depth = 0.5 * (low + high)
         if depth < 2e-5:

@@ -118,7 +118,7 @@ def test_nothing_is_lost() -> None:
     assert 300.0 - rows["ds"][-1] == pytest.approx(2.0 * rows["dw"].sum())
     assert part["worn"] == pytest.approx(rows["worn"].sum())
     assert part["peak_power"] == rows["power"].max()
-    assert part["burn_ratio"] == rows["Br"].max() > 0.0
+    assert part["burn_ratio"] == rows["burn_ratio"].max() > 0.0
     # Q' times the time in which the feed covers 0.02 mm is the volume, were it not for the machine that yields
     assert rows["Q"] * 0.02 / 0.1 == pytest.approx(rows["ae"] * LENGTH)
     total = sum(part[name] for name in ("time_cost", "wheel_cost", "dress_cost", "scrap_cost"))

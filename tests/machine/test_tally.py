@@ -28,7 +28,7 @@ class Counted(NamedTuple):
 
     power: float
     T: float
-    Br: float
+    burn_ratio: float
     worn: float
     deeper: float
     plunge: bool
@@ -71,7 +71,9 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
         if each.dress:
             tally = count_dress(tally, each.power, each.worn)
         else:
-            stroke = EMPTY._replace(load=each.power, mean_load=each.power, T=each.T, Br=each.Br, worn=each.worn)
+            stroke = EMPTY._replace(
+                load=each.power, mean_load=each.power, T=each.T, burn_ratio=each.burn_ratio, worn=each.worn
+            )
             tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing, 600.0)
     strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
     since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]
@@ -87,7 +89,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
     assert tally.peak_load == max((e.power for e in strokes), default=0.0)
     assert tally.plunge_rise == max((e.T for e in plunges), default=0.0)
     assert tally.finish_rise == max((e.T for e in plunges if e.finishing), default=0.0)
-    assert tally.burn_ratio == max((e.Br for e in plunges), default=0.0)
+    assert tally.burn_ratio == max((e.burn_ratio for e in plunges), default=0.0)
     assert tally.worn == pytest.approx(math.fsum(e.worn for e in strokes))
     assert tally.dressed_off == pytest.approx(math.fsum(e.worn for e in dresses))
     assert tally.seconds == pytest.approx(2.0 * len(strokes) + math.fsum(e.power for e in dresses))

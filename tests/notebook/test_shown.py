@@ -131,7 +131,7 @@ def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
 
     names = {name for dtype in (STROKE_ROW, EXECUTION_ROW, DRESS_ROW, PART_ROW) for name in dtype.names or ()}
     counted = {"part", "line", "number", "groove", "after", "program", "cause", "strokes", "infeeds", "dresses"}
-    shares = {"torque", "eps", "Br", "G", "A", "lam", "unground", "peak_torque", "burn_ratio", "earlier", "survival"}
+    shares = {"torque", "eps", "G", "A", "lam", "unground", "peak_torque", "burn_ratio", "earlier", "survival"}
     compared = {"first", "speed_ratio", "aggressiveness", "overlap", "severity"}
     assert names - set(UNITS) == counted | shares | compared
 

@@ -155,18 +155,18 @@ def pressures(state: State, at: Setup, speed: float) -> tuple[float, float]:
     flats *= state.A + wheel.loading_area * state.lam
     ploughing = mat.ploughing_pressure * fluid.ploughing_factor * sqrt(fineness(wheel) * structure(wheel))
     ploughing *= sqrt(density(state, wheel) / grains(wheel)) * (1.0 + 0.5 * state.lam)
-    return ploughing + wheel.friction * fluid.friction_factor * flats, force_ratio(at) * ploughing + flats
+    return ploughing + wheel.friction * fluid.friction_factor * flats, normal_force_ratio(at) * ploughing + flats
 
 
-def force_ratio(at: Setup) -> float:
-    return at.wheel.force_ratio / at.fluid.force_ratio_factor
+def normal_force_ratio(at: Setup) -> float:
+    return at.wheel.normal_force_ratio / at.fluid.force_ratio_factor
 
 
 def heated(state: State, at: Setup, Q: float, power: float, length: float, lc: float, vs: float) -> dict[str, float]:
     """Rise of the surface, the share of the power that enters the part, and the burn ratio."""
     mat, wheel, vw = at.material, at.wheel, at.table_speed
     if power <= 0.0:
-        return {"T": 0.0, "eps": 0.0, "Br": 0.0}
+        return {"T": 0.0, "eps": 0.0, "burn_ratio": 0.0}
     contact = 20e-6 / sqrt(fineness(wheel))
     sink = 0.97 * wheel.grain_conductivity / (mat.effusivity * sqrt(contact * (1.0 + 20.8 * state.A) * vs))
     jaeger = 1.16 / (1.0 + 0.29 * (vw * lc / (4.0 * mat.diffusivity)) ** -0.75)
@@ -177,7 +177,7 @@ def heated(state: State, at: Setup, Q: float, power: float, length: float, lc: f
     y = clip((wet - at.fluid.boiling_rise) / 20.0 + 0.5, 0.0, 1.0)
     T = wet + (boiled - wet) * y * y * (3.0 - 2.0 * y)
     burning = mat.burn_energy * Q + 0.88 * mat.burn_factor * (1.0 + sink) * sqrt(length * vw)
-    return {"T": T, "eps": T * work / (1e6 * power), "Br": power / burning}
+    return {"T": T, "eps": T * work / (1e6 * power), "burn_ratio": power / burning}
 
 
 def fractured(at: Setup, fg: float) -> float:
@@ -229,7 +229,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
 
     def slack(ae: float) -> float:
         """What the deflection at that depth does not take up."""
-        chips = force_ratio(at) * at.material.chip_energy * ae * vw / speed
+        chips = normal_force_ratio(at) * at.material.chip_energy * ae * vw / speed
         return u - ae - b / at.machine.stiffness * (chips + Kn * sqrt(de * (ae + wheel.threshold_depth)))
 
     ae = zero_of(slack, 0.0, max(u, 0.0))
@@ -239,7 +239,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     Q, limit = ae * vw, at.machine.power_limit - at.machine.idle_power
     chips = at.material.chip_energy * Q
     vs = zero_of(lambda v: limit - b * (chips + Kt * length * v), at.machine.stall_speed * speed, speed)
-    Ft, Fn = chips / vs + Kt * length, force_ratio(at) * chips / vs + Kn * length
+    Ft, Fn = chips / vs + Kt * length, normal_force_ratio(at) * chips / vs + Kn * length
     bodies = ((wheel.youngs_modulus, wheel.poisson_ratio), (at.material.youngs_modulus, at.material.poisson_ratio))
     yielding = sum((1.0 - ratio**2) / (1000.0 * modulus) for modulus, ratio in bodies)
     lc = sqrt(ae * de + 8.0 * wheel.contact_roughness**2 * Fn * de * yielding / pi)

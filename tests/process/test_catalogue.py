@@ -285,6 +285,10 @@ def test_later_files_redefine_and_build_on_earlier_ones(tmp_path: Path) -> None:
             "ploughing_factor, loading_factor, wear_flat_factor, g_ratio_factor, part_cooling.",
         ),
         (
+            '[wheel.soft]\nbase = "a60j"\nforce_ratio = 2.0',
+            "wheel 'soft': force_ratio was renamed to normal_force_ratio, normal over tangential force.",
+        ),
+        (
             '[fluid.mist]\nbase = "emulsoin"',
             "fluid 'mist': base: there is no fluid 'emulsoin' (did you mean emulsion?); known are dry, emulsion, oil, "
             "synthetic.",

@@ -179,7 +179,7 @@ def test_a_stroke_that_does_not_touch_changes_nothing(history: list[Event]) -> N
     idle = [(event, stroke) for event, stroke in strokes(history) if event.before.W + event.S_before >= event.Z]
     for event, stroke in idle:
         assert event.after == event.before
-        assert stroke.power == stroke.T == stroke.torque == stroke.Br == 0.0
+        assert stroke.power == stroke.T == stroke.torque == stroke.burn_ratio == 0.0
     assert len(idle) > 50
 
 

@@ -105,5 +105,5 @@ def test_a_heat_factor_is_one_on_temperature_and_growth_alone():
     plain, cooler = (strokes(PLATE, 1, heat_factor=each) for each in (1.0, 0.4))
     first = int(np.argmax(plain["power"] > 0.0))
     assert cooler["power"][first] == plain["power"][first] and plain["T"][first] > 10.0
-    for name, stroke in (("T", first), ("Br", first), ("grown", first + 1)):
+    for name, stroke in (("T", first), ("burn_ratio", first), ("grown", first + 1)):
         np.testing.assert_allclose(cooler[name][stroke], 0.4 * plain[name][stroke], rtol=1e-12)

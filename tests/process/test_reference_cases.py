@@ -167,7 +167,7 @@ def test_a_wheel_that_is_held_dull(case: str) -> None:
     for _ in range(25):
         both.dull(0.04)
         stroke = both.stroke(downfeed_of(case))
-    assert stroke.Br > 0.5
+    assert stroke.burn_ratio > 0.5
 
 
 @pytest.mark.parametrize("depth", [0.1, 0.5, 3.0])

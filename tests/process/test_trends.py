@@ -249,7 +249,7 @@ def test_what_a_fluid_lubricates() -> None:
 def test_temperature_and_burn_ratio_rise_with_the_wear_flats() -> None:
     strokes = [cut(0.010, settled(ALUMINA, A=A)) for A in (0.005, 0.01, 0.02, 0.04, 0.08, 0.12)]
     assert rising([stroke.T for stroke in strokes])
-    assert rising([stroke.Br for stroke in strokes])
+    assert rising([stroke.burn_ratio for stroke in strokes])
 
 
 def test_oil_boils_at_more_power_than_emulsion_and_nothing_boils_without_fluid() -> None:

@@ -86,7 +86,7 @@ def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
         peak_torque=float(strokes["torque"].max(initial=0.0)),
         plunge_rise=rise[0],
         finish_rise=rise[1],
-        burn_ratio=float(strokes["Br"][run.plunged].max(initial=0.0)),
+        burn_ratio=float(strokes["burn_ratio"][run.plunged].max(initial=0.0)),
         worn=float(strokes["worn"].sum()),
         dressed_off=float(run.dresses["removed"].sum()),
     )

@@ -32,7 +32,7 @@ class Pace(NamedTuple):
 
 
 over_length = replacer(StrokeResult, "ae", "dw", "worn", "Rg", "Ra")
-at_most = replacer(StrokeResult, "load", "torque", "T", "Br")
+at_most = replacer(StrokeResult, "load", "torque", "T", "burn_ratio")
 
 
 @inlined
@@ -101,7 +101,12 @@ def paced_of(process: Process) -> Callable[..., Any]:
         wheel_fast, own_fast, fast = stroke(wheel, own, fast_S, fast_Rs, Z, b, held, seconds)
         mean, done = blend(fast, slow, share), blend(fast, slow, pace.slow_time)
         means = mean.ae, mean.dw, mean.worn, mean.Rg, mean.Ra
-        peaks = max(fast.load, slow.load), max(fast.torque, slow.torque), max(fast.T, slow.T), max(fast.Br, slow.Br)
+        peaks = (
+            max(fast.load, slow.load),
+            max(fast.torque, slow.torque),
+            max(fast.T, slow.T),
+            max(fast.burn_ratio, slow.burn_ratio),
+        )
         done = at_most(over_length(done, means), peaks)
         return blend(wheel_fast, wheel_slow, share), blend(own_fast, own_slow, share), done, slow, fast
 

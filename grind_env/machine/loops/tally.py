@@ -169,7 +169,7 @@ def count_stroke(
     first_count = tally.first_count + (1.0 if among_first else 0.0)
     plunge_rise = max(tally.plunge_rise, stroke.T if plunge else 0.0)
     finish_rise = max(tally.finish_rise, stroke.T if plunge & finishing else 0.0)
-    burn_ratio = max(tally.burn_ratio, stroke.Br if plunge else 0.0)
+    burn_ratio = max(tally.burn_ratio, stroke.burn_ratio if plunge else 0.0)
     lost = stall_time if (stroke.torque >= STALL) & grinds else 0.0
     return Tally(
         seconds=tally.seconds + seconds + lost,

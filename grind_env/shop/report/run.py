@@ -168,7 +168,7 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
         "power, kW": f"{0.001 * rows['power'].max():.2f}",
         "torque, %": f"{100.0 * rows['torque'].max():.0f}",
         "rise, K": f"{rows['T'].max():.0f}",
-        "burn ratio": f"{rows['Br'].max():.2f}",
+        "burn ratio": f"{rows['burn_ratio'].max():.2f}",
         "Ra left, µm": between(lasts["Ra"], "{:.2f}"),
         "wear flats, %": between(100.0 * rows["A"], "{:.2f}"),
         "dresses": str(dresses),
