@@ -204,7 +204,6 @@ class Dresser(Entry):
     """A diamond dresser, standing or rotary; exponents are of the roughness that it leaves on the wheel."""
 
     tip_radius: Annotated[float, Quantity("rd", "mm", 0.05, 5)]
-    wear_rate: Annotated[float, Quantity("kd", "mm/mm3", 0, 1e-4)]  # of its flat, per wheel volume
     cost_per_dress: Annotated[float, Quantity("cD", "$", 0, 1000)]
     lead_exponent: Annotated[float, Quantity("nf", "", 0, 2)] = 0.5
     depth_exponent: Annotated[float, Quantity("na", "", 0, 1)] = 0.25

@@ -101,7 +101,6 @@ def stroke_parameters(
         nw=dresser.blunting_exponent,
         qr=eq.speed_ratio_effect(dresser.speed_ratio, dresser.speed_ratio_exponent),
         qs=eq.speed_ratio_effect(dresser.speed_ratio, dresser.sharpness_exponent),
-        kd=dresser.wear_rate,
         bs=wheel.width,
         ke=machine.stiffness,
         power=machine.power_limit - machine.idle_power,

@@ -125,8 +125,6 @@ class StrokeParameters(NamedTuple):
     """Effect of a rotary dresser's speed ratio on the roughness that it leaves; 1 for a diamond that stands."""
     qs: float
     """The same factor on the severity of its dress."""
-    kd: float
-    """Diamond wear per wheel volume dressed off, mm/mm3."""
     bs: float
     """Wheel width, mm."""
     ke: float

@@ -215,7 +215,7 @@ def dress_wheel(
         Rd=phi * new.Rd + keep * wheel.Rd,
         Cd=phi * new.Cd + keep * wheel.Cd,
         W=0.0,
-        wd=wheel.wd + p.kd * removed,
+        wd=wheel.wd,
     )
     return after, removed
 

@@ -8,7 +8,7 @@ from grind_env.validation.rig import Rig
 
 ELSEWHERE = {
     "material": ("tempering_rise", *EXPONENTS),
-    "wheel": ("minimum_diameter", "maximum_speed", "price"),
+    "wheel": ("minimum_diameter", "maximum_speed", "width", "price"),
     "dresser": ("cost_per_dress",),
     "fluid": (),
     "machine": (
@@ -51,7 +51,7 @@ def _raised(entry: Entry, name: str) -> float:
 
 
 def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, float]]) -> tuple[float, ...]:
-    """All numbers of wheel and strokes: sharp and dull, with boiling coolant, on a spindle that slows."""
+    """All numbers of wheel and strokes: sharp and dull, a worn diamond, boiling coolant, a spindle that slows."""
     chosen = {kind: name for kind, name in names.items() if kind != "machine"}
     numbers: list[float] = []
     for conditions, flats in (
@@ -60,6 +60,7 @@ def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, floa
         ({"downfeed": 0.04, "table_speed": 300.0, "width": 40.0}, 0.05),
     ):
         grinder = rig.fresh(changes=changes, lead=0.15, depth=0.015, **chosen, **conditions)
+        grinder.wheel = grinder.wheel._replace(wd=0.05)
         if flats is not None:
             grinder.wheel = grinder.wheel._replace(A=flats, lam=0.3)
         for _ in range(3):

@@ -267,14 +267,6 @@ class Rig:
         grinder.dress(passes)
         return grinder
 
-    def dressed_often(self, dresses: float) -> Grinder:
-        """A wheel of the usual diameter after further dresses with one diamond."""
-        grinder = self.fresh()
-        for _ in range(int(dresses)):
-            grinder.dress()
-        grinder.wheel = grinder.wheel._replace(ds=grinder.setup.diameter)
-        return grinder
-
     def worn_in(self, **setup: Any) -> Grinder:
         """A wheel that is sharp in the usual set-up, over a new part in another one."""
         return self.set_up_anew(self.sharp(), **setup)

@@ -119,7 +119,7 @@ def dressed(state: State, at: Setup, passes: float, lead: float, depth: float) -
         Rd=left + kept * (state.Rd - left),
         Cd=grains(wheel) * severity**-0.25 + kept * (state.Cd - grains(wheel) * severity**-0.25),
         W=0.0,
-        wd=state.wd + tool.wear_rate * dressed_off(state, at, passes, depth),
+        wd=state.wd,
     )
 
 

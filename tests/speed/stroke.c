@@ -284,7 +284,6 @@ static void dress(const Cycle *c, const Parameters *p, Wheel *w, Tally *t) {
     w->Rd = phi * Rd + keep * w->Rd;
     w->Cd = phi * Cd + keep * w->Cd;
     w->W = 0.0;
-    w->wd = w->wd + p->kd * removed;
     w->dT = seconds > 0.0 ? cooled(w->dT, seconds, p->per_tau) : w->dT;
     t->seconds += c->dress_seconds, t->dresses += 1.0, t->dressed_off += removed;
     t->power_1 = t->power_2 = t->power_3 = t->power_4 = t->power_5 = t->power_6 = t->last_count = t->deepened = 0.0;
