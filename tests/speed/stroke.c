@@ -84,7 +84,7 @@ INLINE double log_(double x) {
 }
 
 INLINE double whole_ms(double seconds) { return floor(1000.0 * seconds + (0.5 + 1e-6)) / 1000.0; }
-INLINE double cooled(double dT, double seconds, double per_tau) { return dT * exp_(-seconds * per_tau); }
+INLINE double cooled(double dT, double seconds, double rate) { return dT * exp_(-seconds * rate); }
 INLINE double wheel_speed(double ds, double n, double vs_set) { return vs_set > 0.0 ? vs_set : 0.001 * PI * n * ds; }
 INLINE double worn_diameter(double ds, double radial) { return most(ds - 2.0 * radial, least(ds, 20.0)); }
 INLINE double chip_force(double Q, double per_vs, double u_ch) { return u_ch * Q * per_vs; }
@@ -106,15 +106,18 @@ static Constants constants_of(const Parameters *p, double vw, double Lw) {
     k.kA = p->kA, k.kL = p->kL, k.Af = p->Af, k.Amax = p->Amax, k.per_Amax = 1.0 / p->Amax;
     k.RaRef = p->RaRef, k.f0 = p->f0, k.f1 = p->f1, k.log_gm = log_(p->gm), k.nr = p->nr;
     k.least_chips = log_chip_wear(0.02, p->mG), k.ra_scale = p->ra_scale, k.per_vw = 1.0 / vw;
-    k.per_capacity = p->per_capacity, k.per_tau = p->per_tau, k.swell = p->swell;
+    k.per_capacity = p->per_capacity, k.swell = p->swell;
+    k.w_1 = p->w_1, k.w_2 = p->w_2, k.w_3 = p->w_3, k.w_4 = p->w_4;
+    k.r_1 = p->r_1, k.r_2 = p->r_2, k.r_3 = p->r_3, k.r_4 = p->r_4;
     return k;
 }
 
 /* A stroke at one speed: what it does, and the wheel after it. */
-typedef struct { double ae, load, torque, T, Br, worn, Ra, ds, A, lam, V, W, dT; } Node;
+typedef struct { double ae, load, torque, T, Br, worn, Ra, ds, A, lam, V, W, dT_1, dT_2, dT_3, dT_4; } Node;
 
 INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, double own_seconds, double S, double Rs,
-                    double ds, double A, double lam, double V, double Rd, double Cd, double W, double dT) {
+                    double ds, double A, double lam, double V, double Rd, double Cd, double W, double dT_1,
+                    double dT_2, double dT_3, double dT_4) {
 #define K(field) held->field[l]
     /* depth of cut and forces */
     double speed = wheel_speed(ds, K(n), K(vs_set)), per_speed = 1.0 / (ds * speed), per_ds = per_speed * speed;
@@ -173,6 +176,8 @@ INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, do
     double reach = 1000.0 * ae + least(most(1000.0 * u, 0.0), 0.5);
     double Ra = Rs + (Rg - Rs) * (reach / (reach + 2.0 * Rs + NEARLY_NOTHING));
 
+    double warmer = b * flow * K(per_vw) * K(per_capacity), later = whole_ms(own_seconds);
+#define MODE(n) .dT_##n = cooled(dT_##n + K(w_##n) * warmer, later, K(r_##n))
     return (Node){
         .ae = ae, .load = load, .torque = torque, .T = T, .Br = Br, .worn = worn, .Ra = Ra,
         .ds = worn_diameter(ds, dw),
@@ -180,8 +185,9 @@ INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, do
         .lam = least(lam + K(kL) * dV * (1.0 - lam), 1.0) - lam * renewal,
         .V = V + dV,
         .W = W + dw,
-        .dT = cooled(dT + b * flow * K(per_vw) * K(per_capacity), whole_ms(own_seconds), K(per_tau)),
+        MODE(1), MODE(2), MODE(3), MODE(4),
     };
+#undef MODE
 #undef K
 }
 
@@ -193,7 +199,9 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
 #define K(field) rows->held.field[l]
 #define MIX(field) (fast.field + share * (slow.field - fast.field))
         double ds = rows->wheel.ds[l], A = rows->wheel.A[l], lam = rows->wheel.lam[l], V = rows->wheel.V[l];
-        double Rd = rows->wheel.Rd[l], Cd = rows->wheel.Cd[l], W = rows->wheel.W[l], dT = rows->wheel.dT[l];
+        double Rd = rows->wheel.Rd[l], Cd = rows->wheel.Cd[l], W = rows->wheel.W[l];
+        double dT_1 = rows->wheel.dT_1[l], dT_2 = rows->wheel.dT_2[l];
+        double dT_3 = rows->wheel.dT_3[l], dT_4 = rows->wheel.dT_4[l];
         double deepest = rows->part.Z[l], S = rows->part.S[l], Rs = rows->part.Rs[l];
         double reversal = rows->progress.reversal[l], depth = rows->progress.depth[l];
         double peak_torque = rows->tally.peak_torque[l];
@@ -202,11 +210,13 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         double Z = depth >= C(depth) ? C(bottom) : (C(start) + depth) + C(surface);
         double seconds = reversal > 0.0 ? C(stroke_seconds) : C(first_seconds);
         double own_seconds = reversal > 0.0 ? C(stroke_seconds) : C(set_out);
-        double face = (peak_torque >= 1.0 ? -1000.0 : Z) + K(swell) * dT, b = C(width);
+        double face = (peak_torque >= 1.0 ? -1000.0 : Z) + K(swell) * (dT_1 + dT_2 + dT_3 + dT_4), b = C(width);
         double share = C(slow_share), fast_S = S + share * rows->part.S_step[l], slow_S = fast_S - rows->part.S_step[l];
         double fast_Rs = Rs + share * rows->part.Rs_step[l], slow_Rs = fast_Rs - rows->part.Rs_step[l];
-        Node slow = node_of(&rows->slow, l, b, face, own_seconds, slow_S, slow_Rs, ds, A, lam, V, Rd, Cd, W, dT);
-        Node fast = node_of(&rows->held, l, b, face, own_seconds, fast_S, fast_Rs, ds, A, lam, V, Rd, Cd, W, dT);
+        Node slow = node_of(&rows->slow, l, b, face, own_seconds, slow_S, slow_Rs, ds, A, lam, V, Rd, Cd, W,
+                            dT_1, dT_2, dT_3, dT_4);
+        Node fast = node_of(&rows->held, l, b, face, own_seconds, fast_S, fast_Rs, ds, A, lam, V, Rd, Cd, W,
+                            dT_1, dT_2, dT_3, dT_4);
         double load = fast.load + C(slow_time) * (slow.load - fast.load), peak = most(fast.load, slow.load);
         double torque = most(fast.torque, slow.torque), hottest = most(fast.T, slow.T), Br = most(fast.Br, slow.Br);
 
@@ -215,7 +225,10 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         rows->wheel.lam[l] = MIX(lam);
         rows->wheel.V[l] = MIX(V);
         rows->wheel.W[l] = MIX(W);
-        rows->wheel.dT[l] = MIX(dT);
+        rows->wheel.dT_1[l] = MIX(dT_1);
+        rows->wheel.dT_2[l] = MIX(dT_2);
+        rows->wheel.dT_3[l] = MIX(dT_3);
+        rows->wheel.dT_4[l] = MIX(dT_4);
 
         rows->part.Z[l] = most(deepest, Z);
         rows->part.S[l] = S + MIX(ae);
@@ -284,7 +297,10 @@ static void dress(const Cycle *c, const Parameters *p, Wheel *w, Tally *t) {
     w->Rd = phi * Rd + keep * w->Rd;
     w->Cd = phi * Cd + keep * w->Cd;
     w->W = 0.0;
-    w->dT = seconds > 0.0 ? cooled(w->dT, seconds, p->per_tau) : w->dT;
+    w->dT_1 = seconds > 0.0 ? cooled(w->dT_1, seconds, p->r_1) : w->dT_1;
+    w->dT_2 = seconds > 0.0 ? cooled(w->dT_2, seconds, p->r_2) : w->dT_2;
+    w->dT_3 = seconds > 0.0 ? cooled(w->dT_3, seconds, p->r_3) : w->dT_3;
+    w->dT_4 = seconds > 0.0 ? cooled(w->dT_4, seconds, p->r_4) : w->dT_4;
     t->seconds += c->dress_seconds, t->dresses += 1.0, t->dressed_off += removed;
     t->power_1 = t->power_2 = t->power_3 = t->power_4 = t->power_5 = t->power_6 = t->last_count = t->deepened = 0.0;
 }

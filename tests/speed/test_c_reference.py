@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grind_env.process.process import PROCESS
 from tests.batches import TALLY, as_table
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.kernel import cycles, plunges
@@ -26,7 +27,9 @@ def machines(seed: int) -> tuple[np.ndarray, ...]:
     parameters["power"] *= np.where(sometimes(0.1), 0.05, 1.0)
     parameters["vs_set"] = np.where(sometimes(0.5), rng.uniform(15.0, 60.0, MACHINES), 0.0)
     wheels["lam"], wheels["V"] = rng.uniform(0.0, 0.5, MACHINES), rng.uniform(0.0, 200.0, MACHINES)
-    wheels["W"], wheels["dT"] = rng.uniform(0.0, 0.02, MACHINES), rng.uniform(0.0, 10.0, MACHINES)
+    wheels["W"] = rng.uniform(0.0, 0.02, MACHINES)
+    for mode in PROCESS.own._fields:
+        wheels[mode] = rng.uniform(0.0, 3.0, MACHINES)
     wheels["wd"] = rng.uniform(0.0, 0.3, MACHINES)
     table["pre_dress"], table["surface"] = sometimes(0.3), rng.uniform(0.0, 0.05, MACHINES)
     table["first_seconds"], table["set_out"] = rng.uniform(0.5, 9.0, (2, MACHINES))
