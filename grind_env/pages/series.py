@@ -16,8 +16,7 @@ from grind_env.machine.job.worlds import usual_uncertainty, world
 from grind_env.process.catalogue import USUAL, load_catalogue
 from grind_env.toml import read_toml
 from grind_env.validation import data
-from grind_env.validation.check import Measure
-from grind_env.validation.declared import Measurement
+from grind_env.validation.declared import CHECKS, Measurement
 from grind_env.validation.published import CASES, magnitude
 from grind_env.validation.rig import Rig
 from grind_env.validation.valve_alloys import RESPONSES, WHEELS, AlloyRuns, measured, simulated
@@ -53,35 +52,30 @@ class PublishedSeries(NamedTuple):
         return self._replace(name=f"{self.name}: {factor}{off:.0f} % ({constant:.0f} %){verdict}")
 
 
-def at(points: Sequence[Measure], rig: Rig) -> list[float]:
-    """Return the numbers of some points on a rig."""
-    return [point(rig) for point in points]
-
-
 def column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
     """Return the numbers of a column."""
     return np.array([float(row[name]) for row in rows])
 
 
-def by_machine(measure: Callable[[Rig], Any], material: str = "aisi_52100", **entries: str) -> Array:
-    """Return what the machine of the catalogue gives, and those drawn from what is not known of some entries."""
+def by_machine(points: Sequence[Callable[[Rig], Any]], material: str = "aisi_52100", **entries: str) -> Array:
+    """Return the points of the machine of the catalogue, and of those drawn from what is not known of some entries."""
     catalogue = load_catalogue()
     setup: Any = {kind: getattr(catalogue, kind)(name) for kind, name in {**USUAL, **entries}.items()}
     part = Part(material=catalogue.material(material), length=200, width=20, stock=0.1, scrap_cost=0)
     job = Job(part=part, setup=Setup(**setup))
-    unknown, found = usual_uncertainty(job), [measure(Rig(catalogue))]
+    unknown, machines = usual_uncertainty(job), [Rig(catalogue)]
     for number in range(MACHINES):
         drawn = entries_of(world(job, unknown, unknown.root, SEED, number)).items()
         tables: Any = {f"{kind}s": {**getattr(catalogue, f"{kind}s"), each.name: each} for kind, each in drawn}
-        found.append(measure(Rig(replace(catalogue, **tables))))
-    return np.array(found)
+        machines.append(Rig(replace(catalogue, **tables)))
+    return np.array([[point(rig) for point in points] for rig in machines])
 
 
 def valves(response: str) -> Iterator[PublishedSeries]:
     """Return wear or Ra of three wheels in a valve alloy."""
     for wheel in WHEELS:
         place = AlloyRuns._fields.index(response)
-        model = by_machine(partial(simulated, wheel=wheel), "inc751", wheel=wheel.entry)[:, place]
+        model = by_machine([partial(simulated, wheel=wheel)], "inc751", wheel=wheel.entry)[:, 0, place]
         name = f"{wheel.measured} {wheel.speed:g} m/s"
         yield PublishedSeries(name, measured(wheel)[place], model).over_mean().judged()
 
@@ -93,11 +87,7 @@ def rotary() -> Iterator[PublishedSeries]:
     # .28 mm of a diamond touch the wheel at the usual depth
     setups = [f"lead: {0.28 / float(run[names[0]])}; dresser.speed_ratio: {run[names[1]]}" for run in runs]
     points = [Measurement("Rg 1", "fresh", f"dresser: rotary; {setup}") for setup in setups]
-    yield (
-        PublishedSeries("Ra", column(runs, "Ra_um"), by_machine(partial(at, points), dresser="rotary"))
-        .over_mean()
-        .judged()
-    )
+    yield PublishedSeries("Ra", column(runs, "Ra_um"), by_machine(points, dresser="rotary")).over_mean().judged()
 
 
 def bearings() -> Iterator[PublishedSeries]:
@@ -108,16 +98,18 @@ def bearings() -> Iterator[PublishedSeries]:
     cuts = ["; ".join(f"{key}: {run[key]}" for key in ("wheel_speed", "table_speed", "downfeed")) for run in runs]
     for name, quantity in (("no spark-out", "Ra 10"), ("spark-out", "sparked_out")):
         points = [Measurement(quantity, "sharp", f"{usual}; {each}") for each in cuts]
-        yield PublishedSeries(name, Ra, by_machine(partial(at, points), wheel="b126"), 1.0 + deviation / Ra).judged()
+        yield PublishedSeries(name, Ra, by_machine(points, wheel="b126"), 1.0 + deviation / Ra).judged()
 
 
 def partition() -> Iterator[PublishedSeries]:
     """Return the share of the heat that enters a part of cast iron, over the depth."""
     depths = (5, 8, 10, 12, 15, 18, 20, 25, 30)
-    for fluid, known in (("dry", {10: 0.84}), ("emulsion", {10: 0.24, 25: 0.92})):
+    references = {check.name.removeprefix("partition "): check.reference for check in CHECKS}
+    for fluid, rows in (("dry", {10: "dry"}), ("emulsion", {10: "wet", 25: "boiling"})):
+        known: Any = {depth: references[row] for depth, row in rows.items()}
         setup = f"material: grey_cast_iron; table_speed: 40; fluid: {fluid}; downfeed: "
         points = [Measurement("eps", "dulled 0.025", f"{setup}{depth / 1000.0}") for depth in depths]
-        model = by_machine(partial(at, points), "grey_cast_iron", fluid=fluid)
+        model = by_machine(points, "grey_cast_iron", fluid=fluid)
         said = ", ".join(f"{model[0, depths.index(depth)]:.2f} ({value})" for depth, value in known.items())
         yield PublishedSeries(f"{fluid}: {said}", np.array([known.get(depth, np.nan) for depth in depths]), model)
 
@@ -130,7 +122,7 @@ def forces() -> Iterator[PublishedSeries]:
     for row in rows:
         setup = dict(part.split(": ") for part in CASES[row["case"]][1].split("; ") if part)
         entries = {kind: setup[kind] for kind in ("material", "wheel") if kind in setup}
-        found.append(by_machine(magnitude(row).measure, **entries))
+        found.append(by_machine([magnitude(row).measure], **entries)[:, 0])
     held = sum(low[k] <= each[0] <= high[k] for k, each in enumerate(found))
     name = f"within {held} of {len(rows)} ranges"
     yield PublishedSeries(name, np.sqrt(low * high), np.transpose(found), np.sqrt(high / low))
