@@ -56,9 +56,8 @@ def optimise(
 ) -> None:
     """Optimise a part program: E and D for a lower cost per part.
 
-    The new program is written only if it is significantly cheaper, keeps all limits and has a small risk
-    (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the
-    limits.
+    The new program is written only if it is significantly cheaper and keeps all limits at a small risk
+    (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
