@@ -31,7 +31,7 @@ GROUPS = {
     PART: "env task tasks family machines job program parts variables plant block_delete max_blocks groove_retract "
     "dress_at interrupts",
     RUNNING: "jobs ray runs configs fresh trust",
-    OUTPUT: "output plot record report html submit write state force plan as_json explain window results published "
+    OUTPUT: "output csv plot record report html submit write state force plan as_json explain window results published "
     "help",
 }
 """Names of arguments by the group in which a help shows them; all others are settings."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
-from grind_env.shop.commands.arguments import OtherPart, Plant
+from grind_env.shop.commands.arguments import CsvFile, OtherPart, Plant
 from grind_env.targets import Own
 from grind_env.terminal import progress
 
@@ -45,7 +45,7 @@ PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYE
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command(epilog="grind evaluate --task rush --episodes 64\ngrind evaluate --program plate.nc --policy E12000D1")(
+    app.command(epilog="grind evaluate --task rush --episodes 64\ngrind evaluate --task plate.nc --policy E12000D1")(
         evaluate
     )
     app.command(epilog="grind verify row.json\ngrind verify row.json --seed 31415926535897932384")(verify)
@@ -60,23 +60,25 @@ def evaluate(
     episodes: Annotated[int, typer.Option(min=2, help="Number of episodes.")] = 64,
     seeds: Annotated[str | None, typer.Option(help="Seeds: training, validation or evaluation (default).")] = None,
     split: Split = "all",
-    first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds instead.")] = None,
+    first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds, instead of --seeds.")] = None,
     plant: Plant = None,
-    model: Annotated[str | None, typer.Option(help="Machine that the policy assumes; default the model.")] = None,
+    model: Annotated[str | None, typer.Option(help="Machine that the policy assumes; default the simulator.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     other_part: OtherPart = False,
     submit: Annotated[
         Path | None, typer.Option(help="Write a row for `grind verify` to this .json file."), Writes()
     ] = None,
+    csv: CsvFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Evaluate a policy: cost per good part and score, with 95 % CI.
 
-    A score of 0 is the best fixed plan, 100 the planner. On other episodes than theirs the score is unpaired; on
-    another machine (--plant) there is none. Details: docs/howto/evaluate.md.
+    Score 0: the best fixed plan; 100: a planner that knows all future lots. With --plant only costs are printed.
+    Details: docs/howto/evaluate.md.
     """
     from grind_env.errors import GrindError, printable
+    from grind_env.files import write_csv
     from grind_env.policies.judging import evaluate as judge
     from grind_env.policies.naming import usual_name
     from grind_env.policies.problem import find_problem
@@ -101,6 +103,8 @@ def evaluate(
         from grind_env.policies.rows import row_of, write_row
 
         write_row(submit, row_of(found, problem, policy or usual_name(problem.simulation())))
+    if csv is not None:
+        write_csv(csv, found.episodes().plain())
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:

@@ -1,12 +1,13 @@
 """Files of a user: read only as far as memory allows, and written whole or not at all."""
 
 import codecs
+import csv
 import io
 import os
 import select
 import stat
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -184,6 +185,16 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(place)
     except OSError as error:
         raise FileError(f"{shown(path)} cannot be written: {error.strerror or error}") from None
+
+
+def write_csv(path: Path, rows: Iterable[Iterable[object]]) -> None:
+    """Write rows to a CSV file, through `csv_cell`; errors as of `write_atomically`."""
+
+    def write(temporary: Path) -> None:
+        with temporary.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(map(csv_cell, row) for row in rows)
+
+    write_atomically(path, write)
 
 
 def _place(path: Path) -> Path:

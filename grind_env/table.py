@@ -8,6 +8,7 @@ or, given as plain titles, from rows that are texts already: `table_of(("policy"
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -110,6 +111,10 @@ class Table(NamedTuple):
         lines = [self.headings, rules, *([cell.text for cell in row] for row in self.rows)]
         return "\n".join(f"| {' | '.join(text.replace('|', chr(92) + '|') for text in line)} |" for line in lines)
 
+    def plain(self) -> list[list[float | str]]:
+        """Return headings and rows as a CSV file has them: numbers are numbers, and a missing value is empty."""
+        return [[*self.headings], *([_plain(cell.text) for cell in row] for row in self.rows)]
+
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
         """Return the <table> element, its texts escaped; `attributes` are of a cell, by right alignment and kind."""
 
@@ -153,6 +158,12 @@ def table_of(
         for k, column in enumerate(columns)
     ]
     return Table(made, [[column.cell(row, k) for k, column in enumerate(made)] for row in rows], title)
+
+
+def _plain(text: str) -> float | str:
+    with suppress(ValueError):
+        return int(text) if text.isdecimal() else float(text)
+    return "" if text == NONE else text
 
 
 def _rich(cell: Cell) -> "RenderableType":

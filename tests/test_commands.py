@@ -11,7 +11,6 @@ from typer import Context
 from agents.application import app as agents
 from grind_env.cli import app as grind
 from grind_env.command_help import RENAMED
-from grind_env.figures.commands import app as figures
 from grind_env.terminal import command
 from tests.test_outputs import TREE
 
@@ -39,7 +38,7 @@ def test_a_command_has_short_help_and_two_examples_and_is_shown_and_tested(name:
     assert run, f"no test runs {name}"
 
 
-@pytest.mark.parametrize("app", [grind, agents, figures])
+@pytest.mark.parametrize("app", [grind, agents])
 def test_the_help_of_a_group_has_the_first_line_of_each_command(app: typer.Typer) -> None:
     click: Any = typer.main.get_command(app)
     lines = [" ".join(line.split()) for line in help_of(click, "grind")]

@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 66_500,
-    ("tests/*.py",): 53_850,
+    ("grind_env/*.py", "agents/*.py"): 66_400,
+    ("tests/*.py",): 51_000,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

@@ -2,5 +2,5 @@
 
 All are in vector formats (.svg, .pdf; .png, too), as wide as a column or a page, and readable in grey::
 
-    dress.py    what a dress changes    policy_map.py    E and D of an agent over its belief
+    dress.py    what a dress changes
 """

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import FILE, Application, Writes
+from grind_env.arguments import Application, Writes
 from grind_env.commands import JobFile as ProblemJob
 from grind_env.commands import NamedProblem, Parts
 
@@ -32,27 +32,3 @@ def dress(
 
     prepare_figure(output)
     write_figure(dress_figure(dressed_run(find_problem(env, job, parts), speed, dress_every)), output)
-
-
-@app.command(
-    epilog="grind figure policy-map -o map.pdf\ngrind figure policy-map --policy rush.safetensors --task rush -o m.svg"
-)
-def policy_map(
-    output: Output,
-    env: NamedProblem = "power_limited",
-    policy: Annotated[
-        str | None, typer.Option(help="Agent file (.safetensors); default the bundled agent."), FILE
-    ] = None,
-    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 32,
-) -> None:
-    """Draw E and D of an agent over its belief of the wheel.
-
-    The axes are the believed wear-flat area and the factor on its growth; other inputs follow by linear regression
-    over the visited states.
-    """
-    from grind_env.figures.policy_map import policy_map as ask
-    from grind_env.figures.policy_map import policy_map_figure
-    from grind_env.render.figures import prepare_figure, write_figure
-
-    prepare_figure(output)
-    write_figure(policy_map_figure(ask(policy, env, episodes=episodes)), output)

@@ -4,12 +4,12 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.fields import FILE as FIELDS
 from grind_env.pages.fields import fields_page
 from grind_env.pages.page import page
 from grind_env.pages.plants import FILE as PLANTS
 from grind_env.pages.plants import plants_page
+from grind_env.pages.series import plot_series
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
 from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
@@ -24,20 +24,18 @@ def write(folder: Path) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     rows = validate()
-    pictures = [PICTURE] if find_spec("matplotlib") else []
-    for name in pictures:
-        plot_exponents(rows, folder / name)
+    caption = plot_series(folder / PICTURE) if find_spec("matplotlib") else ""
     write_csv(rows, folder / ROWS)
     texts = {
         "index.md": index(),
         FIELDS: fields_page(),
         PLANTS: plants_page(),
-        FILE: validation_page(rows, *pictures),
+        FILE: validation_page(rows, caption),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return [folder / name for name in (*texts, *pictures, ROWS)]
+    return [folder / name for name in (*texts, *[PICTURE] * bool(caption), ROWS)]
 
 
 def main(arguments: list[str]) -> str | None:

@@ -35,16 +35,16 @@ COLUMNS = (
 )
 
 
-def validation_page(rows: Sequence[Row], picture: str = "") -> str:
-    """Return the page, Markdown; `picture` is the file of `plot_exponents` beside it, none if ""."""
+def validation_page(rows: Sequence[Row], caption: str = "") -> str:
+    """Return the page, Markdown; `caption` is that of the picture beside it (`plot_series`), "" without one."""
     lines = ["# Validation of the process model", f"**{sources(rows)}** {totals(rows)}. {beyond_limits(rows)}"]
     lines += [INTRODUCTION, CONDITIONS]
     lines += [
         "## What the model must not be used for",
         "\n".join(f"- {use}: {why}." for use, why in unfit_uses().items()),
     ]
-    if picture:
-        lines.append(f"![measured exponents beside those of the model]({picture})")
+    if caption:
+        lines += ["## Published series beside the model", f"![published series over the model]({PICTURE})", caption]
     for group, members in groupby(rows, lambda row: row.check.group):
         lines += [f"## {group}. {GROUPS[group]}", table_of(COLUMNS, members).markdown()]
     return "\n\n".join(lines) + "\n"

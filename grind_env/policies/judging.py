@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count, repeat
 from typing import Any, get_args
 
 import numpy as np
@@ -20,6 +21,7 @@ from grind_env.policies.statistics import Interval, bootstrap, normalised_score,
 from grind_env.policies.tuned import ConfigError
 from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
+from grind_env.table import Table, table_of
 
 REFERENCE_SEEDS = "evaluation"
 """Whose first episodes, of the split `all`, the reference scores are of."""
@@ -92,6 +94,13 @@ class Judgement:
             score = {"score": self.score.value, "score_low": self.score.low, "score_high": self.score.high}
             found |= {**score, "paired": self.paired}
         return found
+
+    def episodes(self) -> Table:
+        """Return a row for each episode."""
+        run = self.evaluation
+        means = [np.nanmean(each, axis=1) for each in (run.speeds, run.executions)]
+        rows = zip(repeat(self.policy), count(self.first_seed), run.cost, run.good, run.finished, *means, strict=False)
+        return table_of(("policy", "seed", "cost, $", "good parts", "parts", "mean E, mm/min", "mean D"), rows)
 
     def __str__(self) -> str:
         cost, run = self.evaluation.cost_per_good_part, self.evaluation

@@ -180,6 +180,7 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
         return True, f"recommended: {less} on machines of {found.plant}"
     if not np.isfinite(min(costs)):
         return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
-    told = f"{own:.2f} $ with it" if np.isfinite(own) else "and it makes none"
+    chance = " (may be chance)" if own < min(costs) else ""
+    told = f"{own:.2f} $ with it{chance}" if np.isfinite(own) else "and it makes none"
     told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
     return False, f"not recommended: {told}, on machines of {found.plant}"

@@ -1,6 +1,5 @@
 """The table of the checks in the terminal, and their rows as a CSV file."""
 
-import csv
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.text import Text
 
-from grind_env.files import csv_cell, write_atomically
+from grind_env.files import write_csv as write_rows
 from grind_env.table import Cell, Column, table_of
 from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
 from grind_env.validation.mutations import LEAST, Noticed
@@ -125,14 +124,7 @@ def print_mutations(found: Sequence[Noticed], console: Console) -> None:
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:
     """Write a line for each row, numbers to six digits; a cell is empty where there is no number."""
-    write_atomically(path, lambda temporary: _write(rows, temporary))
-
-
-def _write(rows: Sequence[Row], path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(CSV_COLUMNS)
-        writer.writerows(map(csv_cell, _cells(row)) for row in rows)
+    write_rows(path, [CSV_COLUMNS, *map(_cells, rows)])
 
 
 def _cells(row: Row) -> tuple[object, ...]:

@@ -17,7 +17,6 @@ from tests.examples import nightly
 pytest.importorskip("matplotlib")
 
 from grind_env.figures.dress import around_dress, dress_figure, dressed_run
-from grind_env.figures.policy_map import NAMES, PolicyMap, policy_map, policy_map_figure
 from grind_env.render.figures import PlotError, write_figure
 from grind_env.render.style import COLOURS, COLUMN, DASHES, MARKS, PAGE
 
@@ -26,32 +25,27 @@ MM = 25.4
 
 
 @pytest.fixture(scope="module")
-def mapped() -> PolicyMap:
-    return policy_map(None, "power_limited", episodes=4)
-
-
-@pytest.fixture(scope="module")
 def dressed() -> GrindingRecord:
     return dressed_run(find_problem("power_limited"), 6000.0, 3)
 
 
 def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt_and_every_axis_has_its_unit(
-    mapped: PolicyMap, dressed: GrindingRecord
+    dressed: GrindingRecord,
 ) -> None:
     from matplotlib.text import Text
 
-    plain = {"burn ratio", "believed factor on its growth", "", "stroke of the part", "D, dress executions"}
+    plain = {"burn ratio", "", "stroke of the part"}
     unit = re.compile(r", (mm|µm|kW|K|%|m/min|mm³/mm)$|, %$")
     assert pytest.approx((85.0, 170.0)) == (COLUMN * MM, PAGE * MM)
-    for figure in (dress_figure(dressed), policy_map_figure(mapped)):
-        figure.canvas.draw()
-        assert figure.get_figwidth() == pytest.approx(PAGE)
-        texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
-        assert {text.get_fontsize() for text in texts} <= {8.0, 9.0}
-        for axes in figure.axes:
-            for label in (axes.get_xlabel(), axes.get_ylabel()):
-                said = label.replace("\n", " ")
-                assert said in plain or unit.search(said), said
+    figure = dress_figure(dressed)
+    figure.canvas.draw()
+    assert figure.get_figwidth() == pytest.approx(PAGE)
+    texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    assert {text.get_fontsize() for text in texts} <= {8.0, 9.0}
+    for axes in figure.axes:
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            said = label.replace("\n", " ")
+            assert said in plain or unit.search(said), said
 
 
 def test_lines_are_told_apart_without_colour() -> None:
@@ -60,9 +54,9 @@ def test_lines_are_told_apart_without_colour() -> None:
 
 
 @pytest.mark.parametrize("suffix", [nightly(".pdf"), nightly(".svg"), ".png"])
-def test_the_same_figure_has_the_same_bytes(suffix: str, mapped: PolicyMap, tmp_path: Path) -> None:
+def test_the_same_figure_has_the_same_bytes(suffix: str, dressed: GrindingRecord, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        write_figure(policy_map_figure(mapped), tmp_path / f"{name}{suffix}")
+        write_figure(dress_figure(dressed), tmp_path / f"{name}{suffix}")
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
@@ -81,40 +75,9 @@ def test_a_dress_is_shown_between_whole_parts(dressed: GrindingRecord) -> None:
         around_dress(dressed_run(find_problem("power_limited"), 6000.0, 99))
 
 
-def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:
-    middle = len(mapped.growths) // 4
-    assert mapped.speeds[middle, 0] > mapped.speeds[middle, -1]
-    assert mapped.executions[middle, 0] == 0.0 and mapped.executions[middle, -1] >= 1.0
-    assert mapped.visited.shape == (4 * 60, 2)
-    assert np.all(np.diff(mapped.areas) > 0.0) and np.all(np.diff(mapped.growths) > 0.0)
-
-
-def test_where_the_belief_stands_in_what_an_agent_sees() -> None:
-    """The last feature is the logarithm of the believed wear-flat area, by which the others are found."""
-    from grind_env.policies.evaluation import episode_seeds, start_episodes
-    from grind_env.policies.learned.view import LearnerView
-    from grind_env.policies.scripted.rules import REFERENCE_AREA
-
-    simulation = find_problem("power_limited").simulation()
-    view = LearnerView(simulation, "belief")
-    episodes = start_episodes(simulation, episode_seeds("training", 2))
-    view.begin(2)
-    seen = view.features(simulation.observe(episodes))
-    first = seen.shape[1] - len(NAMES) - 1
-    area = view.wear_flat_scale * seen[:, first]
-    np.testing.assert_allclose(np.log(area / REFERENCE_AREA), seen[:, -1], rtol=1e-5)
-
-
-@pytest.mark.parametrize("policy", ["adaptive_rule", "E8000D1"])
-def test_what_sees_no_belief_has_no_map(policy: str) -> None:
-    with pytest.raises(GrindError, match="has no map over a belief"):
-        policy_map(policy, "power_limited")
-
-
 @pytest.mark.parametrize(
     "words",
     [
-        ("policy-map", "--episodes", 2),
         ("dress", "--E", 4500, "--dress-every", 5),
         nightly(("dress", "--env", "reciprocation", "--dress-every", 6)),
         nightly(("dress", "--env", PLATE, "--parts", 6, "--E", 12_000, "--dress-every", 4)),
@@ -132,6 +95,6 @@ def test_a_format_that_there_is_not_is_told_before_the_work(grind: Grind, tmp_pa
     assert status == 2 and ".png, .svg, .pdf" in err and "missing.nc" not in err
 
 
-def test_another_suffix_is_refused(mapped: PolicyMap, tmp_path: Path) -> None:
+def test_another_suffix_is_refused(dressed: GrindingRecord, tmp_path: Path) -> None:
     with pytest.raises(PlotError, match="name such a file"):
-        write_figure(policy_map_figure(mapped), tmp_path / "a.txt")
+        write_figure(dress_figure(dressed), tmp_path / "a.txt")

@@ -74,7 +74,7 @@ def untuned(name: str, simulation: Simulation) -> Any:
     if name in UNTUNED:
         return UNTUNED[name]()
     if name in UNIFORM_PLANS:
-        return TUNED[name](E=12.0, D=1, every=2)
+        return TUNED[name](E=12_000.0, D=1, every=2)
     if name == "mpc":
         return ModelPredictive(untuned("full_state_rule", simulation), horizon=2)
     coefficients = RULES[name]

@@ -1,5 +1,6 @@
 """`grind evaluate` and `grind play`, as they are typed."""
 
+import csv
 import json
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from tests.command import Grind
 EXAMPLES = Path(grind_env.__file__).with_name("examples")
 
 
-def test_one_policy_is_evaluated(grind: Grind) -> None:
+def test_one_policy_is_evaluated(tmp_path: Path, grind: Grind) -> None:
     command = ("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", "constant")
     status, out, err = grind(*command, "--json")
     answer = json.loads(out)
@@ -24,8 +25,13 @@ def test_one_policy_is_evaluated(grind: Grind) -> None:
     assert (answer["E"], answer["D"], answer["paired"]) == (9000.0, 1.0, True)
     assert (answer["seeds"], answer["split"]) == ("evaluation", "all")
     assert (answer["env"], answer["name"]) == ("grind/Oracle6-v0", "oracle6")
-    status, out, _ = grind(*command)
+    status, out, _ = grind(*command, "--csv", tmp_path / "episodes.csv")
     assert status == 0
+    with (tmp_path / "episodes.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["seed"]) for row in rows] == list(episode_seeds("evaluation", 2))
+    total, good = (sum(float(row[name]) for row in rows) for name in ("cost, $", "good parts"))
+    assert total / good == pytest.approx(answer["cost_per_good_part"])
     assert "$ per good part" in out and f"score {answer['score']:.1f}" in out
 
 

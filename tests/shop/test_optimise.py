@@ -1,5 +1,6 @@
 """`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
 
+import csv
 import itertools
 import json
 from dataclasses import replace
@@ -203,8 +204,12 @@ def test_so_many_programs_are_tried_and_the_time_decides_nothing(monkeypatch: py
 def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, output = write(tmp_path, "lower"), tmp_path / "out.nc"
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--parts", "3"]
-    assert status(*arguments, *LONG, "-o", output, "--json") == 0
+    assert status(*arguments, *LONG, "-o", output, "--json", "--csv", tmp_path / "out.csv") == 0
     told = json.loads(capsys.readouterr().out)
+    rows = {row[0]: row for row in csv.reader((tmp_path / "out.csv").read_text(encoding="utf-8").splitlines())}
+    (seconds,) = (each for each in told["quantities"] if each["name"] == "seconds")
+    sides = [seconds[side]["value"] for side in ("before", "after")]
+    assert [float(value) for value in rows["seconds"][2:4]] == pytest.approx(sides, 1e-5)
     assert output.read_bytes() == told["text"].encode()
     assert b"\r\n" in output.read_bytes()
     assert status("run", output, "--job", path.with_suffix(".toml")) == 0

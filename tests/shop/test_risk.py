@@ -136,8 +136,8 @@ def test_the_rule_is_told_by_its_numbers(command: object) -> None:
     page = "docs/howto/shop.md"
     assert page in str(command.__doc__)
     assert (
-        f"on 95 of 100 machines a part costs at most {rule.CALIBRATED:g} times what it costs with the program as it "
-        f"is, {rule.UNCALIBRATED:g} times without a calibration"
+        f"on 95 of 100 machines a part costs at most {rule.CALIBRATED:g} times as much as with the program as it is "
+        f"({rule.UNCALIBRATED:g} times without a calibration)"
     ) in " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
 
 

@@ -1,5 +1,6 @@
 """`grind sweep`: every point costs what a program written so costs, and the valley is what it says."""
 
+import csv
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -76,11 +77,16 @@ def test_the_valley_holds_the_best_interval_and_those_that_cost_little_more(foun
 
 def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> None:
     words = ("sweep", EXAMPLES / "plate_g82.nc", "--E", "12000..20000", "--dress-every", "1..3", "--parts", 3, "--plot")
-    (status, shown, _), (again, data, _) = (grind(*words, tmp_path / "sweep.png", *more) for more in ((), ("--json",)))
+    more = ("--csv", tmp_path / "sweep.csv"), ("--json",)
+    (status, shown, _), (again, data, _) = (grind(*words, tmp_path / "sweep.png", *each) for each in more)
     assert status == again == 0
     assert "best dress interval" in shown and max(map(len, shown.splitlines()[:-2])) <= 100
     told = json.loads(data)
     assert len(told["speeds"]) == 27 and told["valley"][0] >= 1
+    with (tmp_path / "sweep.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    costs = [point["cost"]["value"] for point in (told["own"], *told["speeds"])]
+    assert [float(row["cost, $"]) for row in rows] == pytest.approx(costs, abs=5e-4)
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 

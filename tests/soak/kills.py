@@ -33,7 +33,6 @@ COMMANDS = (
     "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc --plot out.svg",
     "advise part.nc --parts 2 --policy handbook --measurements measured.csv --write values.nc",
     "calibrate log.csv --job part.toml --program part.nc -o out.toml --report out.html",
-    "figure policy-map --episodes 2 -o out.pdf",
     "figure dress --dress-every 2 -o out.svg",
     "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )

@@ -5,7 +5,7 @@ import subprocess
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,11 @@ class Count:
             self.falls.setdefault(line["kind"], []).append((seed, line["details"]))
 
 
+def _fields(tried: Tried) -> dict[str, object]:
+    # `asdict` makes a Counter of pairs out of a Counter
+    return {each.name: getattr(tried, each.name) for each in fields(tried)}
+
+
 @dataclass(frozen=True, slots=True)
 class Log:
     """The file.
@@ -63,7 +68,7 @@ class Log:
 
     def write(self, part: str, seed: int, tried: Tried | None = None) -> None:
         """Tell that a case begins, or how it has ended."""
-        line = {"part": part, "seed": seed, "moment": time.time(), **(asdict(tried) if tried else {})}
+        line = {"part": part, "seed": seed, "moment": time.time(), **(_fields(tried) if tried else {})}
         with self.path.open("ab", buffering=0) as file:
             file.write(f"\n{json.dumps(line)}".encode())
 

@@ -112,7 +112,6 @@ READS = (
     Read("whole_task.toml", "figure dress --env whole_task.toml --dress-every 2 -o out.svg", weight=0.3),
     Read("whole_task.toml", "evaluate --task whole_task.toml --policy E12000D1 --episodes 2"),
     Read("agent.safetensors", "evaluate --policy agent.safetensors --episodes 2", change=tensors, weight=4.0),
-    Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
     Read("agent.zip", "evaluate --policy agent.zip --episodes 2"),
     Read("row.json", "verify row.json", weight=3.0),
     Read("row.json", "verify row.json --seed 31415926535897932384 --episodes 2", 60.0),

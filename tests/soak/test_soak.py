@@ -4,6 +4,7 @@ import os
 import signal
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -40,7 +41,7 @@ def odd(seed: int) -> Tried:
     if seed == 7:
         time.sleep(3600.0)
     time.sleep(0.01)
-    return Tried("refused" if seed % 2 else "accepted", sums={"seeds": seed}, most={"seed": seed})
+    return Tried("refused" if seed % 2 else "accepted", sums=Counter(seeds=seed), most={"seed": seed})
 
 
 ODD = Part(name="odd", attempt=odd, seconds=1.0)

@@ -150,6 +150,7 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     assert _verdict(judged(easy), judged(hard), cheap) == (False, told.format("1.12", "plan", "2.25"))
     assert _verdict(judged(hard), judged(hard)) == (False, told.format("4.50", "other", "4.50"))
     assert not _verdict(judged([20.0, *easy[1:-1], 150.0]), judged(hard))[0]
+    assert "(may be chance)" in _verdict(judged([80.0, *easy[1:]]), judged(hard))[1]
     # without a good part it costs what nobody can say
     spoilt = judged(easy)
     spoilt.evaluation.good[:] = 0.0

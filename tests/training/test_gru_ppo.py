@@ -115,7 +115,7 @@ def test_the_worth_is_that_of_all_returns_together():
 
 
 def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(gru_ppo, "eased", lambda charged: charged)
+    monkeypatch.setattr(gru_ppo, "ease_rewards", lambda charged: charged)
     episodes, slow, given = TrainingEnvs(find_problem("rush"), SMALL, 0), np.tile([8, 1], (SMALL.envs, 1)), []
     step = episodes.envs.step
 

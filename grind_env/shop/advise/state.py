@@ -4,7 +4,6 @@ The file holds what went in, block by block, and what was advised. To go on is t
 and belief are functions of what was measured.
 """
 
-import csv
 import hashlib
 import json
 import os
@@ -18,7 +17,7 @@ from grind_env.envs.inputs import describe_differences, differing, inputs_of, na
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, reason
-from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
+from grind_env.files import FileError, is_file, read_bytes, read_text, shown, write_atomically, write_csv
 from grind_env.json_form import formed
 from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
@@ -122,19 +121,13 @@ def write_state(path: Path, origin: AdviceOrigin, steps: Sequence[AdvisedBlock])
 def write_log(path: Path, simulation: JobSimulation, steps: Sequence[AdvisedBlock]) -> None:
     """Write a CSV with a row for each block that was ground, whole or not at all; errors as of `write_atomically`."""
     names = [name for name in NAMES if name not in ("block", "part", "E", "D")]
-
-    def write(partial: Path) -> None:
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            rows = csv.writer(file)
-            rows.writerow([*LOG_COLUMNS, *names])
-            for number, step in enumerate(steps):
-                told: dict[str, Any] = {
-                    name: int(value) if isinstance(value, bool) else value
-                    for name, value in step.readings.given().items()
-                }
-                advised = [step.words[speed_word(simulation.blocks[number].plan)], step.words.get("D", "")]
-                ground = [told.get("E", advised[0]), told.get("D", advised[1])]
-                row = [step.time, number + 1, simulation.blocks[number].part + 1, *advised, *ground]
-                rows.writerow([csv_cell(value) for value in (*row, *(told.get(name, "") for name in names))])
-
-    write_atomically(path, write)
+    rows = [[*LOG_COLUMNS, *names]]
+    for number, step in enumerate(steps):
+        told: dict[str, Any] = {
+            name: int(value) if isinstance(value, bool) else value for name, value in step.readings.given().items()
+        }
+        advised = [step.words[speed_word(simulation.blocks[number].plan)], step.words.get("D", "")]
+        ground = [told.get("E", advised[0]), told.get("D", advised[1])]
+        row = [step.time, number + 1, simulation.blocks[number].part + 1, *advised, *ground]
+        rows.append([*row, *(told.get(name, "") for name in names)])
+    write_csv(path, rows)

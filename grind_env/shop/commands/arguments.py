@@ -17,6 +17,7 @@ ReportFile = Annotated[Path | None, typer.Option("--report", help="Write a repor
 PlotFile = Annotated[
     Path | None, typer.Option("--plot", help="Write a figure to this .png, .svg or .pdf file."), Writes()
 ]
+CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write a table for spreadsheets to this file."), Writes()]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]

@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
+from grind_env.files import write_csv
 from grind_env.shop.commands.arguments import (
     AsJson,
+    CsvFile,
     FirstVariables,
     JobFile,
     Plant,
@@ -29,7 +31,7 @@ NOT_BETTER, INFEASIBLE = 3, 4
 def optimise(
     program: ProgramFile,
     job: JobFile = None,
-    vary: Annotated[str | None, typer.Option(help="E,D,J,L,lead,depth,passes,interval; default E,D,interval.")] = None,
+    vary: Annotated[str | None, typer.Option(help="E,D,interval (default), J,L,lead,depth,passes.")] = None,
     bounds: Annotated[list[str] | None, typer.Option(help="Ranges, E in mm/min: E=5000..25000,interval=1..8.")] = None,
     margin: Annotated[list[str] | None, typer.Option(help="Share of each limit to use: power=.85; default 1.")] = None,
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
@@ -48,20 +50,21 @@ def optimise(
         Path | None, typer.Option("--output", "-o", help="Write the better program to this file."), Writes()
     ] = None,
     plot: PlotFile = None,
+    csv: CsvFile = None,
     report: ReportFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Optimise a part program: E and D for a lower cost per part.
 
-    The new program is written only if it is significantly cheaper and keeps limits and risk (docs/howto/shop.md).
-    Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
+    The new program is written only if it is significantly cheaper and keeps all limits at a small risk
+    (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
     from grind_env.shop.optimise.outcome import Verdict
-    from grind_env.shop.optimise.table import as_data, draw_optimised, print_optimised
+    from grind_env.shop.optimise.table import as_data, draw_optimised, print_optimised, values_table
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
@@ -91,6 +94,8 @@ def optimise(
         found.write(output)
     if plot is not None:
         write_figure(draw_optimised(found), plot)
+    if csv is not None:
+        write_csv(csv, values_table(found).plain())
     if as_json:
         print(json.dumps(as_data(found)))
     else:

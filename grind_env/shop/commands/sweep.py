@@ -7,9 +7,10 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.files import write_atomically
+from grind_env.files import write_atomically, write_csv
 from grind_env.shop.commands.arguments import (
     AsJson,
+    CsvFile,
     FirstVariables,
     JobFile,
     PlotFile,
@@ -25,10 +26,10 @@ def sweep(
     program: ProgramFile,
     job: JobFile = None,
     speed: Annotated[
-        str | None, typer.Option("--E", help="E of the first block, mm/min; default half to twice.")
+        str | None, typer.Option("--E", help="E range of first block, mm/min; default half to twice.")
     ] = None,
     every: Annotated[
-        str | None, typer.Option("--dress-every", help="Parts from dress to dress; default 1..20.")
+        str | None, typer.Option("--dress-every", help="Range of parts from dress to dress; default 1..20.")
     ] = None,
     lead: Annotated[str | None, typer.Option(help="Dress lead, mm a revolution: .05..0.2.")] = None,
     depth: Annotated[str | None, typer.Option(help="Dress depth, mm a pass: .005..0.03.")] = None,
@@ -40,6 +41,7 @@ def sweep(
     variables: FirstVariables = None,
     untried: Untried = False,
     plot: PlotFile = None,
+    csv: CsvFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
@@ -51,7 +53,7 @@ def sweep(
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
     from grind_env.shop.sweep.figure import draw_sweep
-    from grind_env.shop.sweep.table import as_data, print_sweep
+    from grind_env.shop.sweep.table import as_data, points_table, print_sweep
     from grind_env.shop.sweep.writing import recommended
 
     if plot is not None:
@@ -70,6 +72,8 @@ def sweep(
     )
     if plot is not None:
         write_figure(draw_sweep(found), plot)
+    if csv is not None:
+        write_csv(csv, points_table(found).plain())
     if as_json:
         print(json.dumps(as_data(found)))
     else:

@@ -112,6 +112,15 @@ def as_data(found: Optimised) -> dict[str, Any]:
     }
 
 
+def values_table(found: Optimised) -> Table:
+    """Return a row for each varied value, and for each mean of a part with the ends of its intervals."""
+    sides = [f"{side}.{end}" for end in Interval._fields for side in ("before", "after", "difference")]
+    columns = [Column("name", "name"), Column("unit", "unit"), *(Column(each, each, ".6g") for each in sides)]
+    words = [[*map(Cell, (f"{each.place} {each.name}", each.unit, each.before, each.after))] for each in found.words]
+    means = table_of(columns, found.quantities)
+    return means._replace(rows=[*words, *means.rows])
+
+
 def word_table(found: Optimised, after: str = "after") -> Table:
     """What was varied."""
     columns = (

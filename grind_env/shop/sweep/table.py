@@ -64,6 +64,11 @@ def tables_of(found: Sweep) -> list[Table]:
     return tables
 
 
+def points_table(found: Sweep) -> Table:
+    """Return a row for each point of the sweep, the program as it is first."""
+    return _table("", [found.own, *found.speeds, *found.dresses], found.counted)
+
+
 def print_sweep(found: Sweep, console: "Console") -> None:
     """Print the tables of a sweep, and what is best."""
     print_result(console, tables_of(found), sentences(found))
