@@ -204,7 +204,7 @@ def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path
     name = f"{module}:MINE"
     made = gym.make(ID, plant=name).unwrapped
     assert made.reset(seed=0)[1] == {"plant": name}
-    assert made.episodes.extra_state(0) == (0.0, 0.25)
+    assert made.episodes.extra_state(0) == (0.0, 0.0, 0.0, 0.0, 0.25)
     made.reset(options={"plant": f"{module}:MINE"})
     task, job = tmp_path / "task.toml", tmp_path / "job.toml"
     task.write_text(f'base = "power_limited"\nplant = "{name}"\n')

@@ -165,7 +165,7 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
         "time, s": f"{rows['seconds'].sum() / runs:.1f}",
         "depth, µm": between(1000.0 * rows["Z"], "{:.0f}"),
         "deepest cut, µm": f"{1000.0 * rows['ae'].max():.1f}",
-        "power, kW": f"{0.001 * rows['power'].max():.2f}",
+        "power, kW": f"{0.001 * rows['load'].max():.2f}",
         "torque, %": f"{100.0 * rows['torque'].max():.0f}",
         "rise, K": f"{rows['T'].max():.0f}",
         "burn ratio": f"{rows['burn_ratio'].max():.2f}",
