@@ -10,9 +10,6 @@ from grind_env.errors import shortened
 HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
-LEAST_SPEED = 100.0
-"""A lower E of an option can only be in m/min, not in mm/min as it has to be."""
-
 TAKEN_BY = "grind check, trace, run or report"
 """Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
 

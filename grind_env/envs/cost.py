@@ -83,7 +83,7 @@ class Outcome(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a block has come to besides its `Tally`."""
+    """Results of a block that its `Tally` does not have."""
 
     good: float
     """Probability that the part is good so far; of several parts finished in one block their mean."""

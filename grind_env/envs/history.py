@@ -1,4 +1,4 @@
-"""What the shop floor remembers from block to block, and what of it is measured."""
+"""The memory of the shop floor from block to block, and the measured part of it."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ GAUGE_EVERY = 3
 
 
 class History(NamedTuple):
-    """What the shop floor remembers from block to block.
+    """Memory of the shop floor from block to block.
 
     `speed` is E in m/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
     `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions`, of the last block,
@@ -122,7 +122,7 @@ def remembered(
     volume: float,
     diameter: float,
 ) -> History:
-    """What the shop floor remembers after a block that was run with some settings and perhaps a pre-dress (1).
+    """Return the memory after a block; `pre_dress` is 1 if the block had one.
 
     `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
     `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and

@@ -102,12 +102,12 @@ class Simulation(ABC):
     @property
     @abstractmethod
     def writer(self) -> ProgramWriter:
-        """What writes its episodes down as part programs."""
+        """Writer of episodes as part programs."""
 
     @property
     @abstractmethod
     def viewer(self) -> Viewer:
-        """What shows its episodes in pictures."""
+        """Viewer of episodes in pictures."""
 
     def _grind_with(self, process: Process, gauge: Gauge, state: tuple[float, ...] | None = None) -> None:
         """Take over a process and a gauge, and what both remember at the start."""

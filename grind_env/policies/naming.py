@@ -6,7 +6,6 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from grind_env.control.options import LEAST_SPEED
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.policies.guard import Guarded, guarded
@@ -66,7 +65,7 @@ def named_policy(
         speed, dresses = float(constant[1]), int(constant[2])
         low, high = simulation.task.action.speed_ends
         if not low <= speed <= high:
-            meant = f" (did you mean E{1000.0 * speed:.0f}D{dresses}?)" if speed < LEAST_SPEED else ""
+            meant = f" (did you mean E{1000.0 * speed:.0f}D{dresses}?)" if low <= 1000.0 * speed <= high else ""
             found = f"{text}: E is {speed:g} mm/min{meant}"
             raise GrindError(f"{found}, but {simulation.task.name} has {low:g} to {high:g}")
         if dresses > (most := simulation.task.action.executions):

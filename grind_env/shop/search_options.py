@@ -8,7 +8,6 @@ from decimal import Decimal
 from numbers import Real
 from typing import TypeAlias, TypeVar
 
-from grind_env.control.options import LEAST_SPEED
 from grind_env.errors import GrindError, did_you_mean, quoted
 
 INTERVAL = "interval"
@@ -20,6 +19,8 @@ LIMITS = ("power", "rise", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
 
+LEAST_SPEED = 60.0
+"""A range of E that ends below is taken for m/min, where mm/min are expected."""
 CONFIDENCE = 0.95
 """With which parts keep a limit, and a machine the end of an interval, where nothing else is asked."""
 CONFIDENCES = 0.5, 0.999
@@ -117,7 +118,10 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
     if not is_range:
         raise OptionError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
     if name == "E" and high < LEAST_SPEED:
-        raise OptionError(f"{option}: E is in mm/min; did you mean {1000 * low:f}..{1000 * high:f}?")
+        raise OptionError(
+            f"{option}: E is in mm/min; did you mean {1000 * low:f}..{1000 * high:f}? "
+            f"For a table as slow as that, end the range at {LEAST_SPEED:g} or above"
+        )
     if low > high:
         raise OptionError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
     return low, high

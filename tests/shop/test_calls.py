@@ -7,6 +7,7 @@ import pytest
 
 import grind_env
 from grind_env.errors import GrindError
+from grind_env.shop.search_options import ends_of
 
 PLATE = Path(grind_env.__file__).parent / "examples" / "plate_g82.nc"
 
@@ -35,3 +36,7 @@ def test_a_wish_that_is_none_is_refused(asked: dict[str, Any], said: str) -> Non
     if {*asked} & {"bounds", "parts", "seed"}:
         with pytest.raises(GrindError, match=said):
             grind_env.sweep(PLATE, **asked.get("bounds", asked))
+
+
+def test_a_range_of_creep_feed_is_none_in_m_per_min() -> None:
+    assert ends_of("--bounds", "E", (50, 90)) == (50, 90)

@@ -114,7 +114,7 @@ def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material
 
 
 def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
-    """What each part of an episode was like; `tape` has shape (blocks, fields of `TapeRow`)."""
+    """Return the conditions of each part of an episode; `tape` has shape (blocks, fields of `TapeRow`)."""
     parts: list[list[TapeRow]] = []
     for row in (TapeRow(*values) for values in tape.tolist()):
         if task.kinds[int(row.kind)].starts_part:

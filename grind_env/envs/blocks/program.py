@@ -50,7 +50,7 @@ class CycleBlock(NamedTuple):
     wheel_changes: int = 0
     """Wheel changes of the episode before the block."""
     extra_state: tuple[float, ...] = ()
-    """What process and gauge remembered besides the wheel as it began."""
+    """Memory of process and gauge at the start, without the wheel."""
     stroke: tuple[float, float] | None = None
     """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
 

@@ -51,7 +51,7 @@ def barred_factors(spread: float) -> dict[str, str]:
 
 
 def spreads(lots: Lots, factor: float) -> dict[str, float]:
-    """What wheels, coolant, lots and gauges of a job draw, as in `tasks.Spread`, with a factor on all of it."""
+    """Return the random spreads of wheels, coolant, lots and gauges of a job, as `tasks.Spread`, times a factor."""
     return {
         "measurement": factor,
         "lot_growth": factor * lots.growth,

@@ -26,7 +26,7 @@ class RunBlock(NamedTuple):
     executions: int
     """D."""
     extra_state: tuple[float, ...]
-    """What process and gauge remembered besides the wheel as it began."""
+    """Memory of process and gauge at the start, without the wheel."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ class TableStroke(NamedTuple):
 
 
 class PartVerdict(NamedTuple):
-    """What a part has cost, in $, and how likely it is to be good."""
+    """Cost of a part, $, and its probability of being good."""
 
     survival: float
     """Probability that the part is good."""

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.control.options import LEAST_SPEED
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -66,7 +65,8 @@ class Fixed:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        if self.E < LEAST_SPEED:
+        low, high = simulation.task.action.speed_ends
+        if self.E < low <= 1000.0 * self.E <= high:
             raise GrindError(f"a fixed plan has E = {self.E:g} mm/min; did you mean {1000.0 * self.E:g}?")
         self.task, self.block = simulation.task, 0
 

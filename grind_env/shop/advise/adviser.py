@@ -80,7 +80,7 @@ def _model(simulation: JobSimulation) -> Policy:
 
 
 def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:
-    """The same for a policy that is to choose an E within bounds, mm/min.
+    """Return the adviser of a policy that chooses E within bounds, mm/min.
 
     Raises:
         AdviceError: these are no bounds within those of a program.

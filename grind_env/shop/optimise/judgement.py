@@ -48,7 +48,7 @@ class JudgedProgram(NamedTuple):
     change: "CostChange"
 
     def keeps(self, variation: Variation) -> bool:
-        """Whether they keep limits and options, and are better or at least what was asked for."""
+        """Return whether the program keeps limits and options, and is better or satisfies the request."""
         asked = all(each.kept for each in self.requirements) and not self.new.violation(variation.margins).any()
         return asked and (self.change.is_better or any(each.before > each.most for each in self.requirements))
 
