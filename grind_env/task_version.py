@@ -6,7 +6,7 @@ those of another version are not read.
 
 from grind_env.errors import quoted
 
-TASK_VERSION = 3
+TASK_VERSION = 4
 
 HISTORY = {
     1: "the first tasks: D in equal bins over all of its component, constant readings and the true wheel diameter in"
@@ -15,6 +15,8 @@ HISTORY = {
     " the hidden entries last, the diameter by the shop's book; no wear beyond what is left of the wheel",
     3: "a process model of the third version; noise from a counter-based generator, drawn block by block; gauging"
     " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
+    4: "a process model of the fourth version: the part is a slab on a chuck, and a stroke is ground at the speeds that"
+    " the table has over the part",
 }
 """What each version is, the latest last."""
 
