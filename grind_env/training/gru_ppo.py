@@ -24,6 +24,10 @@ from grind_env.envs.learning import ease_rewards, fit_standard, lateness
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.kernel.random import WORD
+from grind_env.plants.family import SEED
+from grind_env.plants.names import Plants
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.view import GRID, LearnerForm, LearnerView, MemoryKind
@@ -39,6 +43,8 @@ FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
 KIND = "ppo_"
 """Before the memory in the name of an agent."""
 LEAST_DEVIATION = 1e-2
+DRAWN = 256
+"""Machines whose constants say how much these differ."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
@@ -74,6 +80,10 @@ class Settings:
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
+    shifts: int = 1
+    """Episodes on a machine, all of which the GRU remembers (RL^2: Duan et al., arXiv:1611.02779)."""
+    critic_first: int = 0
+    """Updates of the critic alone, before the others: it is new where the actor is not."""
     budget: float | None = None
     """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
     multiplier_rate: float = 0.5
@@ -123,12 +133,12 @@ class Agent(nn.Module):
         Args:
             seen: shape (steps, N, entries + hidden).
             state: of the GRU before them, shape (1, N, units).
-            begun: 1 where an episode begins, shape (steps, N).
+            begun: 1 where the first episode on a machine begins, shape (steps, N).
         """
         features, hidden = seen[..., : self.entries], seen[..., self.entries :]
         wrong = torch.zeros(())
         if self.gru is not None:
-            # 37: nothing is remembered of the episode before; between such steps the GRU runs in one call
+            # 37: nothing is remembered of the machine before; between such steps the GRU runs in one call
             cuts = [0, *(k for k in range(1, len(begun)) if begun[k].any()), len(begun)]
             outputs = []
             for first, stop in pairwise(cuts):
@@ -202,6 +212,62 @@ class Seen:
         return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
 
+class Machines:
+    """The machines of the environments, each of which lasts for some shifts, an episode each.
+
+    With one shift each the environments draw their machines themselves.
+
+    Args:
+        envs: the environments.
+        shifts: episodes on a machine.
+        seed: of the machines.
+    """
+
+    def __init__(self, envs: GrindVectorEnv, shifts: int, seed: int) -> None:
+        self.envs, self.shifts, self.rng = envs, shifts, np.random.default_rng(seed)
+        # at any time some environments are in each of the shifts
+        self.shift, self.hidden = np.arange(envs.num_envs) % shifts, torch.zeros(envs.num_envs, 0)
+        self.plants = envs.simulation.plants if shifts > 1 else None
+        if self.plants is not None:
+            names = self.plants.first.remembers._fields
+            drawn = np.array([self.plants.seeded(k).first.own for k in range(DRAWN)])
+            self.differ = (drawn.std(axis=0) > 0.0) & [not name.endswith(SEED) for name in names]
+            self.mean, self.deviation = drawn[:, self.differ].mean(axis=0), drawn[:, self.differ].std(axis=0)
+            self.first = [self._drawn() for _ in range(envs.num_envs)]
+            envs.given = [replace(each, plant=first) for each, first in zip(envs.given, self.first, strict=True)]
+            self._tell()
+
+    def change(self, over: Flags) -> Flags:
+        """Give environments in `over`, shape (N,), a machine for the next episode: the one at hand, or another one.
+
+        Returns:
+            Which have got another one, shape (N,).
+        """
+        self.shift[over] = (self.shift[over] + 1) % self.shifts
+        if self.plants is not None:
+            for i in np.flatnonzero(over).tolist():
+                if self.shift[i] == 0:
+                    self.first[i] = plants = self._drawn()
+                else:
+                    left = self.envs.episodes.extra_state(i)
+                    plants = replace(self.first[i], first=self.first[i].first.after(left, self._number()))
+                self.envs.given[i] = replace(self.envs.given[i], plant=plants)
+            self._tell()
+        return over & (self.shift == 0)
+
+    def _number(self) -> int:
+        return int(self.rng.integers(WORD))
+
+    def _drawn(self) -> Plants:
+        assert self.plants is not None
+        return self.plants.seeded(self._number())
+
+    def _tell(self) -> None:
+        """Tell the constants of the machines, which an agent shall guess."""
+        own = np.array([each.first.own for each in self.first])[:, self.differ]
+        self.hidden = torch.as_tensor((own - self.mean) / self.deviation, dtype=torch.float32)
+
+
 class TrainingEnvs:
     """The environments as the agent sees them.
 
@@ -212,11 +278,13 @@ class TrainingEnvs:
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
-        self.envs = problem.make_vec(settings.envs, observation="full", action=GRID, autoreset_mode="SameStep")
+        self.envs = problem.make_vec(settings.envs, observation="full", action=GRID, autoreset_mode="Disabled")
         self.memory, self.everyone = Seen(model_of(problem), settings.memory), np.ones(settings.envs, bool)
         # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
         self.standard = fit_standard(self.envs.simulation, self.envs.codec, [self.memory])
-        observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
+        first = FIRST_SEED + SEED_STRIDE * seed
+        self.machines = Machines(self.envs, settings.shifts, first)
+        observations, _ = self.envs.reset(seed=first, options={"split": settings.split})
         self.memory.begin(settings.envs)
         self.late = lateness(self.envs.simulation, observations)
         self.seen = self._standardised(self.memory.take(observations, None, self.everyone))
@@ -231,19 +299,18 @@ class TrainingEnvs:
         """Step.
 
         Returns:
-            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short, and what is seen before
-            these begin anew.
+            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short on the last shift of a
+            machine, and what is seen before these begin anew.
         """
-        observations, rewards, terminated, truncated, info = self.envs.step(actions)
-        over, last = terminated | truncated, observations
-        if over.any():
-            last = observations.copy()
-            last[over] = np.stack(info["final_obs"][over].tolist())
+        last, rewards, terminated, truncated, _ = self.envs.step(actions)
+        over, observations, begun = terminated | truncated, last, np.zeros(len(last), bool)
         seen = shows = self.memory.take(last, None, self.everyone)
         if over.any():
+            begun = self.machines.change(over)
+            observations, _ = self.envs.reset(options={"reset_mask": over})
             self.memory.restart(over)
             shows = np.where(over[:, None], self.memory.take(observations, None, over), seen)
-        self.seen, self.begun = self._standardised(shows), torch.as_tensor(over, dtype=torch.float32)
+        self.seen, self.begun = self._standardised(shows), torch.as_tensor(begun, dtype=torch.float32)
         # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
         finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
         # tried on Rush: lateness is charged as it grows; as a lump it is cut, and on public machines all dawdled
@@ -251,13 +318,13 @@ class TrainingEnvs:
         self.late = lateness(self.envs.simulation, observations)
         # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
         earned = np.stack([ease_rewards(charged), finished - good], axis=1)
-        return earned, float(finished.sum()), truncated, self._standardised(seen)
+        return earned, float(finished.sum()), truncated & begun, self._standardised(seen)
 
     def _standardised(self, seen: Array) -> Tensor:
         values = torch.as_tensor((seen - np.array(self.standard.mean)) / self.standard.deviation, dtype=torch.float32)
         # the features are not cut, for the scale is folded into the layer that reads them
         values[:, self.entries :].clamp_(-CLIP, CLIP)
-        return values
+        return torch.cat([values, self.machines.hidden], 1)
 
 
 class Training:
@@ -365,7 +432,8 @@ def train(
                 entropy = -sum((log.exp() * log).sum(-1).mean() for log in logs)
                 # matters: no clipping of the value
                 miss = (value - targets[:, index]).square().mean()
-                loss = settings.value * miss + settings.guess * wrong - gain - settings.entropy * left * entropy
+                acts = gain + settings.entropy * left * entropy if update >= settings.critic_first else 0.0
+                loss = settings.value * miss + settings.guess * wrong - acts
                 optimiser.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
