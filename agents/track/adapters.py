@@ -1,63 +1,16 @@
 """The adapters of the track by name."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
-from typing import Any
 
-from agents.benchmark.trained import from_file
-from agents.track.adapter import Adapter, TrackShift
-from agents.track.knowing import RETUNED
-from agents.track.learning import CalibratedAdapter, Trim
-from grind_env.policies.guard import Guarded
-from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.model_view import model_of
-from grind_env.policies.naming import OWN, named_policy, own_policy, trained_file
+from agents.track.learning import Calibrated
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
 
-PLANNER = "look_ahead"
-"""The planner on the belief."""
-AGENTS = {"bc": "shipped", "robust": "robust"}
-"""The agents that come with the package for a task, and what `named_policy` calls them."""
-HEADLINE = (*AGENTS, PLANNER, f"{Guarded.PREFIX}{PLANNER}", CalibratedAdapter.name)
-WIDE = ("adaptive_rule", RETUNED, "empirical_rule", Trim.name)
-BLOCKS = (0, 60, 300, 1200)
+ADAPTERS: dict[str, Callable[[], Policy]] = {Calibrated.name: Calibrated}
+"""Policies that learn on a machine, each made anew for every run."""
 
 
-@dataclass
-class Nominal:
-    """A policy that stays as it is from shift to shift; its text is one of `named_policy` or of `AGENTS`."""
-
-    text: str
-
-    @property
-    def name(self) -> str:
-        return Path(self.text).name
-
-    def start(self, problem: Problem) -> Policy:
-        model = model_of(problem)
-        path = trained_file(AGENTS[self.text], model.task.name) if self.text in AGENTS else Path(self.text)
-        is_file = path.suffix == SUFFIX
-        self.policy = from_file(path, model, self.name) if is_file else named_policy(self.text, model, modules=True)
-        return self.policy
-
-    def learn(self, shift: TrackShift) -> Policy:
-        return self.policy
-
-
-ADAPTERS: dict[str, Callable[[], Adapter]] = {
-    Trim.name: Trim,
-    CalibratedAdapter.name: partial(CalibratedAdapter, PLANNER),
-}
-"""Those that learn from shift to shift."""
-
-
-def made(name: str) -> Adapter:
-    """Return a new adapter: one of `ADAPTERS`, `module:name` of one's own, or any policy that stays as it is."""
-    if name in ADAPTERS:
-        return ADAPTERS[name]()
-    own = None if name.startswith(Guarded.PREFIX) else OWN.fullmatch(name)
-    found: Any = own_policy(own[1], own[2]) if own else None
-    return found if hasattr(found, "start") else Nominal(name)
+def make_adapter(name: str, model: Simulation) -> Policy:
+    """Return a new policy: one of `ADAPTERS`, or what `named_policy` finds (a name, a file, `module:Class`)."""
+    return ADAPTERS[name]() if name in ADAPTERS else named_policy(name, model, modules=True)
