@@ -4,7 +4,7 @@ import hashlib
 import inspect
 import json
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,12 +45,14 @@ def plain_agent(
     folder: Path = RUNS,
     *,
     fresh: bool,
+    shifts: int = 1,
 ) -> Path:
     """Return the file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
     It is trained, in about a minute, unless an agent of the same code, settings and seed is there.
     """
-    settings = Settings(memory=memory) if steps is None else Settings(memory=memory, steps=steps)
+    settings = Settings(memory=memory, shifts=shifts)
+    settings = settings if steps is None else replace(settings, steps=steps)
     stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, settings, seed)}"
     path = stem.with_suffix(SUFFIX)
     if fresh or not path.exists():

@@ -1,13 +1,22 @@
 """The adapters of the track by name."""
 
 from collections.abc import Callable
+from functools import partial
 
-from agents.track.learning import Calibrated
+from agents.track.learning import Adviser, Calibrated, Rl2
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.naming import named_policy
+from grind_env.policies.naming import named_policy, own_policy
 from grind_env.policies.policy import Policy
 
-ADAPTERS: dict[str, Callable[[], Policy]] = {Calibrated.name: Calibrated}
+RETRAINING = "agents.track.retraining"
+"""It imports PyTorch, which takes seconds."""
+ADAPTERS: dict[str, Callable[[], Policy]] = {
+    Calibrated.name: Calibrated,
+    Adviser.name: Adviser,
+    Rl2.name: Rl2,
+    "fine_tuned": partial(own_policy, RETRAINING, "FineTuned"),
+    "robust_calibrated": partial(own_policy, RETRAINING, "RobustCalibrated"),
+}
 """Policies that learn on a machine, each made anew for every run."""
 
 

@@ -72,8 +72,8 @@ class Innovations(Watch):
         return np.asarray(np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0))
 
 
-def changed(model: Simulation, z: Array) -> Simulation:
-    """The model with constants so many standard deviations from what they were."""
+def changed(model: Simulation, z: Array, *, full: bool = False) -> Simulation:
+    """The model with constants so many standard deviations from what they were; `full` shows what is hidden."""
     made: Any = model
     names = CorrectedOwn._fields
     moved = [(symbol, each.spread * x) for each, x in zip(CONSTANTS, z, strict=True) for symbol in each.symbols]
@@ -82,7 +82,7 @@ def changed(model: Simulation, z: Array) -> Simulation:
     task = replace(made.task, factors={**before, **factors})
     own = CORRECTED.own(**exponents)
     plant = Plant(name="fitted", process=CORRECTED, own=tuple(own))
-    held: Simulation = with_start_of(type(made)(task, process=CORRECTED), plant)
+    held: Simulation = with_start_of(type(made)(task, full=full, process=CORRECTED), plant)
     return held
 
 

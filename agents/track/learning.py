@@ -1,7 +1,7 @@
 """Adapters that learn from shift to shift."""
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,20 @@ from agents.track.fitting import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.plants.names import TRAINING
 from grind_env.policies.choices import Decision
 from grind_env.policies.guard import guarded
-from grind_env.policies.naming import named_policy
+from grind_env.policies.learned.network import LearnedPolicy
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.model_view import on
+from grind_env.policies.naming import named_policy, trained_file
 from grind_env.policies.policy import Policy, Sees
-from grind_env.policies.track import TrackShift
+from grind_env.policies.problem import find_problem
+from grind_env.policies.scripted.empirical_rule import EmpiricalRule
+from grind_env.policies.track import SHIFTS, TrackShift
 
+STEPS = 5_000_000
+"""Of the training of `rl2`."""
 PLANNER = "look_ahead"
 """The planner on the belief."""
 
@@ -42,3 +50,58 @@ class Calibrated:
     def learn(self, shift: TrackShift) -> None:
         self.shifts.append(shift)
         self.z = fitted(self.model, self.shifts, self.z)
+
+
+class Adviser(EmpiricalRule):
+    """The rule without a model; its laws of power, Ra and size, its E and its volumes outlast a shift."""
+
+    name: ClassVar[str] = "adviser"
+    LEARNED: ClassVar[tuple[str, ...]] = ("power", "roughness", "size", "speeds", "volumes")
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        learned = {name: value for name, value in vars(self).items() if name in self.LEARNED}
+        super().begin(simulation, episodes)
+        vars(self).update(learned)
+
+
+@dataclass
+class Trained:
+    """A trained agent; what inherits from this changes it between shifts.
+
+    Attributes:
+        agent: at first `robust`, if none is given.
+        model: of the machine.
+    """
+
+    sees: ClassVar[Sees] = "measurements"
+    agent: Any = None
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        self.model, self.agent = simulation, self.agent or self._first(simulation)
+        self.agent.begin(simulation, episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        decision: Decision = self.agent.act(observation, episodes)
+        return decision
+
+    def _first(self, simulation: Simulation) -> LearnedPolicy:
+        return load_policy(trained_file("robust", simulation.task.name), simulation=simulation)
+
+
+class Rl2(Trained):
+    """The GRU of `gru_ppo`, trained on ten shifts of each machine, which remembers all shifts on this one."""
+
+    name: ClassVar[str] = "rl2"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        remembered = getattr(self.agent, "state", None)
+        super().begin(simulation, episodes)
+        if remembered is not None:
+            self.agent.state = remembered
+
+    def _first(self, simulation: Simulation) -> LearnedPolicy:
+        from agents.benchmark.agents import plain_agent  # torch takes seconds to import
+
+        problem = on(find_problem(simulation.task.name), TRAINING)
+        path = plain_agent(problem, self.name, "gru", 0, STEPS, fresh=False, shifts=SHIFTS)
+        return load_policy(path, simulation=simulation, name=self.name)

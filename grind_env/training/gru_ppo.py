@@ -295,6 +295,11 @@ class TrainingEnvs:
         """Number of features."""
         return self.memory.space.shape[0]
 
+    @property
+    def scale(self) -> Standard:
+        """Of the features."""
+        return Standard(*(values[: self.entries] for values in astuple(self.standard)))
+
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, Tensor]:
         """Step.
 
@@ -334,17 +339,20 @@ class Training:
         problem: as `shown` shows it, on the model or on machines that are drawn.
         settings: of the training.
         seed: of weights, choices and episodes; at most `LAST_SEED`, or validation's would be trained on.
+        actor: with which the agent begins; None for a new one.
 
     Attributes:
         updates: how many have been made.
     """
 
-    def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
+    def __init__(self, problem: Problem, settings: Settings, seed: int, actor: Actor | None) -> None:
         torch.manual_seed(seed)
         self.episodes = TrainingEnvs(problem, settings, seed)
         space, entries = self.episodes.memory.view.action_space, self.episodes.entries
         assert isinstance(space, spaces.MultiDiscrete)
         self.agent = Agent(entries, self.episodes.seen.shape[1] - entries, space.nvec.tolist(), settings)
+        if actor is not None:
+            take_over(self.agent, actor, self.episodes.scale)
         self.optimiser = torch.optim.Adam(self.agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
         self.state = torch.zeros(1, settings.envs, settings.units)
         self.worth, self.multiplier, self.updates = ReturnScale(settings.signals), 0.0, 0
@@ -356,18 +364,20 @@ def train(
     seed: int,
     advance: Callable[[int], object] = nobody,
     checkpoint: Checkpoint | None = None,
+    actor: Actor | None = None,
 ) -> tuple[Agent, Standard]:
     """An agent that has been trained, and how it scales its features.
 
     Args:
-        problem: as for `Training`, like the next two.
+        problem: as for `Training`, like the next two and the last.
         settings: of the training.
         seed: of the training.
         advance: called with the number of steps that have been made since it was called last.
         checkpoint: saved after each update, and resumed from if its file exists.
+        actor: with which the training begins.
     """
     torch.set_num_threads(1)  # at this size a second thread only costs
-    training = Training(problem, settings, seed)
+    training = Training(problem, settings, seed, actor)
     if checkpoint is not None:
         training = checkpoint.resume(training)
     episodes, agent, optimiser, worth = training.episodes, training.agent, training.optimiser, training.worth
@@ -442,34 +452,48 @@ def train(
         if checkpoint is not None:
             checkpoint.write(training)
         advance(n * steps)
-    return agent, Standard(*(values[: episodes.entries] for values in astuple(episodes.standard)))
+    return agent, episodes.scale
 
 
 def acting_part(agent: Agent, scale: Standard) -> Actor:
     """The actor in NumPy; its first layer takes the scale of the features in, and its last what levels of E share."""
     acts = {name: each for name, each in agent.state_dict().items() if name.startswith(("actor", "gru"))}
-    state = {name: each.detach().double().numpy() for name, each in acts.items()}
-    entries, mean = len(scale.mean), np.array(scale.mean)
-    seen = [("actor.0.weight", "actor.0.bias")]
-    if agent.gru is not None:
-        seen.append(("gru.weight_ih_l0", "gru.bias_ih_l0"))
-    for weight, bias in seen:
-        # the features are the last that the first layer reads
-        factors = state[weight][:, -entries:] / scale.deviation
-        state[bias] = state[bias] - factors @ mean
-        state[weight] = np.concatenate([state[weight][:, :-entries], factors], axis=1)
-    for part in ("weight", "bias"):
-        last = f"actor.{len(agent.actor) - 1}.{part}"
-        state[last] = agent.blur.double().numpy().T @ state[last]
+    state = _folded(agent, {name: each.detach().double().numpy() for name, each in acts.items()}, scale, agent.blur)
     network = Network(
         family="gru",
-        entries=entries,
+        entries=agent.entries,
         lstm=0 if agent.gru is None else agent.gru.hidden_size,
         hidden=tuple(each.out_features for each in agent.actor if isinstance(each, nn.Linear))[:-1],
         outputs=sum(agent.choices),
         activation="tanh",
     )
     return Actor(network, {name: values.astype(np.float32) for name, values in state.items()})
+
+
+def take_over(agent: Agent, actor: Actor, scale: Standard) -> None:
+    """Give an agent what `acting_part` made of another one; its critic and its guess stay as they are."""
+    mean, deviation = np.array(scale.mean), np.array(scale.deviation)
+    back = Standard(tuple(-mean / deviation), tuple(1.0 / deviation))
+    acts = {name: values.astype(np.float64) for name, values in actor.tensors.items()}
+    state = _folded(agent, acts, back, agent.blur.double().inverse())
+    agent.load_state_dict({name: torch.as_tensor(each).float() for name, each in state.items()}, strict=False)
+
+
+def _folded(agent: Agent, state: dict[str, Array], scale: Standard, blur: Tensor) -> dict[str, Array]:
+    """Acting layers with a scale in those that read features, and with what levels share in the last one."""
+    entries, mean, found = len(scale.mean), np.array(scale.mean), dict(state)
+    seen = [("actor.0.weight", "actor.0.bias")]
+    if agent.gru is not None:
+        seen.append(("gru.weight_ih_l0", "gru.bias_ih_l0"))
+    for weight, bias in seen:
+        # the features are the last that the first layer reads
+        factors = state[weight][:, -entries:] / scale.deviation
+        found[bias] = state[bias] - factors @ mean
+        found[weight] = np.concatenate([state[weight][:, :-entries], factors], axis=1)
+    for part in ("weight", "bias"):
+        last = f"actor.{len(agent.actor) - 1}.{part}"
+        found[last] = blur.double().numpy().T @ state[last]
+    return found
 
 
 def policy_of(agent: Agent, scale: Standard, problem: Problem, memory: Memory) -> LearnedPolicy:

@@ -2,6 +2,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from grind_env.training.gru_ppo import (
     form_of,
     policy_of,
     shown,
+    take_over,
     train,
 )
 from tests.examples import few
@@ -173,6 +175,49 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     path = plain_agent(machines, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
     assert load_policy(path, simulation=task.simulation()).name == "robust"
     assert path != plain_agent(task, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+
+
+def test_a_machine_lasts_for_its_shifts_and_goes_on_where_it_was():
+    count = 12
+    episodes = TrainingEnvs(on(PROBLEM, "public"), replace(SMALL, envs=count, shifts=3), 0)
+    fields = episodes.envs.simulation.plants.first.remembers._fields
+    walks, walked = fields.index("drift_dulls"), fields.index("drift_dulling")
+    drawn, went_on = [[each.first.name for each in episodes.machines.first]], 0
+    for _ in range(5):
+        for _ in range(episodes.envs.task.blocks):
+            episodes.step(np.ones((count, 2), np.int64))
+        drawn.append([each.first.name for each in episodes.machines.first])
+        for i, begun in enumerate(episodes.begun.tolist()):
+            own = episodes.envs.episodes.extra_state(i)
+            assert begun == (drawn[-1][i] != drawn[-2][i])
+            assert (own[walked] != 0.0) == (own[walks] > 0.0 and not begun)
+            went_on += own[walked] != 0.0
+    assert went_on > 5
+    # the environments begin in different shifts, and change machines in turn
+    for i in range(count):
+        changed = [k for k, (one, other) in enumerate(pairwise(drawn)) if one[i] != other[i]]
+        assert changed == [k for k in range(5) if (i + k + 1) % 3 == 0]
+    # the constants to be guessed are those of the machine
+    constants = episodes.seen[:, -episodes.machines.hidden.shape[1] :]
+    assert torch.equal(constants, episodes.machines.hidden) and constants.shape[1] > 10
+
+
+def test_an_agent_begins_as_another_one_acts():
+    agent, scale, _ = filled("gru", 4)
+    actor, other = acting_part(agent, scale), Agent(4, 2, [5, 3], SMALL)
+    scale = Standard((1.0, 0.0, -2.0, 3.0), (0.5, 1.0, 2.0, 4.0))
+    take_over(other, actor, scale)
+    for name, values in acting_part(other, scale).tensors.items():
+        np.testing.assert_allclose(values, actor.tensors[name], atol=1e-4)
+
+
+def test_the_critic_learns_first_where_that_is_asked():
+    settings = replace(SMALL, critic_first=3, guess=0.0)
+    first, _ = train(PROBLEM, replace(settings, learning_rate=0.0), 0)
+    agent, _ = train(PROBLEM, settings, 0)
+    before = dict(first.named_parameters())
+    moved = {name.split(".")[0] for name, values in agent.named_parameters() if not values.equal(before[name])}
+    assert moved == {"critic"}
 
 
 def weights(agent: Agent) -> list[np.ndarray]:

@@ -1,0 +1,137 @@
+"""Policies of the track that train `robust` further: on the log of the machine, or on a model that is fitted to it."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from agents.track.fitting import CONSTANTS, changed, fitted
+from agents.track.learning import Trained
+from grind_env.arrays import Array
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.shown import Standard
+from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.policies.choices import Decision
+from grind_env.policies.learned.network import LearnedPolicy, best_actions
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.track import TrackShift
+from grind_env.training.gru_ppo import Agent, Settings, acting_part, likelihood, policy_of, take_over, train
+
+MOMENTS = (2, 5)
+"""Shifts after which the model is fitted and the agent trained on it."""
+FURTHER = Settings(steps=200_000, envs=64, learning_rate=1e-3, critic_first=8, guess=0.0)
+"""How it is trained: the critic alone for 31,000 of the steps."""
+GAMMA, CLIP, LEARNING_RATE, GRADIENT_STEPS, BOUND = 0.9, 0.2, 3e-4, 20, 0.02
+"""Of fine-tuning: the factor by which a block counts less with each block that it is ahead, the clip of PPO, rate and
+number of gradient steps after a shift, and the divergence from `robust` beyond which none is made."""
+
+
+@dataclass(frozen=True)
+class FittedProblem(Problem):
+    """A problem to train on, with constants of its model as many standard deviations away as a fit says."""
+
+    z: tuple[float, ...] = ()
+
+    def make_vec(self, num_envs: int, **arguments: Any) -> GrindVectorEnv:
+        model: Any = self.make().unwrapped
+        full = arguments.pop("observation") == "full"
+        return GrindVectorEnv(changed(model.simulation, np.array(self.z), full=full), num_envs, **arguments)
+
+
+@dataclass
+class RobustCalibrated(Trained):
+    """`robust`, which is trained further on a model that is fitted to all shifts so far."""
+
+    name: ClassVar[str] = "robust_calibrated"
+    shifts: list[TrackShift] = field(default_factory=list, repr=False)
+    z: Array = field(default_factory=lambda: np.zeros(len(CONSTANTS)), repr=False)
+
+    def learn(self, shift: TrackShift) -> None:
+        self.shifts.append(shift)
+        if len(self.shifts) in MOMENTS:
+            self.z = fitted(self.model, self.shifts, self.z)
+            usual = find_problem(self.model.task.name)
+            problem = FittedProblem(usual.name, usual.id, usual.arguments, tuple(self.z.tolist()))
+            actor = self.agent.actor
+            settings = replace(FURTHER, units=actor.network.lstm, hidden=actor.network.hidden)
+            self.agent = policy_of(*train(problem, settings, 0, actor=actor), problem, "gru")
+
+
+@dataclass
+class FineTuned(Trained):
+    """`robust`, which draws its actions and moves after every shift to those that were followed by less cost.
+
+    The gradient is that of PPO on all shifts so far, up to a bound on the divergence from `robust`.
+    """
+
+    name: ClassVar[str] = "fine_tuned"
+    shifts: list[tuple[Any, ...]] = field(default_factory=list, repr=False)
+    """Observations, actions and costs of the blocks of each."""
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0), repr=False)
+    robust: Agent | None = field(default=None, repr=False)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        agent = self.agent
+        logits, agent.state = agent.actor.outputs(agent.view.features(observation), agent.state)
+        # the largest is a draw with the chances of the agent
+        drawn = logits + self.rng.gumbel(size=logits.shape)
+        return agent.view.decide(best_actions(agent.view.action_space, drawn))
+
+    def learn(self, shift: TrackShift) -> None:
+        agent = self.agent
+        self.robust = self.robust or in_torch(agent)
+        cost = shift.cost / self.model.task.reference_cost
+        log = shift.observations[:-1], agent.view.codec.encode(shift.speeds, shift.executions), np.float32(cost)
+        self.shifts.append(log)
+        learner = in_torch(agent)
+        improve(learner, self.robust, *(torch.as_tensor(np.stack(each, 1)) for each in zip(*self.shifts, strict=True)))
+        self.agent = replace(agent, actor=acting_part(learner, unscaled(agent)))
+
+
+def unscaled(agent: LearnedPolicy) -> Standard:
+    """Return the scale of features that are taken as they are."""
+    return Standard((0.0,) * agent.actor.network.entries, (1.0,) * agent.actor.network.entries)
+
+
+def in_torch(agent: LearnedPolicy) -> Agent:
+    """Return the acting part of an agent in PyTorch, on unscaled features."""
+    network, choices = agent.actor.network, agent.view.action_space.nvec.tolist()
+    found = Agent(network.entries, 1, choices, Settings(units=network.lstm, hidden=network.hidden))
+    take_over(found, agent.actor, unscaled(agent))
+    return found
+
+
+def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: Tensor) -> None:
+    """Make gradient steps towards the actions of N shifts that were followed by less cost.
+
+    Args:
+        learner: changed in place.
+        robust: from which it must not diverge.
+        seen: features before every block, shape (blocks, N, entries).
+        actions: shape (blocks, N, 2).
+        cost: of every block, shape (blocks, N).
+    """
+    ahead, later = torch.zeros_like(cost), torch.zeros_like(cost[0])
+    for k in reversed(range(len(cost))):
+        ahead[k] = later = cost[k] + GAMMA * later
+    gain = (ahead.mean() - ahead) / (ahead.std() + 1e-8)
+    # nothing is known of what is hidden
+    shown, begun = torch.cat([seen, torch.zeros(*cost.shape, 1)], -1), torch.zeros(cost.shape)
+    state = torch.zeros(1, cost.shape[1], learner.gru.hidden_size if learner.gru is not None else 0)
+    with torch.no_grad():
+        before = robust(shown, state, begun)[0]
+        chances = likelihood(learner(shown, state, begun)[0], actions)
+    optimiser = torch.optim.Adam(learner.parameters(), LEARNING_RATE)
+    for _ in range(GRADIENT_STEPS):
+        logs = learner(shown, state, begun)[0]
+        away = sum((log.exp() * (log - old)).sum(-1).mean() for log, old in zip(logs, before, strict=True))
+        if away > BOUND:
+            break
+        ratio = (likelihood(logs, actions) - chances).exp()
+        loss = -torch.minimum(ratio * gain, ratio.clamp(1.0 - CLIP, 1.0 + CLIP) * gain).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
