@@ -112,8 +112,8 @@ class Table(NamedTuple):
         return "\n".join(f"| {' | '.join(text.replace('|', chr(92) + '|') for text in line)} |" for line in lines)
 
     def plain(self) -> list[list[float | str]]:
-        """Return headings and rows as a CSV file has them: numbers are numbers, and a missing value is empty."""
-        return [[*self.headings], *([_plain(cell.text) for cell in row] for row in self.rows)]
+        """Return headings and rows as a CSV file has them: numbers are numbers, no value is empty, `um` is µm."""
+        return [[*map(_plain, self.headings)], *([_plain(cell.text) for cell in row] for row in self.rows)]
 
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
         """Return the <table> element, its texts escaped; `attributes` are of a cell, by right alignment and kind."""
@@ -163,7 +163,7 @@ def table_of(
 def _plain(text: str) -> float | str:
     with suppress(ValueError):
         return int(text) if text.isdecimal() else float(text)
-    return "" if text == NONE else text
+    return "" if text == NONE else text.replace("µm", "um")  # Excel takes UTF-8 for Latin-1
 
 
 def _rich(cell: Cell) -> "RenderableType":
