@@ -1,4 +1,4 @@
-"""Evaluations that are kept.
+"""Cached evaluations of policies.
 
 They are run once, in chunks of episodes, and taken up again while nothing that decides has changed.
 """

@@ -1,4 +1,4 @@
-"""What results were made with."""
+"""Provenance of results: commit, versions and seeds."""
 
 import platform
 import shutil

@@ -1,4 +1,4 @@
-"""The training recipe of `docs/howto/train.md`, run as printed, with other seeds, without belief, on other tasks."""
+"""The training recipe of `docs/howto/train.md`, as printed, and with other seeds, without belief, on other tasks."""
 
 import os
 import re

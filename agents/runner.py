@@ -1,4 +1,4 @@
-"""Run trials in processes of this machine, or as tasks of Ray on a cluster. One that fails does not stop the others."""
+"""Run trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
 
 import atexit
 import multiprocessing

@@ -1,4 +1,4 @@
-"""Policies on contexts that the task does not draw, beside those that it does."""
+"""Scores of policies on contexts inside and outside of a task."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A study as data: its trials run once, are cached by all that decides them, and become a table and a page."""
+"""A study as data: its trials run once, are cached with all their inputs, and become a table and a page."""
 
 import hashlib
 import json

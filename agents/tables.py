@@ -1,4 +1,4 @@
-"""Tables that commands of `python -m agents` write in a folder that may be somebody's: each replaces its own alone."""
+"""Result tables of `python -m agents`, which replace only tables of the same command in a folder."""
 
 import csv
 import io

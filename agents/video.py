@@ -1,4 +1,4 @@
-"""A policy grinding an episode, or two side by side, as an animated picture."""
+"""Animated picture of one or two policies grinding an episode."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

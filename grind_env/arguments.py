@@ -1,4 +1,4 @@
-"""Commands that lose no file: each says which of its arguments are files that it reads, and which it writes.
+"""File arguments of commands: which files a command reads and writes, so that no input is overwritten.
 
 An annotation beside that of Typer says it: `plot: Annotated[Path | None, typer.Option(), Writes()] = None`. Before
 a command of an `Application` does anything, all that it would write is compared with all that it would read, with what

@@ -1,4 +1,4 @@
-"""The common root of every error that a user's input can cause, and what its message quotes and may suggest."""
+"""The base class of every error from user input, and the quoting and suggestions in messages."""
 
 import difflib
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""What stands behind the numbers of a band: of a check of the model, or of a machine that is not the model."""
+"""Evidence behind the numbers of a band, for checks of the model and for out-of-model machines."""
 
 from dataclasses import dataclass
 from enum import Enum

@@ -1,4 +1,4 @@
-"""The extras of the package: what needs a library that is not installed says which, and how it is installed."""
+"""Optional libraries: an error for a missing one names the extra and its install command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

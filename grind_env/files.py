@@ -1,4 +1,4 @@
-"""Files of a user: read only as far as memory allows, and written whole or not at all."""
+"""User files: reads are limited in size, and writes are atomic."""
 
 import codecs
 import csv

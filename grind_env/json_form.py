@@ -1,4 +1,4 @@
-"""A stranger's JSON as frozen dataclasses: every value has the form of its annotation, or a sentence says so."""
+"""Read JSON into frozen dataclasses, with every value checked against its annotation."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""A file that one process at a time holds, whatever becomes of the process."""
+"""A file lock for one process at a time, released when the process ends in any way."""
 
 import os
 import sys

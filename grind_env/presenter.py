@@ -1,4 +1,4 @@
-"""How an object of a lower layer asks to be shown: what draws it and writes it up stands in `grind_env.notebook`.
+"""Views of objects of lower layers, drawn by `grind_env.notebook`.
 
 That package imports whatever it shows, so nothing that is shown may import it. An object names its presenter instead,
 which is imported when a notebook or a user asks for it; `import grind_env` stays fast, too.

@@ -1,4 +1,4 @@
-"""Reference scores of the registered environments: what known policies earn, and the scale that scores are on.
+"""Reference scores of the registered environments: costs of known policies, and the scale of scores.
 
 A score of 0 is the best plan that can be written into a program without sensors, 100 is a planner that knows the whole
 episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`, measured by `python -m agents scores`.

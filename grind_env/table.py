@@ -1,4 +1,4 @@
-"""A table as data: its columns say what they show of a row; a terminal, Markdown and HTML have a renderer each.
+"""A table as data: columns say how to show a row; terminal, Markdown and HTML have a renderer each.
 
 The columns take their cells from rows of any kind::
 

@@ -1,4 +1,4 @@
-"""What a command may write: no file that it reads, none twice, and under a name of its own choice only what is its own.
+"""Checks of output files: not an input, not twice, and a default name replaces only the command's own file.
 
 `check_targets` is asked before any work; `grind_env.arguments` asks it for every command.
 """

@@ -1,4 +1,4 @@
-"""The version of the tasks: what was measured, tuned or trained on one version says nothing of another.
+"""The version of the tasks; results, parameters and agents of another version are refused.
 
 Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters and trained agents carry the number, and
 those of another version are not read.

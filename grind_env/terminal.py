@@ -1,4 +1,4 @@
-"""What a command owes its caller at a terminal or in a pipe: an error is one line and an exit status, no traceback."""
+"""Terminal behaviour of commands: an error is one line and an exit status, never a traceback."""
 
 import errno
 import os

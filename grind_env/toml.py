@@ -1,4 +1,4 @@
-"""Documents in TOML, by the reader of the standard library or, before Python 3.11, by the package it came from."""
+"""Read TOML by the standard library or, before Python 3.11, by tomli."""
 
 import json
 import re

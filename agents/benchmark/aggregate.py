@@ -1,4 +1,4 @@
-"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021)."""
+"""Aggregates of scores over tasks and runs, computed like rliable (Agarwal et al. 2021)."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What a benchmark measures: a cell for each task, policy and training seed."""
+"""The plan of a benchmark: a cell for each task, policy and training seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

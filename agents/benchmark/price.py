@@ -1,4 +1,4 @@
-"""What a policy was made with, what it holds of the simulator, and what a decision of it costs."""
+"""Facts about a policy: what made it, which model of the simulator it uses, and the cost of a decision."""
 
 import time
 from collections.abc import Iterator

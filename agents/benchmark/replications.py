@@ -1,4 +1,4 @@
-"""Published results on seeds that nothing was chosen by: do their means lie where the rows say that they will?"""
+"""Published results re-run on new seeds: do the means lie within the published intervals?"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The table of results: one row a cell, with all it was made with; Parquet holds the episodes, too, CSV does not."""
+"""The table of results: a row for each cell and its inputs. Parquet also holds the episodes, CSV does not."""
 
 import io
 import re

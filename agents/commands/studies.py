@@ -1,4 +1,4 @@
-"""Commands of `python -m agents` that are studies: one command each, all with the same options, some with more."""
+"""Study commands of `python -m agents`: common options, and the options of each study."""
 
 import inspect
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""How a wheel should be dressed: the interval, the dresser's settings, and what decides when.
+"""Findings of the dress study: the interval, the dresser's settings, and the trigger of a dress.
 
 All E and all intervals are chosen on training episodes; the costs that are told come from evaluation episodes.
 """

@@ -1,4 +1,4 @@
-"""The dress study as trials: a finding each, and their tables and pictures."""
+"""The dress study as trials, one finding each, with tables and pictures."""
 
 import re
 from collections.abc import Mapping

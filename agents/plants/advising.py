@@ -1,4 +1,4 @@
-"""What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
+"""Cost of a batch on a machine with an adviser, with the best fixed plan, and with an adviser without a model."""
 
 from collections.abc import Callable
 from itertools import product, repeat

@@ -1,4 +1,4 @@
-"""Batches with E and D of whoever decides: what they cost, and how often a limit is passed twice in a row."""
+"""Batches with E and D of any decider: their cost, and how often a limit is exceeded twice in a row."""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""How far off the power of other cuts is after a calibration, after a regression, and by the catalogue."""
+"""Errors of predicted power on other cuts: after a calibration, after a regression, and by the catalogue."""
 
 import math
 import tempfile

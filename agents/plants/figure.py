@@ -1,4 +1,4 @@
-"""The figure of the study: what parts cost on every machine, over the best fixed plan or over the original program."""
+"""The figure of the study: cost of a part on each machine over the best fixed plan or the original program."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple

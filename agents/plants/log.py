@@ -1,4 +1,4 @@
-"""What a shop logs of a batch: the power of its spindle over time, as its meter shows it, and what was gauged."""
+"""The log that a shop records of a batch: metered spindle power over time, and gauged parts."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""The machines of the study: members of every family, each with every program, and the machine that is the model."""
+"""The machines of the study: members of every family with every program, and the model itself."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a search promises on a machine, calibrated or not, and what its words come to there."""
+"""Promised and true cost of optimised programs on a machine, with and without a calibration."""
 
 import tempfile
 from dataclasses import replace

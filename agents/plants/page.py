@@ -1,4 +1,4 @@
-"""The study, and its tables: as a page, and every number as CSV."""
+"""The page and the CSV table of the study."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

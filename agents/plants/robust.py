@@ -1,4 +1,4 @@
-"""What an agent makes of a batch on a machine that was trained for the program on other machines of all families."""
+"""Cost of a batch with an agent that was trained for the program on other machines of all families."""
 
 from pathlib import Path
 

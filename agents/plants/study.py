@@ -1,4 +1,4 @@
-"""The cells of the study, and what decides what is found in one."""
+"""The cells of the study, and the inputs that decide the result of a cell."""
 
 import hashlib
 import time

@@ -1,4 +1,4 @@
-"""A program with other E and picks, and one that grinds several parts with an E of their own."""
+"""Variants of a program: with other E and picks, and with several parts of different E."""
 
 import json
 import re

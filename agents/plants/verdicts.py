@@ -1,4 +1,4 @@
-"""What is asked of tools on machines that are not the model, and how far they hold it."""
+"""Promises of the shop tools on out-of-model machines, and how far the tools keep them."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What it is worth to adapt E, D or both in a task, and what is left to be had."""
+"""Gaps of a task: the gain from adapting E, D or both, and the gain still possible."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields

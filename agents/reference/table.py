@@ -1,4 +1,4 @@
-"""The table of one task that the reference scores are printed and written in."""
+"""The table of reference scores of a task, for the terminal and files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass

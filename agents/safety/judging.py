@@ -1,4 +1,4 @@
-"""What a policy earns and violates in a task, beside a budget of scrap; an agent is trained before."""
+"""Return and violations of a policy in a task with a budget of scrap; agents are trained first."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,4 +1,4 @@
-"""The safe track over tasks: who decides in them, and the table of what they earn and who keeps the budgets."""
+"""The page of the safety study: returns, violations, and who keeps the budget."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""The parameters of the scripted policies as a search sees them."""
+"""Tunable parameters of the scripted policies, with ranges."""
 
 from typing import Any, NamedTuple
 

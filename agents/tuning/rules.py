@@ -1,4 +1,4 @@
-"""Tunes the scripted policies on the training episodes of a task; between runs the validation episodes decide."""
+"""Tune the scripted policies on training episodes of a task, and choose between runs on validation episodes."""
 
 import hashlib
 from collections.abc import Callable, Sequence

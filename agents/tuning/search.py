@@ -1,4 +1,4 @@
-"""Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector; a cache of costs."""
+"""Two searches for the minimum of a function, a refined grid and CMA-ES, with a cache of costs."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence

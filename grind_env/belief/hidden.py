@@ -1,4 +1,4 @@
-"""What differs from wheel to wheel and from lot to lot, and what the filter in `wheel.py` reads and believes of it."""
+"""Hidden quantities of wheel and lot, and how the filter in `wheel.py` reads and estimates them."""
 
 import math
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""What can be believed of the wear-flat area of the wheel and of the severity of the lot, which no machine measures.
+"""Belief of the wear-flat area of the wheel and of the dulling rate of the lot, which no machine measures.
 
 An ensemble filter. Every member is a whole wheel with factors of its own. With each block it is ground by the same
 compiled cycle as the true one, from the programmed E and D and the pre-gauged stock; then all members are adjusted to

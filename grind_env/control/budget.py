@@ -1,4 +1,4 @@
-"""How much a program may execute: none runs without end, and what is seen to be too much is not begun."""
+"""Limits on the work of a program, so that no program runs without end."""
 
 import math
 

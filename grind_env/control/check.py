@@ -1,4 +1,4 @@
-"""Reads every block of a program and executes it, to report what is wrong or what it does."""
+"""Read and execute every block of a program, and report its errors or its effect."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

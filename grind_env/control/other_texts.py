@@ -1,4 +1,4 @@
-"""Texts that are no part program of this control, and the sentence that says what they are."""
+"""Detection of texts that are no part program of this control, with a sentence that names their kind."""
 
 import re
 from collections.abc import Mapping, Sequence

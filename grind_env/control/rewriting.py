@@ -1,4 +1,4 @@
-"""Changes words of a block, so that its text stays what the control executes."""
+"""Change words of a block in its text."""
 
 import re
 from collections.abc import Mapping

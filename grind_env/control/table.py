@@ -1,4 +1,4 @@
-"""What sets the table going and stops it: the grinding cycles, G80, and the end of the program."""
+"""Start and stop of the table: by grinding cycles, G80, and the end of the program."""
 
 import functools
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""From an action to E, D and the pre-dress, and back.
+"""Actions to E, D and the pre-dress, and back.
 
 The same decision can be taken in four forms (`action=...` of the environments):
 

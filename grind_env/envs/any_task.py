@@ -1,4 +1,4 @@
-"""The ids of tasks of blocks: the arguments that `gym.make` takes for them, and the simulation of a task.
+"""Environments of tasks of blocks: the arguments of `gym.make`, and the simulation of a task.
 
 The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
 """

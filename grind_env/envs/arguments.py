@@ -1,4 +1,4 @@
-"""What the constructors of the environments are given: a value of a wrong type is refused before it does harm."""
+"""Checks of constructor arguments of the environments."""
 
 import os
 from typing import Any

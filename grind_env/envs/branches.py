@@ -1,4 +1,4 @@
-"""What a planner, a belief or an adviser needs of a problem beside its contract: blocks taken one by one, and prices.
+"""Branches of a problem, for planners, beliefs and advisers: single blocks on copies of episodes, and prices.
 
 `Episodes` has what is the same in every form: copies, windows of their tapes, and the coming blocks.
 """

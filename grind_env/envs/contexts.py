@@ -1,4 +1,4 @@
-"""What a user can fix of an episode: a context of named factors, and the split that the other factors are drawn from.
+"""Contexts of an episode: factors that a user can fix, and the split of the drawn factors.
 
 `env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "inner"})` fixes the factors named and
 draws the rest from the split `inner`. Both hold for later episodes too, until a reset names others; None removes a

@@ -1,4 +1,4 @@
-"""What docstrings say of each name under a heading: pages and schemas are made of them."""
+"""Sections of docstrings by name, from which pages and schemas are made."""
 
 import inspect
 import re

@@ -1,4 +1,4 @@
-"""The single environment of every id in which E and D are chosen."""
+"""The single environment of every id whose actions are E and D."""
 
 from dataclasses import replace
 from typing import Any, TypeVar

@@ -1,4 +1,4 @@
-"""How the episodes of a task begin: what of them is drawn, and their first wheels."""
+"""The start of the episodes of a task: their random draws and first wheels."""
 
 import math
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""The state of N episodes side by side, and the copies of them that a planner tries something on."""
+"""The state of N episodes side by side, and copies of them for planners."""
 
 import copy
 from dataclasses import dataclass, field, replace

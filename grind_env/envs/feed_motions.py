@@ -1,4 +1,4 @@
-"""Motions of plain reciprocation with an infeed by the program: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
+"""Motions of G81 with a programmed infeed: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
 
 The table reciprocates on its own while the program feeds the wheel down, so that a stroke is as deep as the infeed has
 come when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D of them the

@@ -1,4 +1,4 @@
-"""The memory of the shop floor from block to block, and the measured part of it."""
+"""Memory of the shop floor from block to block, and the measured part of it."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a step reports besides observation and reward: the info of the single environment, and of many in arrays.
+"""The `info` of a step, for the single environment and for many in arrays.
 
 All entries are numbers, `reward_time` and the other `reward_` entries the terms that add up to the reward.
 By default they are what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found

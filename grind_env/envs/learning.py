@@ -1,4 +1,4 @@
-"""What makes a task easier to learn: standardised observations, and rewards that count from the best fixed plan."""
+"""Views for learning: standardised observations, and rewards relative to the best fixed plan."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Machines that are not the model (`grind_env.plants`), as arguments and the options of a reset name them."""
+"""Out-of-model machines (`grind_env.plants`) as arguments and reset options of environments."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""Memories: what the episodes at hand have shown so far, for any number of them side by side.
+"""Memories of past observations, for any number of episodes side by side.
 
 A stack of the past, or a belief of the hidden state of the wheel. `wrappers.py` puts them around environments, and
 an agent that steps episodes itself can hold one as well.

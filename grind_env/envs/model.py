@@ -1,4 +1,4 @@
-"""A simulation as the filter of a belief grinds its members with it."""
+"""A simulation whose episodes are the members of a belief filter."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Names of the tasks and ids of their environments: all that registration needs, and quick to import."""
+"""Names of tasks and ids of their environments: all that registration needs, quick to import."""
 
 from pathlib import Path
 

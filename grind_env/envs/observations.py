@@ -1,4 +1,4 @@
-"""What an agent sees: named readings with unit, scale, noise and delay.
+"""Observations: named readings with unit, scale, noise and delay.
 
 A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at
 the range of its sensor. `HIDDEN` readings are only in `observation="full"`.

@@ -1,4 +1,4 @@
-"""A part program under execution, cycle block by cycle block: a step of an environment is the program itself.
+"""A part program executed cycle block by cycle block, one step of an environment each.
 
 The control stops before every cycle block, takes the words that an agent has chosen for it, and goes on to the next
 one, while `machine.run` grinds what it commands.

@@ -1,4 +1,4 @@
-"""How the random numbers of an episode are drawn: those of blocks for many at once, in vector registers.
+"""Random numbers of an episode, drawn for many blocks at once in vector registers.
 
 Each is a function of the key of the episode, of what is drawn, and of the number of that.
 """

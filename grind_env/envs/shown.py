@@ -1,4 +1,4 @@
-"""What an environment shows, written on its observation space.
+"""Description of an environment's observation, stored in its observation space.
 
 A library that saves a model saves the spaces it was trained on as well. So a model that comes from a file says itself
 which task it saw, and through which wrappers, and can be shown the same again without the environment.

@@ -1,4 +1,4 @@
-"""A problem without Gymnasium: N episodes side by side, how they are drawn and stepped, and what is observed of them.
+"""A simulation: N episodes of a problem side by side, without Gymnasium: reset, step, observe.
 
 Policies, evaluations, trainings and the environments themselves see no more of a problem than the methods of this
 class, its `writer` (`program_writer.py`) and its `viewer` (`view.py`). Every environment that chooses E and D has a

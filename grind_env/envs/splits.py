@@ -1,4 +1,4 @@
-"""The splits: what each changes of the distribution that the factors of episodes are drawn from.
+"""Splits: changes of the distributions from which the factors of episodes are drawn.
 
 A split is one row of `SPLITS`, and everything that draws an episode reads it from there: a seed draws the same numbers
 in every split, of which each split makes other factors.

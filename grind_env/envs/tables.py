@@ -1,4 +1,4 @@
-"""The numbers of the kinds of blocks that the compiled step works on: a row for every kind in every material."""
+"""Numbers of the kinds of blocks for the compiled step: a row for every kind in every material."""
 
 from dataclasses import replace
 from typing import NamedTuple

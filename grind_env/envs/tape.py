@@ -1,4 +1,4 @@
-"""The noise tape of an episode, of which a row is drawn when its block comes up.
+"""The noise tape of an episode: one row of random numbers for each block, drawn when the block comes up.
 
 Everything random in an episode is a function of its key, of a number (of a block, an order, a date, a stroke) and of
 what is drawn for it. So the same seed means the same stock, lots, wheels and measurement noise, whatever the policy

@@ -1,4 +1,4 @@
-"""The compiled step of every environment: load the part, run the cycle block, price it, read the gauges, go on.
+"""The compiled step of every environment: load the part, run the cycle block, price it, read the gauges.
 
 A row of the noise tape says which block comes: its row in the script, of a task a kind of block in a material, and its
 stock. Arrays come in plain tuples: Python hands over three of them (1.8 us) about as fast as all their arrays one by

@@ -1,4 +1,4 @@
-"""The native vector environment of every id in which E and D are chosen: all sub-environments in one step."""
+"""The native vector environment of every id whose actions are E and D: one call steps all sub-environments."""
 
 import inspect
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""The view of a running episode: an `EpisodePicture` read off a task or a job and what came of each block."""
+"""The picture of a running episode as data: an `EpisodePicture` from a task or job and its finished blocks."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Wrappers that change what is shown: a stack of the past, a belief of the hidden state of the wheel, what is learned.
+"""Wrappers that change the observation: a stack of the past, a belief of the hidden wheel, scaling for learning.
 
 All exist for single and for vector environments, with the same numbers. A memory must hold the episode at hand and
 nothing of the one before, in every autoreset mode: `VectorMemory` sees to that.

@@ -1,4 +1,4 @@
-"""Part programs with their jobs, to try things on: plates (G82), a keyway (G81) and a rail (G83)."""
+"""Example part programs with jobs: plates (G82), a keyway (G81) and a rail (G83)."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a dress changes: the last part on a dull wheel, and the next one after the dress, stroke by stroke."""
+"""The effect of a dress: the last part on a dull wheel and the next part after the dress, stroke by stroke."""
 
 from typing import TYPE_CHECKING
 

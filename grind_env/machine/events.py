@@ -1,4 +1,4 @@
-"""What the events of the control mean on the machine: blocks of strokes, dresses, stops, parts that are taken off."""
+"""Control events as work of the machine: blocks of strokes, dresses, stops, removed parts."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence

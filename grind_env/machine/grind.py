@@ -1,4 +1,4 @@
-"""A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
+"""Grind a part program: every stroke, infeed and dress that the control commands, with its physics."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a run leaves behind: one row per stroke or infeed, per dress and per part."""
+"""The record of a run: one row per stroke or infeed, per dress and per part."""
 
 import csv
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""A part program ground on the machine, one event of the control at a time, with the clock of the job."""
+"""Run a part program on the machine, one control event at a time, with the clock of the job."""
 
 import math
 from collections.abc import Sequence

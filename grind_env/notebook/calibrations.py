@@ -1,4 +1,4 @@
-"""A calibration: the constants that were found, how well they predict, and what was made of the files."""
+"""View of a calibration: fitted constants, prediction errors, and how the files were read."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""An evaluation of a policy, or its judgement: cost, scrap, E, D and score, with 95 % intervals."""
+"""View of an evaluation: cost, scrap, E, D and score, with 95 % intervals."""
 
 from grind_env.notebook.markup import fragment, table
 from grind_env.policies.evaluation import Evaluation

@@ -1,4 +1,4 @@
-"""The HTML that objects are shown as: small, without scripts, styles of a page or anything loaded from elsewhere.
+"""Small HTML for notebook views, without scripts, page styles or external files.
 
 Colours are those of the notebook, dark or light. Each function takes plain texts and gives HTML in which they are
 escaped.

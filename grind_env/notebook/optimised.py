@@ -1,4 +1,4 @@
-"""An optimisation: what was varied, both programs side by side, the limits, and the verdict."""
+"""View of an optimisation: varied values, both programs side by side, limits and verdict."""
 
 from grind_env.notebook.markup import fragment, paragraphs, table
 from grind_env.shop.optimise.outcome import Optimised

@@ -1,4 +1,4 @@
-"""A part program: its text with the numbers of its lines, as messages name them."""
+"""View of a part program: its text with line numbers."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""A record: its parts as a table, the totals, what is beyond a limit, and what was warned of."""
+"""View of a record: parts, totals, exceeded limits and warnings."""
 
 from typing import TYPE_CHECKING
 

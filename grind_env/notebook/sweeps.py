@@ -1,4 +1,4 @@
-"""A sweep: its tables of settings, and what is best."""
+"""View of a sweep: its tables of settings, and the best one."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""A task: its kinds of block and what may be chosen; and its page."""
+"""View of a task: its kinds of block, its choices and its page."""
 
 from grind_env.envs.tasks import Kind, Task
 from grind_env.envs.tasks.schema import document, toml_text

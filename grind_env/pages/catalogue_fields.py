@@ -1,4 +1,4 @@
-"""The catalogue as it is shown: what each key of an entry holds, and where its numbers come from."""
+"""Catalogue fields: the meaning of each key of an entry, and the source of its numbers."""
 
 import inspect
 import re

@@ -1,4 +1,4 @@
-"""The page of all that may stand in the files of a user: jobs, catalogues and tasks."""
+"""The page of all keys of job, catalogue and task files."""
 
 from collections.abc import Sequence
 from itertools import groupby

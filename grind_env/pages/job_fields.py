@@ -1,4 +1,4 @@
-"""Every key of a job file, from the dataclasses that it is read into."""
+"""All keys of a job file, from its dataclasses."""
 
 from collections.abc import Mapping
 

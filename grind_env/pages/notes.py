@@ -1,4 +1,4 @@
-"""What a page says beyond the code, one entry for each id; `notes.toml` holds them."""
+"""Hand-written notes on each id, from `notes.toml`."""
 
 import functools
 from collections.abc import Mapping, Sequence

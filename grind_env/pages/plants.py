@@ -1,4 +1,4 @@
-"""The page of the machines that are not the model."""
+"""The page of the out-of-model machines."""
 
 from grind_env.plants import FAMILIES
 from grind_env.plants.family import Range

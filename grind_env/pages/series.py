@@ -1,4 +1,4 @@
-"""The figure of the validation page: published series over those of the model, with what the model is uncertain by."""
+"""The figure of the validation page: published series over the model with its uncertainty."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is known of a registered id: its environment, made with default arguments, and the notes on it."""
+"""Data of a registered id: its environment with default arguments, and its notes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

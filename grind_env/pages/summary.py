@@ -1,4 +1,4 @@
-"""All ids at a glance: rows for the table of `grind tasks` and the index of the pages."""
+"""All ids at a glance, for `grind tasks` and the index of the pages."""
 
 import math
 from dataclasses import dataclass

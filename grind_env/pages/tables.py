@@ -1,4 +1,4 @@
-"""The tables of a page: action, observation, blocks, what is drawn, reward."""
+"""The tables of a task page: action, observation, blocks, random draws, reward."""
 
 from collections.abc import Mapping
 from typing import Any

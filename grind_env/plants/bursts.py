@@ -1,4 +1,4 @@
-"""Grains that pull out in bursts: what wear renews of the face is owed until a threshold, and then comes at once."""
+"""Grains that pull out in bursts: the renewal of the wheel face by wear waits for a threshold, then comes at once."""
 
 import functools
 from typing import Any, NamedTuple

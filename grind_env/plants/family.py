@@ -1,4 +1,4 @@
-"""A family of machines: what differs from the package's, and the numbers in which its members differ.
+"""A family of machines: changed laws, and the random numbers of its members.
 
 All that is drawn of a member is a field of what its process, hook or gauge remembers, under the name of the family. The
 defaults are neutral: they change nothing, to the bit. So all members of a family share their compiled code.

@@ -1,4 +1,4 @@
-"""The power laws of the literature for force, roughness, wear and dulling, in place of ours.
+"""A plant with power laws from the literature for force, roughness, wear and dulling.
 
     Ft' = F1 heq^f,  Ra = R1 heq^e,  G = G1 heq^-q  (Peters and Snoeys),  dulling as V'^d
 

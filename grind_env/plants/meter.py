@@ -1,4 +1,4 @@
-"""A power meter that shows too much or too little, lags, and whose idle creeps with the bearings."""
+"""A power meter with a wrong scale, a lag, and an idle power that creeps with the bearings."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Machines by their names: of a family by a seed, a mix, of the set that is held out, one's own."""
+"""Machines by name: a family and a seed, a mix, the held-out set, or the user's own."""
 
 import re
 from dataclasses import dataclass, replace

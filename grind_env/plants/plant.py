@@ -1,4 +1,4 @@
-"""A machine that is not the model: what grinds, what is shown of it, and its numbers."""
+"""A plant: the process and gauges of an out-of-model machine, and its numbers."""
 
 import functools
 from collections.abc import Mapping

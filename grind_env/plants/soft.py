@@ -1,4 +1,4 @@
-"""A loop of machine, wheel and work that gives more, and most with the part at the end of the table."""
+"""A compliant loop of machine, wheel and work, softest at the end of the table."""
 
 from typing import Any, NamedTuple
 

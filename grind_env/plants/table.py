@@ -1,4 +1,4 @@
-"""A table that falls behind its command and loses time at the reversals."""
+"""A table that lags behind its command and loses time at the reversals."""
 
 from typing import Any, NamedTuple
 

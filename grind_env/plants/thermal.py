@@ -1,4 +1,4 @@
-"""A machine that grows over the shift, and a size gauge whose zero drifts with it."""
+"""A machine that grows with heat over the shift, and a size gauge whose zero drifts with it."""
 
 from typing import Any, NamedTuple
 

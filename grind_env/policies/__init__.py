@@ -1,4 +1,4 @@
-"""What decides E and D, without torch: scripted rules, planners and trained agents, and how they are evaluated."""
+"""Policies that choose E and D, without torch: scripted rules, planners and trained agents, and their evaluation."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any

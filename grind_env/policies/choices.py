@@ -1,4 +1,4 @@
-"""What can be decided before a block: E and D, and all of them that a task has."""
+"""Possible choices before a block: E and D, and all of them for a task."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""A policy followed block by block: what it chose, what was true, what could be believed, and what others would do."""
+"""A policy followed block by block: its choice, the true state, the belief, and the choices of other policies."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

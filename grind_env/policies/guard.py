@@ -1,4 +1,4 @@
-"""A guard for any policy: while readings are not as they were forecast, a rule decides that believes these alone."""
+"""A guard for any policy: while readings differ from the forecasts, a rule on readings alone decides."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
+"""Evaluate a policy: cost per good part and score on fixed seeds, with intervals."""
 
 import math
 from collections.abc import Callable

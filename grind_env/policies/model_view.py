@@ -1,4 +1,4 @@
-"""What a policy takes a machine for: planners, beliefs and experts hold a model, and what grinds is the machine."""
+"""The model of a policy on an out-of-model machine: planners, beliefs and experts compute with the model."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Policies as one names them on the command line."""
+"""Policies by their names on the command line."""
 
 import re
 import sys

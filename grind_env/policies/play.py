@@ -1,4 +1,4 @@
-"""One episode of one policy, to watch, and the part program that came of it."""
+"""Play one episode with a policy, and return it with its part program."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

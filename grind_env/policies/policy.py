@@ -1,4 +1,4 @@
-"""What a policy is, and how much of the truth it may see.
+"""The `Policy` protocol, and how much of the truth a policy may see.
 
 A policy decides E and D of the coming step for N episodes side by side, in any environment that has a `Simulation`. It
 says in `sees` what it needs, and `reveal` hands it no more than that, so that no score rests on knowledge that the

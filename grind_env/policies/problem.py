@@ -1,4 +1,4 @@
-"""What is to be decided: an environment, a task file, or a part program with its job, as one names it anywhere."""
+"""Problems by name: an environment, a task file, or a part program with its job."""
 
 import functools
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A row of a table of results as a JSON file, and its re-run on seeds that nobody knew when it was written."""
+"""A results row as a JSON file, and its re-run on seeds drawn later."""
 
 import json
 import re

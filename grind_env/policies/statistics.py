@@ -1,4 +1,4 @@
-"""Estimates and their bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
+"""Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
 A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
 et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):

@@ -1,4 +1,4 @@
-"""Tuned parameters of the scripted policies: one readable TOML file a task, `parameters/<task>.toml`.
+"""Tuned parameters of the scripted policies: a TOML file for each task, `parameters/<task>.toml`.
 
 Those of the package's own tasks and example programs come with it, those of a user's files lie below the folder that
 the user works in.

@@ -1,4 +1,4 @@
-"""What is read of a machine beside what was forecast: surprises, and when they are an alarm.
+"""Readings beside forecasts: surprises, and when surprises raise an alarm.
 
 The forecast is that of the ensemble that follows the wheel on the model (`grind_env.belief`), whose members have ground
 the block with the E and D with which it was ground. Where no ensemble can (steps that are no blocks, programs that the

@@ -1,4 +1,4 @@
-"""The process of the package with exponents on its forces, which a calibration found in what the model does not follow.
+"""The process of the package with extra exponents on its forces, found by a calibration.
 
 The tangential force at given depth, and with it normal force, power, heat and deflection, is that of the model times
 

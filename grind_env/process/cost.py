@@ -1,4 +1,4 @@
-"""What a cycle costs, in $: time, wheel, dresser, and the chance that the part is scrap.
+"""The cost of a cycle, in $: time, wheel, dresser, and the risk of scrap.
 
 The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & Nee 1992).
 """

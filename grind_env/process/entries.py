@@ -1,4 +1,4 @@
-"""What the catalogue holds: work materials, wheels, dressers, fluids and machines.
+"""Catalogue entries: work materials, wheels, dressers, fluids and machines.
 
 Each field of an entry states its symbol in the process model and in the literature (Malkin; Rowe; Wen, Tay
 and Nee), its unit and its legal range. The ranges bound what the equations accept; they are wider than any

@@ -1,4 +1,4 @@
-"""What meter and gauges of the shop show after a block: a `Gauge`, handed to the steps as the `Process` is."""
+"""Readings of meter and gauges after a block: a `Gauge`, passed to the steps beside the `Process`."""
 
 import functools
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""From catalogue entries to the numbers of the process model: of a stroke, of its price, and of a good part."""
+"""From catalogue entries to process parameters: of a stroke, of its price, and of a good part."""
 
 import math
 

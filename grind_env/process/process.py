@@ -1,4 +1,4 @@
-"""The process as the loops of the machine see it: a `Process`, which they take as they take a `CycleKernel`.
+"""The `Process` interface of the machine loops, used beside a `CycleKernel`.
 
 Its functions are compiled (`kernel.inlined`), and hold conditional expressions only, so that they vectorise. Wheel,
 parameters and stroke are those of `process.state`, whatever the process; all else that it remembers, of the machine, of

@@ -1,4 +1,4 @@
-"""What a stroke reads and what it changes, as named tuples of floats.
+"""Inputs and results of a stroke, as named tuples of floats.
 
 Named tuples, because numba passes them by value into the inlined stroke function and LLVM keeps their fields
 in (vector) registers. The symbols are those of the literature; units are mm, s, N, W, J, K rise unless stated.

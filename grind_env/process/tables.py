@@ -1,4 +1,4 @@
-"""Tables of a user's TOML document as frozen dataclasses: what a field may hold, and one sentence for every slip.
+"""Read tables of a user's TOML file into frozen dataclasses, with one sentence for every mistake.
 
 A field says what it may hold by its annotation: a number or a tuple of numbers as `Annotated[..., Quantity(...)]`, a
 whole number likewise, true or false, a text or a choice of texts, any of them `| None`. Fields of other types are not

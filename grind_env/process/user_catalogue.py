@@ -1,4 +1,4 @@
-"""The catalogue of a user's document: its files, and the values that a set-up overrides in an entry.
+"""A user's catalogue: its files, and the overrides of a set-up.
 
 Jobs and tasks have both: `[catalogue] files = ["shop.toml"]`, and `[setup] wheel_overrides = { width = 65.0 }`. A job
 may have entries of its own, too, in tables such as `[catalogue.wheel.NAME]`.

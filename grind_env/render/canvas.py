@@ -1,4 +1,4 @@
-"""A picture in the making: shapes drawn large and reduced, so that edges are smooth, and text on top of them.
+"""A canvas: shapes are drawn large and reduced for smooth edges, with text on top.
 
 The only module that draws with Pillow; it is imported with the first picture.
 """

@@ -1,4 +1,4 @@
-"""The strip charts: power, temperature, Ra, and what was decided, E and D, over the blocks of the episode."""
+"""The strip charts: power, temperature, Ra, E and D over the blocks of the episode."""
 
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas

@@ -1,4 +1,4 @@
-"""What engineers compare by, as texts: a row for each block that has ground, a sentence for each dress program."""
+"""Comparison numbers as text: a row for each block that has ground, a sentence for each dress program."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What pictures of a record show, whatever draws them: quantities stroke by stroke, or of many strokes as bands.
+"""Curves of a record for any drawing library: quantities stroke by stroke, or many strokes as bands.
 
 The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
 """

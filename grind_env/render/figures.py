@@ -1,4 +1,4 @@
-"""Figures of matplotlib, which notebooks show and which are written as pictures or vectors."""
+"""matplotlib figures for notebooks and files."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

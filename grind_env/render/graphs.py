@@ -1,4 +1,4 @@
-"""Graphs of a few series over one pair of axes, whatever draws them; here matplotlib does."""
+"""Graphs of a few series over one pair of axes for any drawing library; here drawn by matplotlib."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What has put parts beyond a limit: the block and the stroke, how far, and which word to change."""
+"""Causes of exceeded limits: the block and stroke, the amount, and the word to change."""
 
 from collections.abc import Sequence
 from typing import Any

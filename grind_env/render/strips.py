@@ -1,4 +1,4 @@
-"""What the strip charts show: the values of the blocks of an episode, with their limits."""
+"""Data of the strip charts: the values of the blocks of an episode, with limits."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The style of figures for papers: sizes of journal columns, fonts of 8 pt, and marks that grey prints tell apart."""
+"""Styles of figures for papers: journal column widths, 8 pt fonts, and marks that are distinct in grey."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

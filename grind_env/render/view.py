@@ -1,4 +1,4 @@
-"""What a picture of an episode shows, as plain data: no simulation and no drawing library in here."""
+"""The data of a picture of an episode, without simulation or drawing library."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A model of Stable-Baselines3 as a policy, to be judged and played beside all others."""
+"""A Stable-Baselines3 model as a policy, for evaluation and play."""
 
 import hashlib
 from typing import Any, ClassVar

@@ -1,4 +1,4 @@
-"""A task as the environment showed it that a model was trained in, without that environment."""
+"""The view of a task that a model was trained with, rebuilt without its environment."""
 
 from dataclasses import dataclass
 from typing import Any

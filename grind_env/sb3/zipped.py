@@ -1,4 +1,4 @@
-"""Reads the .zip of a model that Stable-Baselines3 has saved, which can run code of its author."""
+"""Read the .zip of a Stable-Baselines3 model, which can run code of its author."""
 
 from pathlib import Path
 from types import SimpleNamespace

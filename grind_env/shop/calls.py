@@ -1,4 +1,4 @@
-"""What the commands `report`, `optimise`, `sweep` and `calibrate` do, as one call each, with their defaults.
+"""Python calls of the commands `report`, `optimise`, `sweep` and `calibrate`, with their defaults.
 
 What is typed as a text on the command line is a value here: `--bounds E=5000..25000` is `bounds={"E": (5000, 25000)}`.
 What needs libraries of the extra [shop] is imported by the call that needs it.

@@ -1,4 +1,4 @@
-"""What is installed, what is missing and how it is got, and how fast this machine grinds."""
+"""Check an installation: versions, missing extras with their install commands, and speed."""
 
 import os
 import platform

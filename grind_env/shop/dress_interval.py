@@ -1,4 +1,4 @@
-"""How often a program dresses: for every n-th part, in every n-th of its runs, or of the blocks that dress."""
+"""The dress interval of a program: in every n-th part, run, or dressing block."""
 
 from dataclasses import dataclass
 

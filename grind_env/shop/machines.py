@@ -1,4 +1,4 @@
-"""On which machines programs are tried: those that the job may be of, in which its program grinds good parts."""
+"""Machines on which programs are tried: drawn from the job's uncertainty, and good with the program as it is."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a user asks of a search, as values or as texts of the command line; a `OptionError` says what there is not."""
+"""Search options from values or command-line texts; an `OptionError` names an unknown one."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""What a program costs with other words, on the same lots for all of them."""
+"""Cost of a program with other words, always on the same lots."""
 
 import copy
 import os

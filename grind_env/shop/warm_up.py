@@ -1,4 +1,4 @@
-"""What users do first, so that what it compiles is in the cache before they do."""
+"""Compile ahead of time by running the usual first steps of users."""
 
 import time
 from collections.abc import Callable, Iterator

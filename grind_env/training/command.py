@@ -1,4 +1,4 @@
-"""The command `grind train`: an agent for a task or a part program, judged beside policies that need no training."""
+"""The command `grind train`: train an agent for a task or a part program, and compare it with untrained policies."""
 
 import re
 import sys

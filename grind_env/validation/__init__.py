@@ -1,4 +1,4 @@
-"""The process model judged: its trends beside the bands that an expert expects, its numbers beside measured ones.
+"""Validation of the process model: trends against expected bands, numbers against measured ones.
 
 `python -m grind_env.validation` prints the table. `CHECKS` are the rows, `validate` takes their numbers.
 """

@@ -1,4 +1,4 @@
-"""A check: one number of the process model beside a band, where that is from, and the row that it makes."""
+"""A check: one number of the process model, its band, the source of the band, and its row."""
 
 import math
 from collections.abc import Callable

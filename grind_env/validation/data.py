@@ -1,4 +1,4 @@
-"""The measured and published data that ship with the package; `data/README.md` says where they are from."""
+"""The measured and published data of the package; `data/README.md` lists the sources."""
 
 import csv
 from pathlib import Path

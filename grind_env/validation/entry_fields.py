@@ -1,4 +1,4 @@
-"""Whether every field of an entry of the catalogue does something."""
+"""Check that every field of a catalogue entry has an effect."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Which rows notice that a law of the process is another one: the laws of `laws.csv`, changed one at a time."""
+"""Change the laws of `laws.csv` one at a time, and list the rows that notice."""
 
 import inspect
 import multiprocessing

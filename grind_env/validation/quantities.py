@@ -1,4 +1,4 @@
-"""Quantities of a wheel over a part, each a number that `checks.csv` names: units as there.
+"""Quantities of a wheel over a part, each a number that `checks.csv` names.
 
 A stroke's own quantities have no function: they are fields of `StrokeResult`.
 """

@@ -1,4 +1,4 @@
-"""The table of the checks in the terminal, and their rows as a CSV file."""
+"""The table of checks in the terminal, and its rows as a CSV file."""
 
 import math
 from collections import Counter

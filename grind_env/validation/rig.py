@@ -1,4 +1,4 @@
-"""The test rig: a wheel over a part, ground and dressed by the functions of the process that all simulations use."""
+"""The test rig: a wheel over a part, with the same process functions as all simulations."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""Exponents and orders of rows of numbers."""
+"""Fitted exponents and orders of series of numbers."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""How the offset paths of two successive motions are joined, and what one of them becomes (`radius-compensation.md` 2).
+"""Corners between the offset paths of two successive motions (`radius-compensation.md` 2).
 
 `out` is the angle, rad, by which the path turns away from the compensated side: above 0 the centre runs round the
 outside of the corner, below 0 it is inside (1.2). Tangents stand for arcs.

@@ -1,4 +1,4 @@
-"""Where unlimited straight lines and whole circles of the plane cross each other."""
+"""Crossings of unlimited straight lines and whole circles of the plane."""
 
 import math
 from dataclasses import dataclass

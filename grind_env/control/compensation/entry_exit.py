@@ -1,4 +1,4 @@
-"""The moves into and out of the radius compensation, types A and B (`radius-compensation.md` 2.1, 2.4, 2.5)."""
+"""The entry and exit moves of the radius compensation, types A and B (`radius-compensation.md` 2.1, 2.4, 2.5)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Elements that are no neighbours, but closer to each other than the wheel is wide (compensation-D18).
+"""Gouging: elements of a path closer than the wheel is wide, without being neighbours (compensation-D18).
 
 Where the wheel runs along both and does not fit between them, the path of its centre crosses itself: along one of them
 it cuts into the other. Neighbours are a matter of their corner (`corners`).

@@ -1,4 +1,4 @@
-"""The state of the radius compensation from entry to exit: which path a programmed motion becomes (chapter 15).
+"""The radius compensation from entry to exit: programmed motions become offset paths (chapter 15).
 
 States of `radius-compensation.md` 2.6: without an offset the compensation is off, or armed if G41 or G42 is in
 force; with one it is on. A junction is laid out when the motion before it is executed, from the motions ahead.

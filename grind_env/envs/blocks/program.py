@@ -1,4 +1,4 @@
-"""The part program of an episode of a task: the blocks that an engineer could carry to the machine.
+"""The part program of an episode of a task, ready to run on a machine.
 
 Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
 (tests/envs/test_program_equality.py).

@@ -1,4 +1,4 @@
-"""The script of a task: a row for every pair of kind and material, kind by kind, whose depths the noise tape says."""
+"""The script of a task: a row for every pair of kind and material; depths come from the noise tape."""
 
 from dataclasses import replace
 

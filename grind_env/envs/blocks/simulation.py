@@ -1,4 +1,4 @@
-"""Episodes of a task whose steps are cycle blocks: its program has holes for E and D, and its tape says the stocks."""
+"""The simulation of a task: its program has holes for E and D, and its tape holds the stocks."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

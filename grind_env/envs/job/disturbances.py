@@ -1,4 +1,4 @@
-"""What is random in an episode of the user's own job: a whole tape, drawn at reset from the key of the episode.
+"""The noise tape of an episode of a user's job, drawn in full at reset from the key of the episode.
 
 The spreads are those of the scenarios (section 3), or those that the job's `[lots]` names: every wheel, coolant and lot
 of material differs somewhat from the catalogue, and gauges are noisy.

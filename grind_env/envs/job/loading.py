@@ -1,4 +1,4 @@
-"""A user's own program and its job, from their files."""
+"""Load a part program and its job from files."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""An episode of a user's program that is ground elsewhere: on a machine, of which somebody says what was measured.
+"""An episode of a part program on a real machine, from readings that the user enters.
 
 What an observation says is either measured or book-keeping: E and D, dresses, depths, volumes. The book is kept by the
 compiled step, with a wheel and a part without spread; what was measured takes the place of what that step would have

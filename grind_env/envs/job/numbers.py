@@ -1,4 +1,4 @@
-"""What cost and gauges need of a job, of its blocks and of the machines that may be that of the job, in numbers."""
+"""Numbers of a job, its blocks and its possible machines, for costs and gauges."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

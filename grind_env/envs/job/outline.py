@@ -1,4 +1,4 @@
-"""A part program and its job, examined before an agent gets them: the cycle blocks, and what each is part of."""
+"""The outline of a part program: its cycle blocks, and the part of each block."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""What an agent sees before a cycle block of the user's own job: gauges of the blocks before, and the coming block.
+"""The observation before a cycle block of a user's job: readings of earlier blocks, and the coming block.
 
 Names, scales and noise are those of `observations` wherever they mean the same.
 """

@@ -1,4 +1,4 @@
-"""Episodes of a user's own program, N of them side by side, without Gymnasium.
+"""The simulation of a user's part program: N episodes side by side, without Gymnasium.
 
 A program that has a script is replayed in compiled code; the control executes any other, one machine after the other.
 Both are judged and remembered by the same compiled functions.

@@ -1,4 +1,4 @@
-"""A user's program as text: run for many parts, and with the words that an agent has chosen for its cycle blocks."""
+"""The text of a user's program: repeated for many parts, with the words that an agent has chosen."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Episodes of a user's own program as part programs."""
+"""Episodes of a user's program as part programs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""A task: the tables of its file joined, what follows from them, and what they must keep together."""
+"""A task: all tables of its file, derived values, and consistency checks."""
 
 import itertools
 import math

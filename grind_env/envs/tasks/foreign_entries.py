@@ -1,4 +1,4 @@
-"""Wheels and materials that a task does not have: for episodes of a split that leaves it."""
+"""Wheels and materials from outside a task, for the split `extrapolation`."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What may stand in a task file, and what stands in one with nothing left out.
+"""The schema of task files, and a complete file of a task.
 
 The dataclasses say it all: their annotations what a key may hold, their docstrings what it means.
 """

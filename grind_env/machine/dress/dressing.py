@@ -1,4 +1,4 @@
-"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
+"""The dress programs of a run: the effect of each, checked to be the same wherever a cycle calls it.
 
 What the first execution at a station shows of a program holds for all, for a control that knows a dress need not go its
 way again.

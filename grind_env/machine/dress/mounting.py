@@ -1,4 +1,4 @@
-"""The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
+"""The wheel on the spindle: its state at the start of a job, dressed, gauged, and changed when it is worn out."""
 
 import functools
 from collections.abc import Callable

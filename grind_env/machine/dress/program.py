@@ -1,4 +1,4 @@
-"""What a dress program does to the wheel, read off its motions.
+"""The effect of a dress program on the wheel, read from its motions.
 
 A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
 Its infeed is by how much it stands deeper than all passes before it; before the first pass, where the wheel also comes

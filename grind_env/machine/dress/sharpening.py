@@ -1,4 +1,4 @@
-"""What engineers compare dresses by: lead, overlap ratio and severity."""
+"""Numbers that compare dresses: lead, overlap ratio and severity."""
 
 from typing import NamedTuple
 

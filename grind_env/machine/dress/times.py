@@ -1,4 +1,4 @@
-"""How long an execution of a dress program takes with other passes, another feed or another infeed.
+"""The time of a dress program with other passes, feed or infeed.
 
 It is what the control would make of the program with these words in its text:
 

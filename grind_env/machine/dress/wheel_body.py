@@ -1,4 +1,4 @@
-"""The wheel as a body of its radius and its width."""
+"""The wheel as a cylinder with a radius and a width."""
 
 import math
 

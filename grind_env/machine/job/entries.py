@@ -1,4 +1,4 @@
-"""The catalogue entries that a job works with, and the same job with other numbers in them."""
+"""The catalogue entries of a job, and copies of a job with other numbers in them."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The job: what is ground on which machine, and what a good part is.
+"""The job: the part, the machine and its set-up, and the limits of a good part.
 
 The part lies where the program finds it: from `start` to `start + length` along the reciprocating axis and
 from `across` to `across + width` along the cross axis; the wheel touches it at `surface`, and the infeed is

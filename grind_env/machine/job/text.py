@@ -1,4 +1,4 @@
-"""A job as the text of a job file, which read again is the same job."""
+"""Write a job as the text of a job file that reads back equal."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, fields

@@ -1,4 +1,4 @@
-"""What is not known of a machine: how far its numbers may be from those of a job."""
+"""Uncertainty of a machine: how far its numbers may be from the numbers of a job."""
 
 import sys
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Machines that may be that of a job: drawn from what is not known of it."""
+"""Machines drawn from the uncertainty of a job."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Cycles of many machines at once: the room that their rows take, and the order in which machines go to the lanes.
+"""Cycles of many machines at once: memory for their rows, and the assignment of machines to lanes.
 
 The longest predicted cycles come first, so that the lanes end together; very many machines come as they are.
 """

@@ -1,4 +1,4 @@
-"""A cycle block as the compiled loops see it, and its strokes and dresses: control and process joined."""
+"""A cycle block for the compiled loops: its strokes and dresses, from control and process."""
 
 import functools
 import math

@@ -1,4 +1,4 @@
-"""Where the strokes of each cycle lie, for the compiled loops: the rules of `control.cycles`, and depth and place."""
+"""Places of the strokes of each cycle for the compiled loops, by the rules of `control.cycles`."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

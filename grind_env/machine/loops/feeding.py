@@ -1,4 +1,4 @@
-"""Strokes that go on beside the motions of the program: those of a G81, and of any cycle that has come to its end.
+"""Strokes beside motions of the program: under G81, and after any cycle has finished.
 
 The table reciprocates on its own while the program moves the wheel, so that a stroke lies where the wheel stands as the
 table passes its middle. The motions of the program between two rests of the table are a leg; a leg ends with dresses at

@@ -1,4 +1,4 @@
-"""How fast the table passes over the part, and a stroke at that pace.
+"""The speed of the table over the part, and a stroke at this speed.
 
 A table that takes longer to reach its E than it has overtravel is slower than E near the ends of the part. A stroke is
 then evaluated at two nodes: right Radau quadrature over the time in which the table accelerates over the part. The fast

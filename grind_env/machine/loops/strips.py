@@ -1,4 +1,4 @@
-"""One stroke over a part whose surface is kept in strips across its width.
+"""One stroke over a part whose surface is stored in strips across its width.
 
 The strips with more than half of the deepest interference under the wheel are cut; the others, ground at this depth
 before, only spark. The cut is that of the mean interference over the joint width, and takes the same depth off each.

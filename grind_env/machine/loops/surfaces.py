@@ -1,4 +1,4 @@
-"""How the compiled loops keep the surfaces of parts: whole, where the wheel covers the part, or in zones across."""
+"""Surfaces of parts in the compiled loops: one value if the wheel covers the part, else zones across."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a run of strokes and dresses adds up: times, peaks, mean powers, burn and wear.
+"""Sums over a run of strokes and dresses: times, peaks, mean powers, burn and wear.
 
 The compiled loops, the run of a program and the episodes of every environment count with these functions.
 """

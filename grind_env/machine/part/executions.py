@@ -1,4 +1,4 @@
-"""The executions of blocks in a run, each with the numbers by which engineers compare cycles."""
+"""Executions of blocks in a run, with the numbers that compare cycles."""
 
 import numpy as np
 

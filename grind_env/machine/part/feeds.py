@@ -1,4 +1,4 @@
-"""Feed moves of a program that carry the wheel along the table over the part: they grind as strokes of a cycle do.
+"""Feed moves along the table over the part, which grind like strokes of a cycle.
 
 Such a move goes straight, with the wheel at or below the surface at one depth. If it goes across as well, the wheel has
 to cover the width of the part all the way. What is ground by other feed moves is not simulated.

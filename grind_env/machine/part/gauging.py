@@ -1,4 +1,4 @@
-"""What is found on a part when it is gauged: size, roughness, and the heat that counts."""
+"""Results of gauging a part: size, roughness, and the temperature rise that counts."""
 
 from collections.abc import Iterable
 from typing import NamedTuple

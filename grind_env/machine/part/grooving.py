@@ -1,4 +1,4 @@
-"""What a wheel grinds in the grooves of G76 and G77, one cut of the process model per infeed.
+"""Grinding of G76 and G77 grooves: one cut of the process model per infeed.
 
 The grooving cycles are those of a turning part (lathe manual, chapter 23). An infeed that goes `a` deeper at the
 feed `vf` over a ground length `Lw`, the circumference of the part, removes `vf Lw` mm3/s per mm of width: the

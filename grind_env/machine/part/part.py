@@ -1,4 +1,4 @@
-"""One part on the machine: its surface in strips across, and what it has become in the end."""
+"""One part on the machine: its surface in strips across, and its final result."""
 
 import math
 from collections.abc import Sequence

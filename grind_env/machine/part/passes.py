@@ -1,4 +1,4 @@
-"""The strokes of a table over the strips of a part, one after the other, and the dresses between them."""
+"""Strokes of the table over the strips of a part in sequence, with the dresses between them."""
 
 import functools
 from collections.abc import Callable

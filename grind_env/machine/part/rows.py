@@ -1,4 +1,4 @@
-"""How a stroke stands in a record: where it lies, what it has done, and the wheel after it."""
+"""A stroke as a row of the record: place, results, and the wheel afterwards."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""How fast the wheel turns and whether the coolant flows, as the words of a program say, or the job.
+"""Wheel speed and coolant flow, from the words of a program or from the job.
 
 The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that
 the run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S

@@ -1,4 +1,4 @@
-"""Which of the stations on the table strokes meet: the parts under their way that they come down on.
+"""The stations that a stroke meets: the parts below its path.
 
 A stroke sweeps the way of the wheel along the table and its width across. It meets a part where the body of the wheel
 reaches below the surface of the part somewhere on that way.

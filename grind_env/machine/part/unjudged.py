@@ -1,4 +1,4 @@
-"""What a program grinds that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
+"""Grinding that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
 
 The latter may be meant for another part.
 

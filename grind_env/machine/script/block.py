@@ -1,4 +1,4 @@
-"""A cycle block of a script, what the program does up to the next one, and of which part it is."""
+"""A cycle block of a script, the motions up to the next block, and its part."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

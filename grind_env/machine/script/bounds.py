@@ -1,4 +1,4 @@
-"""Where a program has no script: what would depend on more than its words, or on words that may be others."""
+"""Reasons why a program has no script: it depends on more than its words, or on words that may change."""
 
 import math
 from collections.abc import Iterator, Sequence

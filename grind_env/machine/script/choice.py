@@ -1,4 +1,4 @@
-"""Settings that are chosen for the blocks of a script, as the blocks take them."""
+"""Chosen settings of the blocks of a script, in the form of the blocks."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The script of a program that is run for many parts, from that of a few runs of it, where these are alike.
+"""The script of a program for many parts, extended from a few runs that are alike.
 
 A control that begins a run where it began the one before it, in a program whose blocks are the same in every run, does
 the same in all that follow.

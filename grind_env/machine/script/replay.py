@@ -1,4 +1,4 @@
-"""A script run for many machines at once, in compiled code: every block with settings of its own."""
+"""Replay a script for many machines at once in compiled code, each block with settings of its own."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A part program as a script: what the control makes of it before a wheel has touched a part.
+"""A part program as a script: its blocks as the control plans them, before any grinding.
 
 The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
 cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way

@@ -1,4 +1,4 @@
-"""What may be chosen in a cycle block of a script: its words E, D, J and L, and what its dress program does."""
+"""Settings of a cycle block of a script: its words E, D, J and L, and the values of its dress program."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

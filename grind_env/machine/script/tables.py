@@ -1,4 +1,4 @@
-"""A script in numbers, as compiled code replays it: a row for every cycle block and every motion beside the table."""
+"""A script in numbers for compiled replays: a row for every cycle block and every motion beside the table."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
+"""Warning texts of a run: accepted by the control, but not ground as it seems (PD-6)."""
 
 import math
 

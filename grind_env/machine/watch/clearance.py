@@ -1,4 +1,4 @@
-"""Whether the moves of a program outside its cycles keep clear of part, table and diamond: only strokes grind the part.
+"""Checks that moves outside the cycles keep clear of part, table and diamond: only strokes grind the part.
 
 A feed move of the program along the table is such a stroke (`part/feeds.py`). Any other one over the part would grind
 it, too, where it is deeper than the surface that strokes have left: this is not simulated, and `pass_depths` finds it.

@@ -1,4 +1,4 @@
-"""What picks, cuts and dresses do to wheel and spindle, and cuts for which the process model does not hold."""
+"""Warnings about picks, cuts and dresses, and about cuts outside the range of the process model."""
 
 from typing import Any
 

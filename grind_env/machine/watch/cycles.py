@@ -1,4 +1,4 @@
-"""Cycles that grind nothing, and what they may be meant for: to set the table going, or for another part.
+"""Warnings about cycles that grind nothing, with their likely purpose.
 
 Feed moves that are strokes, one after the other and none less deep than the one before, are like a cycle.
 """

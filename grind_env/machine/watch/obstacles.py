@@ -1,4 +1,4 @@
-"""The way of the wheel outside the cycles: what stands in it, and feeds of it that the machine does not make.
+"""Warnings about moves outside the cycles: obstacles, and feeds that the machine cannot run.
 
 Moves are judged with the cycle or the stroke that comes after them: only then it is known how the part lies.
 """

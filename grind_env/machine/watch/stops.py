@@ -1,4 +1,4 @@
-"""Stops that take off a part which is not finished, and stages that no stop ends: told unless M01 was meant."""
+"""Warnings about stops that remove an unfinished part, and stages that no stop ends."""
 
 from grind_env.control import CyclePlan, ProgramStop
 from grind_env.machine.part.part import PartRun

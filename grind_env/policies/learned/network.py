@@ -1,4 +1,4 @@
-"""Learned agents as policies: the acting part of a network without torch, with the same bits on every machine.
+"""The acting network of trained agents without torch, with the same bits on every machine.
 
 An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. What the last layer says is
 read as logits of E and of D.

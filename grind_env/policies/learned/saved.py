@@ -1,4 +1,4 @@
-"""Learned agents on disk: tensors and a description, in one `.safetensors` file that runs no code when it is read.
+"""Trained agents on disk: tensors and a description in a `.safetensors` file, which runs no code.
 
 Stable-Baselines3 saves pickles, and a pickle does whatever its author wrote into it. A stranger's file is read here as
 numbers and JSON only: the description names one of a few known networks, every tensor must have the shape that follows

@@ -1,4 +1,4 @@
-"""How a learning agent sees a task and how it acts.
+"""The observations and actions of a learning agent.
 
 It sees the measured observation and a memory of the episode, for a single observation says little of the lot and of
 the wheel:

@@ -1,4 +1,4 @@
-"""The planner on the belief: every choice is tried on wheels that may be the true one, what is left by a table."""
+"""The planner on the belief: every choice is tried on possible wheels, with a table for the later blocks."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple

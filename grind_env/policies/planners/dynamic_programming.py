@@ -1,4 +1,4 @@
-"""Plans for a known tape, by forward dynamic programming over classes of states."""
+"""Plans for a known noise tape, by forward dynamic programming over classes of states."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The hindsight planner, which knows the whole tape of an episode."""
+"""The hindsight planner, which knows the whole noise tape of an episode."""
 
 from dataclasses import dataclass
 from typing import ClassVar

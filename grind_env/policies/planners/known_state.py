@@ -1,4 +1,4 @@
-"""Planners: policies that know the true state, which a machine cannot measure.
+"""Planners that know the true state, which a machine cannot measure.
 
 They do not bound what an agent can reach: one is a tuned rule, the other looks some blocks ahead and leaves the rest to
 that rule.

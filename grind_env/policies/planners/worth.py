@@ -1,4 +1,4 @@
-"""What a wheel is worth before and after every block: dynamic programming on the model, once before an episode.
+"""The value of a wheel before and after every block: dynamic programming on the model, once per episode.
 
 A table over the blocks of an episode, the kind of the coming one, the lot (growth and pressure of wear flats), the
 dullness of the wheel, and in tasks with due dates the time in hand. Its costs and transitions are those of the compiled

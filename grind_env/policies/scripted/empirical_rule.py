@@ -1,4 +1,4 @@
-"""The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
+"""A shop's rule without a process model: it uses the readings of this machine only."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

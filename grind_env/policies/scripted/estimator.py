@@ -1,4 +1,4 @@
-"""How sharp the wheel is and how fast the lot dulls it, from measured power and nominal constants alone.
+"""Estimates of sharpness and dulling rate from measured power and nominal constants.
 
 The mean power of a block, less what chips and ploughing take nominally, is the friction of the wear flats; with
 the nominal pressure under them it gives their area (Malkin; scenarios, section 3).

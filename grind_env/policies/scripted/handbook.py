@@ -1,4 +1,4 @@
-"""What a handbook would give, before anything was tuned or measured."""
+"""The handbook policy: usual values, before any tuning or measurement."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""What a shop learns of power and roughness from its readings alone: power laws, updated as they come."""
+"""Power laws of power and roughness, updated from a shop's readings."""
 
 import numpy as np
 from numpy.typing import NDArray

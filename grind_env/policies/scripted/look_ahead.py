@@ -1,4 +1,4 @@
-"""The look-ahead on what can be believed of the hidden state: one block far, the wheel left behind priced."""
+"""The one-block look-ahead on the belief, which prices the wheel that a block leaves."""
 
 from dataclasses import dataclass
 from statistics import NormalDist

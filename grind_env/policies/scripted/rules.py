@@ -1,4 +1,4 @@
-"""Scripted policies: what a shop can write into a program, and rules on measured signals.
+"""Scripted policies: fixed plans of a program, and rules on measured signals.
 
 E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
 """

@@ -1,4 +1,4 @@
-"""The policy at the machine: advice before each block, from what was said of those before."""
+"""The adviser: E and D before each block, from the readings so far."""
 
 import copy
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The arguments of `grind advise` -> a session."""
+"""The arguments of `grind advise` to a session."""
 
 import json
 import sys

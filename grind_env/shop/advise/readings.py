@@ -1,4 +1,4 @@
-"""What somebody at the machine says of a block or a part, checked."""
+"""Readings of a block or part that an operator enters, checked."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""A batch ground on a simulated machine, with E and D of whoever decides: what it costs, and what was read."""
+"""A rehearsal: a batch on a simulated machine with E and D of any decider, its cost and its readings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The rule that advises without a model: E and D from what was read on this machine.
+"""The rule that advises E and D without a model, from readings of this machine.
 
     ln P = c + f ln E + g ln(V' + 10)   peak power of a kind of block, by recursive least squares
     Ra ~ E^0.5, size ~ E                of finished parts

@@ -1,4 +1,4 @@
-"""A session at the machine: advice goes out, readings come in, and everything is kept."""
+"""A session at the machine: give advice, take readings, and save both."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""An adviser that looks on: what it forecast beside what was read, and from when on it would have been right."""
+"""The shadow mode: forecasts beside readings, and the block from which advice would have held."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Where readings come from: a CSV that grows, JSON lines, a prompt."""
+"""Sources of readings: a growing CSV file, JSON lines, a prompt."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What an adviser has been told so far, in a file that is whole whenever it is stopped; and the log beside it.
+"""The state file of an adviser, complete at any interruption, and the log beside it.
 
 The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy
 and belief are functions of what was measured.

@@ -1,4 +1,4 @@
-"""Advice as values of paramacro variables, in a file that the control runs before the blocks that read them."""
+"""Advice as paramacro variables, in a file that the control runs before the blocks that read them."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Where the strokes of a program lie in a log: the program's runs of strokes, found by their shape, in their order.
+"""Place the strokes of a program in a power log, by the shape of their runs and in order.
 
 Run by run and for every place in the log, the power that the model expects is compared with the power there, whatever
 the idle power and the scale of the meter are; dynamic programming then puts all runs in order. How long is waited for a

@@ -1,4 +1,4 @@
-"""Where the runs of a program lie in a log, how like the log is to them there, and which are there as programmed."""
+"""The alignment of a program with a log: places of its runs, quality of the match, and runs as programmed."""
 
 import itertools
 from collections.abc import Iterator

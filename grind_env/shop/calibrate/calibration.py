@@ -1,4 +1,4 @@
-"""`calibrate`: from the files of a shop to a calibration."""
+"""`calibrate`: from a shop's files to a calibration."""
 
 import math
 from collections.abc import Callable, Collection, Mapping

@@ -1,4 +1,4 @@
-"""What the columns of a sheet are: known by their names in many languages, or said by a map (docs/howto/shop.md)."""
+"""Columns of a measured file, found by names in many languages or by a user's map (docs/howto/shop.md)."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The most probable constants given what was measured, and their intervals.
+"""The most probable constants given the measurements, with intervals.
 
 Maximum a posteriori by least squares: constants have log-normal priors from the catalogue, measurements normal errors,
 and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say,

@@ -1,4 +1,4 @@
-"""What was gauged of parts: size, roughness, burn, diameter of the wheel; and what gauges would show of a run."""
+"""Gauged parts: size, roughness, burn, wheel diameter; and simulated gauge readings of a run."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""A log of the power of the spindle, as it was exported, as times and watts."""
+"""Read an exported log of spindle power into times and watts."""
 
 import math
 from dataclasses import dataclass, replace

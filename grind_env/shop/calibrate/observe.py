@@ -1,4 +1,4 @@
-"""From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
+"""From an aligned log to the mean power above idle of each stroke, with its uncertainty."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What may be fitted: constants of the catalogue, each with the spread that it has before anything was measured."""
+"""Fittable constants of the catalogue, each with its prior spread."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Where the strokes of a program lie in time, and the machine under a program that is run again and again."""
+"""The time pattern of a program's strokes, and the machine under repeated runs of the program."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What to grind so that a log of it tells the constants: a program of a few E and depths."""
+"""Write a test program with several E and depths, whose log identifies the constants."""
 
 import re
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What a calibration has found, for the screen, for reports and as a catalogue file."""
+"""The result of a calibration, for terminal, reports and catalogue files."""
 
 import math
 import re

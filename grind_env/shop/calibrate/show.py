@@ -1,4 +1,4 @@
-"""A calibration on the screen, and as plain data."""
+"""A calibration as terminal output and as plain data."""
 
 import math
 from dataclasses import asdict

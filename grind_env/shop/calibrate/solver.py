@@ -1,4 +1,4 @@
-"""Residuals of measurements, their derivatives, and the variables for which they are least."""
+"""Least squares of measurement residuals, with their derivatives."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

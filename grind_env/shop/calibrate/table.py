@@ -1,4 +1,4 @@
-"""A table of settings, each with what was measured: the same fit without a log.
+"""Fit a table of settings with readings, without a log.
 
 A row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns are named as here; a map
 says which they are where they are not: `[table]` of the map, with `table_speed = "vw"`.

@@ -1,4 +1,4 @@
-"""Whether a fitted model may be used, and for what: one verdict for terminal, report, JSON and exit status.
+"""The verdict on a fitted model for terminal, report, JSON and exit status: usable or not, and for what.
 
 A kind of measurement is judged by parts or settings that are left out in turn: the fit to the others must predict it
 no worse than the catalogue does.

@@ -1,4 +1,4 @@
-"""A measured file of a shop: rows and columns as machines, data loggers, gauges and spreadsheets export them.
+"""A measured file with rows and columns, as machines, data loggers, gauges and spreadsheets export it.
 
 Logs, gauge files, tables of settings and the measurements of `grind advise` are all read here, by the same rules. A
 cell is a number, is missing (`MISSING`), or is named with its column, row and count; too many of those are refused.

@@ -1,4 +1,4 @@
-"""The best programs of a search, ranked on more machines than it had; and what each limit costs: those without it."""
+"""Rank the best programs of a search on more machines, and find the cost of each limit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A dress interval written into a program: what counts parts or blocks, and D words that ask whether a dress is due.
+"""Write a dress interval into a program: a counter of parts or blocks, and D words that read it.
 
 A counter is a # variable above 499, which the control keeps from one run of a program to the next. Whatever another
 program has left in it, it counts on from that, and at most the first interval is another one.

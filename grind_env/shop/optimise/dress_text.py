@@ -1,4 +1,4 @@
-"""Lead, depth and passes as a dress program says them: the F and the infeed words of its passes, and their number.
+"""Lead, depth and passes in the text of a dress program: F, infeed words, and the number of passes.
 
 What an edit comes to is always measured on the text so edited (`machine.dress_program`); what cannot be said by other
 numbers in its words is refused.

@@ -1,4 +1,4 @@
-"""Numbers of single words changed in the text of a program; every other byte stays what it is."""
+"""Change numbers of single words in the text of a program; every other byte stays."""
 
 import re
 from collections import Counter

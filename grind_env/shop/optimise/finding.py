@@ -1,4 +1,4 @@
-"""Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
+"""Find better words of a part program: search on some lots, choose on others, judge on unseen lots."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What is said of the best words found: better or not, by how much, and which limits bind."""
+"""The verdict on the best words found: better or not, by how much, and which limits bind."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What an optimisation has come to: all that a table, JSON or a report shows of it."""
+"""The outcome of an optimisation, for tables, JSON and reports."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Search over whole numbers: differential evolution, then steps from the best point found until none is better.
+"""Search over whole numbers: differential evolution, then single steps from the best point.
 
 Differential evolution (Storn & Price 1997; SciPy) takes whole numbers such as D as they are, needs no gradient of a
 cost that limits cut off, and asks for a generation at a time, which is one replay of many machines. The steps after it

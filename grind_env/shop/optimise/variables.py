@@ -1,4 +1,4 @@
-"""What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
+"""Variables of a program: words of its cycle blocks and values of its dress programs, with legal ranges."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""A program of which some words are varied: what is searched, and what it costs with other words."""
+"""A program with variable words: the search space, and the cost of each variation."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What every report is made of: a page of sections, and in them verdicts, tables, figures, lists and listings.
+"""Building blocks of reports: a page of sections with verdicts, tables, figures, lists and listings.
 
 Each function takes plain texts and gives markup in which they are escaped; only such markup goes into a page::
 

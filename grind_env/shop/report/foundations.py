@@ -1,4 +1,4 @@
-"""What the numbers of every report rest on: revisions of files, values of the catalogue, and the reach of the model."""
+"""The inputs behind a report: file revisions, catalogue values, and the range of the model."""
 
 import hashlib
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Figures as SVG that matplotlib draws: text is text, and colours are those of the page, light, dark or printed."""
+"""matplotlib figures as SVG: text stays text, and colours follow the page, light, dark or printed."""
 
 import io
 import re

@@ -1,4 +1,4 @@
-"""A folder to begin with: a program, its job, a catalogue, a notebook, a sample log; and the job with every key."""
+"""The folder of `grind init`: program, job, catalogue, notebook and sample log; and the job with every key."""
 
 import json
 import tempfile

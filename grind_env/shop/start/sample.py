@@ -1,4 +1,4 @@
-"""The sample log of `grind init`: `python -m grind_env.shop.start.sample` writes it anew.
+"""The sample log of `grind init`; `python -m grind_env.shop.start.sample` rewrites it.
 
 It is no measurement: the program of the folder is ground by a machine whose material is ploughed with a higher pressure
 than the catalogue says, and a meter looks at its spindle.
