@@ -37,7 +37,7 @@ TITLE = "# The training recipe"
 
 @dataclass(frozen=True)
 class RecipeTrial:
-    """A training: of which task, what it sees, its seed, and its lines."""
+    """Training of a task: its observation, its seed, and its lines."""
 
     problem: Problem
     way: str
@@ -51,7 +51,7 @@ class RecipeTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecipeRow:
-    """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
+    """Result of a training on evaluation episodes, with a 95 % interval over them."""
 
     task: str
     sees: str
@@ -79,7 +79,7 @@ def recipe(page: str) -> str:
 
 
 def variant(text: str, trial: RecipeTrial) -> str:
-    """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
+    """Return the recipe changed to another task, seed or number of steps, or without the belief.
 
     Raises:
         GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
@@ -166,7 +166,7 @@ def write(found: Sequence[RecipeRow], results: Path) -> str:
 
 
 def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Whether two rows may stand in one table."""
+    """Return whether two rows may be in one table."""
     return one.keys() == other.keys() and all(
         one[name] == other[name] for name in ("steps", "episodes", "task_version")
     )

@@ -44,7 +44,7 @@ Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cache
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """How trials are run."""
+    """Options of running trials."""
 
     jobs: int = 1
     ray: str | None = None
@@ -71,23 +71,23 @@ class StudyOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A study as data.
+    """Study as data.
 
     Attributes:
-        name: of its command and its files.
-        title: of its page.
-        trials: frozen dataclasses; a field `problem` or `task` says what is ground.
-        run: `run(trial)`: what is found in one, as JSON has it. A function of a module, which processes import.
-        columns: of the table; by default the fields of trials and what is found in one.
+        name: name of its command and files.
+        title: title of its page.
+        trials: frozen dataclasses; a field `problem` or `task` names the problem.
+        run: `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
+        columns: columns of the table; by default the fields of trials and results.
         page: `page(found)`: Markdown below the title.
         rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds stand in every row.
-        decides: `decides(trial)`: what else decides what is found, beside the code of `run`, the trial and its task.
-        seconds: `seconds(trial)`: CPU-seconds that it takes, about.
-        trains: versions of Stable-Baselines3 and torch stand in every row, too.
-        prepare: what is done before the first trial.
-        publish: `publish(found, folder)`: writes other files than these two, and gives what is printed.
-        files: how the files begin that it writes, by their names, if there are others.
+        episodes: evaluation episodes, whose seeds are in every row.
+        decides: `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task.
+        seconds: `seconds(trial)`: estimated CPU-seconds.
+        trains: whether every row has the versions of Stable-Baselines3 and torch, too.
+        prepare: called before the first trial.
+        publish: `publish(found, folder)`: writes further files, and returns text to print.
+        files: first characters of further files, by name.
     """
 
     name: str
@@ -115,7 +115,7 @@ class Study:
 
     @property
     def written(self) -> Mapping[str, str]:
-        """How the files that it writes begin, by their names."""
+        """Return the first characters of the written files, by name."""
         own = {f"{self.name}.csv": ",".join(self.columns), f"{self.name}.md": self.heading}
         return own if self.files is None else self.files
 
@@ -188,7 +188,7 @@ class Study:
 
 @cache
 def of_problem(problem: Problem) -> tuple[str, float]:
-    """Stands for what a problem does, and for its prices."""
+    """Return a fingerprint of a problem's behaviour and prices."""
     return behaviour(problem.simulation()), problem.simulation().task.reference_cost
 
 

@@ -1,8 +1,8 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
-Importing the package and Gymnasium, in whichever order, registers the environments `grind/<Task>-v0`.
-`evaluate(policy, id)` says what a policy is worth; `grind`, `optimise`, `sweep`, `calibrate` and `report` do what the
-commands of these names do, on the same files.
+Importing the package and Gymnasium, in any order, registers the environments `grind/<Task>-v0`. `evaluate(policy, id)`
+scores a policy; `grind`, `optimise`, `sweep`, `calibrate` and `report` work as the commands with these names, on the
+same files.
 """
 
 from importlib import import_module
@@ -57,7 +57,7 @@ register()
 
 
 def __getattr__(name: str) -> Any:
-    """What is imported when it is asked for."""
+    """Import slow modules on first use."""
     if name == "examples":
         return import_module("grind_env.examples")
     if name in LAZY:
@@ -67,5 +67,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """With what is imported when it is asked for, so that a notebook can complete it."""
+    """Return all public names, including slow modules, so that notebooks can complete them."""
     return sorted({*globals(), *__all__})

@@ -56,7 +56,7 @@ def listed(names: Sequence[str], most: int = MOST_LISTED) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """What an error of another library says, as a message quotes it: its first line, shortened."""
+    """Return the error of another library as a message quotes it: its first line, shortened."""
     return shortened(str(error).partition("\n")[0], LONGEST_REASON) or type(error).__name__
 
 

@@ -62,7 +62,7 @@ SAID = {
 
 
 def _fits(kind: Any, value: Any) -> bool:
-    """Whether a value has this form, as far as can be seen from outside."""
+    """Return whether a value has this form, as far as visible from outside."""
     if kind is float:  # a whole number may be as large as it likes, and comes as one
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
     if get_origin(kind) is Literal:

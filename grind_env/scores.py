@@ -44,9 +44,9 @@ class Reference:
     Attributes:
         zero: return, with no unit, that scores 0: the best fixed plan.
         hundred: return, with no unit, that scores 100: the hindsight planner.
-        ratio: the two are so close that `normalise` gives the cost over that of the fixed plan instead.
-        fixed_plan: policy that `zero` is of.
-        best_scripted: the policy that earns most of those that see what a machine measures.
+        ratio: whether both costs are so close that `normalise` gives the cost over the fixed plan's instead.
+        fixed_plan: policy of `zero`.
+        best_scripted: best scripted policy on measurements.
         J_fix: cost of the best fixed plan on all its episodes, $.
         J_plan: cost of the planner, $.
         returns: by policy.
@@ -63,7 +63,7 @@ class Reference:
 
 
 def normalise(environment_id: str, episode_return: float) -> float:
-    """The score of a mean episode return in an environment with its default arguments.
+    """Return the score of a mean episode return in an environment with its default arguments.
 
     Returns:
         0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond. In `grind/Slot-v0`,

@@ -31,8 +31,8 @@ class Cell(NamedTuple):
     """A cell of a table.
 
     Attributes:
-        text: what it shows.
-        kind: what it says of its matter; "" for neither good nor bad.
+        text: shown text.
+        kind: judgement of the value; "" for neither good nor bad.
         below: lines below the text, indented, on a terminal.
     """
 
@@ -45,13 +45,13 @@ class Column(NamedTuple):
     """A column of a table.
 
     Attributes:
-        title: its heading, whose lines a terminal keeps.
+        title: heading; a terminal keeps its lines.
         value: an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place.
-        form: how a number is written, as in `format`, such as `.2f`.
-        unit: of the values, below or behind the title.
-        right: whether cells are aligned on the right, as numbers are.
-        wrap: whether a terminal may break its cells, which are sentences.
-        factor: what values are multiplied by to have the unit.
+        form: format of a number, as in `format`, such as `.2f`.
+        unit: unit of the values, below or behind the title.
+        right: whether cells are right-aligned, as numbers are.
+        wrap: whether a terminal may break its cells, for sentences.
+        factor: factor from values to the unit.
     """
 
     title: str

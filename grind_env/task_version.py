@@ -22,5 +22,5 @@ HISTORY = {
 
 
 def of_version(found: object) -> str:
-    """What a message says of a thing of another version, which may be written down nowhere: that was the first."""
+    """Return the text for something of another version; a missing version is the first."""
     return f"of task version {1 if found is None else quoted(found)}, and the tasks are now of version {TASK_VERSION}"

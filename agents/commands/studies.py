@@ -77,10 +77,10 @@ def dress_study(plant: Plant = None) -> None:
 
 
 class StudyCommand(NamedTuple):
-    """A study as a command: the module whose `study(asked, **own)` makes it, its help, example and defaults.
+    """Command of a study: the module whose `study(asked, **own)` makes it, its help, example and defaults.
 
-    `own` is a function whose parameters are options of its own, `without` names common options that it has not, and
-    `free` those of its own that choose no trials: a choice of trials is written into the folder of the cache.
+    The parameters of the function `own` are the command's own options. `without` names common options that it lacks.
+    `free` names own options that do not choose trials; a choice of trials becomes part of the cache folder.
     """
 
     module: str

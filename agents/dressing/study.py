@@ -48,7 +48,7 @@ TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,questio
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DressFinding:
-    """What one way to dress costs on the evaluation episodes of a task."""
+    """Cost of one dress strategy on the evaluation episodes of a task."""
 
     task: str
     question: str
@@ -82,7 +82,7 @@ def intervals(simulation: Simulation) -> list[int]:
 
 
 def dressers(problem: Problem) -> list[tuple[str, Dress]]:
-    """Settings that are tried, with their question; none for a part program, whose dress program says them."""
+    """Return the tried settings, with their question; none for a part program, whose dress program has them."""
     if problem.id == JOB:
         return []
     own = problem.simulation().task.dress
@@ -134,7 +134,7 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
 def finding(
     name: str, simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0
 ) -> DressFinding:
-    """What an evaluation says."""
+    """Return the finding of an evaluation."""
     cost, dress = run.cost_per_good_part, simulation.task.dress
     return DressFinding(
         task=name,

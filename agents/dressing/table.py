@@ -16,7 +16,7 @@ THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
 
 
 class DressStudy(NamedTuple):
-    """What was found for one task, on how many episodes, and in which version of the tasks."""
+    """Findings for one task, with the number of episodes and the task version."""
 
     found: Sequence[DressFinding]
     episodes: int

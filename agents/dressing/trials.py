@@ -99,7 +99,7 @@ def deciding(problem: Problem) -> list[Policy]:
 
 
 def on_plant(problem: Problem, plant: str) -> Problem:
-    """The problem on a machine, with a name of its own for what is cached and told."""
+    """Return the problem on a machine, with its own name for cache and tables."""
     machine = re.sub(r"[^\w.+]+", "-", plant)
     return replace(on(problem, plant), name=f"{problem.name}-{machine}")
 

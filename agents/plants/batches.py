@@ -12,7 +12,7 @@ EARLY = 14
 
 
 def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
-    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
+    """Grind batches, each with its own decider, on the same lots."""
     return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
 
 

@@ -19,7 +19,7 @@ TICKS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 class Compared(NamedTuple):
-    """Who is drawn: the question that has its cost and what it is over, the names of both, and a label."""
+    """Compared costs: the question of the cost and of its reference, the names of both, and a label."""
 
     question: str
     cost: str

@@ -34,7 +34,7 @@ def real(programs: Programs, job: Job) -> tuple[float, float]:
 
 
 def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, float]:
-    """What the search promises and what comes of it: without a calibration, with one, and with the machine as model."""
+    """Return promised and true costs of the search: without a calibration, with one, and with the true model."""
     truth, found = machine.job(), dict[str, float]()
     found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
     with tempfile.TemporaryDirectory() as folder:
@@ -61,7 +61,7 @@ def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
 
 @cache
 def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
-    """What is found without a calibration, on whatever machine."""
+    """Return the result without a calibration, the same for all machines."""
     return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
 
 

@@ -83,7 +83,7 @@ def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
 
 
 def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
-    """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
+    """Read the findings of the study's programs from a table, and the commit of each cell; nothing without one."""
     if not path.exists():
         return {}, {}
     found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
@@ -96,7 +96,7 @@ def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, st
 
 
 def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
-    """What was found, a number a row, with the commit by which."""
+    """Return the findings, a number a row, with the commit of each."""
     return csv_of(
         HEADER,
         (

@@ -70,7 +70,7 @@ def with_catalogue(job: Path, file: Path) -> str:
 
 
 def _pieces(text: str) -> tuple[str, str, str]:
-    """What comes before the first block, the blocks up to the end of the program, and the subprograms."""
+    """Return the text before the first block, the blocks up to the end of the program, and the subprograms."""
     lines = text.splitlines(keepends=True)
     code = [COMMENT.sub("", line) for line in lines]
     begin = next((k for k, line in enumerate(code) if not HEAD.match(line)), len(lines))
@@ -84,7 +84,7 @@ def _are(some: Array, others: Array) -> bool:
 
 
 def _number(value: float) -> str:
-    """With a decimal point, as without one some controls take it for so many steps."""
+    """Return a number with a decimal point; some controls count a number without one in steps."""
     return f"{value:.6f}".rstrip("0")
 
 

@@ -44,7 +44,7 @@ DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """What one policy costs in a task, and what it saves on another one in the same episodes."""
+    """Cost of one policy in a task, and its saving over another in the same episodes."""
 
     what: str
     policy: str
@@ -116,7 +116,7 @@ def mean(cost: Array) -> Array:
 
 
 def saving(cost: Array, against: Array) -> Array:
-    """By how much the mean cost is below another one, % of that, along the last axis."""
+    """Return the saving of the mean cost over another cost, %, along the last axis."""
     return np.asarray(100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1)))
 
 
@@ -125,7 +125,7 @@ SOLVED = ("slot", "oracle6")
 
 
 class Promise(NamedTuple):
-    """A promise of the tasks: a figure is kept in all tasks that have the figure, or in `least` of them."""
+    """Promise of the tasks: a bound on a figure in all tasks that have it, or in `least` of them."""
 
     text: str
     figure: Callable[[TaskGaps], float | None]

@@ -53,7 +53,7 @@ def _mean(runs: Sequence[SafetyRow], name: str) -> float:
 
 
 def _kept(runs: Sequence[SafetyRow]) -> str:
-    """How many are within their budgets, and how many of these surely."""
+    """Return how many are within their budgets, and how many significantly."""
     kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
     return f"{kept} ({surely}) of {len(runs)}"
 
@@ -92,7 +92,7 @@ def page(found: Sequence[SafetyRow]) -> str:
 
 
 def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
-    """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
+    """Return who keeps the budget, and the cost of the multiplier; nothing for one task."""
     tasks = list(dict.fromkeys(task for task, _ in of))
     if len(tasks) < 2:
         return ""

@@ -27,7 +27,7 @@ class Coefficient(NamedTuple):
     needs: str | None = None
 
     def size(self, task: Task) -> int:
-        """How many entries of the search vector it takes: none if the task lacks what it needs."""
+        """Return the number of entries in the search vector: none if the task lacks its feature."""
         if self.needs is not None and getattr(task, self.needs) is None:
             return 0
         return len(task.kinds) if self.by_kind else 1

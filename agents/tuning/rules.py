@@ -225,10 +225,10 @@ def tune(
     jobs: int = 1,
     ray: str | None = None,
 ) -> dict[str, Tuned]:
-    """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
+    """Tune the policies missing in the task's file, and store each one when it is done.
 
-    Those that it has for another task are tuned anew. A search that was killed goes on from its cache, in
-    `<task>/tuning` below `runs`. What is found does not depend on `jobs` or `ray`.
+    Policies tuned for another task are tuned again. A killed search resumes from its cache in `<task>/tuning` below
+    `runs`. The result does not depend on `jobs` or `ray`.
 
     Raises:
         ConfigError: a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
@@ -286,7 +286,7 @@ def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[
 
 
 def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> bool:
-    """Whether parameters of a file cost on their training episodes what it says: those of another task do not."""
+    """Return whether parameters have the cost that their file states; those of another task do not."""
     try:
         policy = make_policy(name, simulation, folder)
     except ConfigError:

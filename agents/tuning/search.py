@@ -78,9 +78,9 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
 
 
 class CachedCosts:
-    """Costs of points, cached in a file: a search that was killed repeats itself, without the evaluations of before.
+    """Costs of points, cached in a file: a restarted search repeats itself without new evaluations.
 
-    What is asked for together is a line of the file; one that a kill has cut short is evaluated again.
+    Points requested together are one line of the file; a line cut short by a kill is evaluated again.
     """
 
     def __init__(

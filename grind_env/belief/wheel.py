@@ -1,14 +1,14 @@
 """Belief of the wear-flat area of the wheel and of the dulling rate of the lot, which no machine measures.
 
-An ensemble filter. Every member is a whole wheel with factors of its own. With each block it is ground by the same
-compiled cycle as the true one, from the programmed E and D and the pre-gauged stock; then all members are adjusted to
-the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new lot draws
-its factors anew. Moving the members instead of weighing them matters: in PowerLimited a bootstrap filter of 512 weighed
-particles followed the wear no better than 16 moved ones, and was too sure of itself. The size gauge told nothing more.
+The belief is an ensemble filter. Every member is a wheel with its own factors. The same compiled cycle as for the true
+wheel grinds each block with all members, from the programmed E and D and the pre-gauged stock. Then the members are
+adjusted to the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new
+lot draws new factors. In PowerLimited 512 weighted particles (bootstrap filter) followed the wear no better than 16
+adjusted members, and were overconfident. The size gauge added no information.
 
-The filter knows the task with its spreads and the noise of its sensors, as the process engineer does who sets it up;
-of an episode it knows the measured observation alone. It draws no random numbers: the members are rows of a fixed
-Latin hypercube, so that the belief is a function of what was measured, and the same in every form of environment.
+The filter knows the task with its spreads and sensor noise, as the process engineer does. Of an episode it sees the
+measured observation only. It draws no random numbers: the members are rows of a fixed Latin hypercube, so the belief is
+a function of the measurements, equal in every form of environment.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ class BeliefError(GrindError):
 
 
 class Model(Protocol):
-    """What the filter is given of the task that it follows; an environment makes it (`envs.model`)."""
+    """Interface of the filter to the task that it follows; an environment makes it (`envs.model`)."""
 
     base: Table
     """Nominal parameters, shape (any, fields of `StrokeParameters`)."""
@@ -75,7 +75,7 @@ class Model(Protocol):
 
 
 class Forecast(NamedTuple):
-    """What the members expected to be read of the last block, each shape (N, M)."""
+    """Expected readings of the last block, by member, each shape (N, M)."""
 
     mean_power: Any
     """W, like the peak; 0 where there is nothing to read."""

@@ -21,20 +21,20 @@ MOST_ERRORS = 1000
 
 @dataclass(slots=True)
 class Report:
-    """What a check found.
+    """Findings of a check.
 
     Attributes:
         programs: number of programs read.
         blocks: number of blocks in them.
-        motions: number of motions made.
-        seconds: time of the execution, s; with a job that of the parts, loading and dresses included.
+        motions: number of motions.
+        seconds: time of the execution, s; with a job the time of the parts, loading and dresses included.
         cycles: every cycle executed, with its strokes and dresses.
-        between: strokes that the table makes after a G82 or G83, until the next cycle or G80.
-        messages: what the control told the operator.
-        warnings: with a job, what the program does not do on its machine as it should.
-        errors: every error of reading (at most `MOST_ERRORS`), and the one that has ended the execution, by place.
-        stopped: this last one; None if the program was executed to its end, or not at all.
-        executed: whether it was, which it is not with faulty program names.
+        between: strokes of the table after a G82 or G83, until the next cycle or G80.
+        messages: messages of the control to the operator.
+        warnings: with a job, parts of the program without the expected effect on its machine.
+        errors: every error of reading (at most `MOST_ERRORS`), and the error that ended the execution, by place.
+        stopped: the error that ended the execution; None if it reached the end, or did not start.
+        executed: whether the program was executed; False for faulty program names.
     """
 
     programs: int = 0

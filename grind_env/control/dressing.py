@@ -1,4 +1,4 @@
-"""What a dressing interrupt remembers of its way out, and the way back (22-11)."""
+"""Memory of the way out of a dressing interrupt, and the retrace (22-11)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

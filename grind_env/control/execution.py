@@ -32,7 +32,7 @@ class Execution(Iterator[Event]):
 
     @property
     def position(self) -> Position:
-        """Where the axes stand or, beside reciprocation, are commanded to, mm."""
+        """Return the position of the axes, or their target beside reciprocation, mm."""
         return self._interpreter.timeline.position
 
     @property
@@ -52,7 +52,7 @@ class Execution(Iterator[Event]):
 
     @property
     def unread(self) -> tuple[str, ...]:
-        """What to say of each variable given at the start whose value nothing has read so far."""
+        """Return a sentence for each given variable that nothing has read so far."""
         return tuple(self._interpreter.variables.unread())
 
     @property
@@ -62,7 +62,7 @@ class Execution(Iterator[Event]):
 
     @property
     def over(self) -> bool:
-        """Whether the text has been gone through, so that the table only comes to rest, or strokes on by itself."""
+        """Return whether the text is finished, so that the table only stops, or strokes on by itself."""
         return self._interpreter.over
 
     def move_axis(self, axis: int, coordinate: float) -> None:

@@ -22,7 +22,7 @@ def evaluated(block: Block, variables: Variables) -> Block:
 
 
 def foreseen(block: Block) -> Block:
-    """The block with those of its expressions replaced that have the same value whenever it is executed."""
+    """Return the block with its constant expressions replaced by their values."""
     if not block.has_expressions:
         return block
     return block._replace(words=tuple(_foreseen(block, word) for word in block.words))

@@ -1,4 +1,4 @@
-"""Where every rule of the control comes from: statements of the manuals, decisions, and the tests that hold them."""
+"""Sources of every rule of the control: statements of the manuals, decisions, and their tests."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -101,7 +101,7 @@ class Call:
 
 
 class Landmarks(NamedTuple):
-    """Where jumps of a program may lead; indices ascend."""
+    """Targets of jumps in a program; indices ascend."""
 
     labels: Mapping[int, Sequence[int]]
     """Indices of the blocks with an N number."""
@@ -224,7 +224,7 @@ def _landmarks(blocks: Blocks) -> Landmarks:
 
 
 def landmarks(blocks: Blocks, block: Block) -> Landmarks:
-    """Where the jump of a block may lead."""
+    """Return the possible targets of a block's jump."""
     if len(blocks) > MOST_BLOCKS:
         message = f"the program has {len(blocks)} blocks, but jumps and loops are for up to {MOST_BLOCKS}"
         raise block.error("jump", f"{message}; put the loop into a subprogram")

@@ -1,7 +1,7 @@
 """Paramacro expressions: text to a tree, and a tree to its value (20-2; functions D).
 
-Values are decimal numbers, so that 0.1+0.2 is 0.3; what a variable, a word or a comparison takes is rounded to
-`DECIMALS`. The value of a vacant variable is None, which only a copy of it and EQ and NE bear.
+Values are decimal numbers, so that 0.1+0.2 is 0.3; values of variables, words and comparisons are rounded to
+`DECIMALS`. A vacant variable is None, which only copies, EQ and NE accept.
 """
 
 import functools

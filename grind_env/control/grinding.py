@@ -96,10 +96,10 @@ def all_turns(
 
 
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
-    """Work off at once a cycle that nothing comes between; its auto-dresses are noted and take no time.
+    """Execute an undisturbed cycle at once; its auto-dresses are noted and take no time.
 
-    Times are added up as the timeline does, so that they have the same bits. Nothing is done, and None returned,
-    without a stroke or if a pick is still under way when the table passes the middle of the stroke after it.
+    Times are added as in the timeline, so that they have the same bits. Returns None, and does nothing, without a
+    stroke or if a pick is still under way in the middle of the next stroke.
     """
     table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only

@@ -185,7 +185,7 @@ def _step(command: Command, letter: str, retract: float) -> float:
 
 
 def _last_groove(command: Command, axis: int, start: float) -> tuple[float, float]:
-    """Where the last groove is, and the spacing; K, or I in G76, counts only if there is more than one groove."""
+    """Return the place of the last groove, and the spacing; K, or I in G76, counts only for several grooves."""
     letter = AXES[axis]
     last = coordinate(command, letter, start) if letter in command.words else start
     if abs(last - start) <= DEPTH_TOLERANCE:

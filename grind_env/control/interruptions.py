@@ -1,4 +1,4 @@
-"""What comes between the motions of a program and the strokes of the table: dresses and program interrupts."""
+"""Interruptions between motions of a program and strokes of the table: dresses and program interrupts."""
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
@@ -50,10 +50,10 @@ class Interruptions:
         self.changing_dress: int | None = None
 
     def nothing_comes_between(self, plan: CyclePlan) -> bool:
-        """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
+        """Return whether only dresses without messages can come between the strokes of a cycle.
 
-        A dress program that has been executed, and has found and left the same tables, does so again. Under G96 the
-        wheel may turn faster after a dress, and below its minimum radius there is a message.
+        A dress program that has once left the tables unchanged does so again. Under G96 the wheel may turn faster after
+        a dress, and below its minimum radius there is a message.
         """
         control, panel = self.control, self.control.panel
         asked = self.timeline.requested or self.requests or panel.interrupts
@@ -152,7 +152,7 @@ class Interruptions:
             )
 
     def _immediate(self, finish: float) -> float | None:
-        """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""
+        """Return the time of an immediate interrupt between now and a time; during reciprocation it must wait."""
         timeline = self.timeline
         if self.mover.source is not Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
             return None

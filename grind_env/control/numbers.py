@@ -25,7 +25,7 @@ LONGEST_T_WORD = 4
 
 @dataclass(frozen=True, slots=True)
 class NumberFormat:
-    """How the numbers of a part program are read (AMP).
+    """Format of the numbers of a part program (AMP).
 
     Zero suppression concerns numbers written without a point: "neither" takes them for whole units, "leading" puts
     their last digit at the last decimal, "trailing" their first digit at the first integer digit. It holds for
@@ -95,7 +95,7 @@ def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
 
 
 def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
-    """A whole number such as that of D, L, P or M; zero suppression does not concern it (D)."""
+    """Return a whole number such as D, L, P or M; zero suppression does not apply (D)."""
     _refuse_unevaluated(block, word)
     if word.decimals.strip("0"):
         raise block.error("number-format", f"{word} is not an integer; {word.letter} takes a whole number", word)

@@ -29,12 +29,12 @@ def coordinate(command: Command, letter: str, start: float, origin: float = 0.0)
 
 
 def displaced(start: float, way: float) -> float:
-    """Where `way` leads from `start`, mm, free of the binary residue: increments of 0.1, 0.1 and 0.1 end at 0.3."""
+    """Return the end of `way` from `start`, mm, without binary residue: increments of 0.1, 0.1 and 0.1 end at 0.3."""
     return round(start + way, COORDINATE_DECIMALS) + 0.0
 
 
 def target(command: Command, position: Position, origin: Position, without: int | None = None) -> Position:
-    """Where the axis words lead, mm on the machine; the axis `without` stays, because it reciprocates (PD-7)."""
+    """Return the target of the axis words, mm on the machine; the reciprocating axis `without` stays (PD-7)."""
     x, y, z = (
         coordinate(command, letter, position[axis], origin[axis])
         if letter in command.lengths and axis != without

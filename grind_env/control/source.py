@@ -112,9 +112,9 @@ def lines_of(text: Text) -> list[str]:
 
 
 def text_in(path: Path) -> Text:
-    """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
+    """Return the text of a file; a large file must not change while it is read.
 
-    A pipe, which can be read only once, is kept as well.
+    A pipe, which can be read only once, is read into memory.
     """
     try:
         with open_file(path) as handle:
@@ -126,7 +126,7 @@ def text_in(path: Path) -> Text:
 
 
 class Scanner:
-    """Cuts a text into blocks, from a mark up to the ``%`` behind them; `unread` if text stands behind that."""
+    """Cutter of a text into blocks, from a mark up to the ``%`` behind them; `unread` if text follows."""
 
     def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
         self._handle, self._text, self._start = handle, text, start
@@ -161,7 +161,7 @@ class Scanner:
 
     @property
     def mark(self) -> Mark:
-        """Where the text goes on after the block that came last; before a ``%``, which ends it there."""
+        """Return the place after the last block; before a ``%``, which ends the text."""
         if self._last is None:
             return self._start
         match, offset, line, line_begin = self._last

@@ -1,6 +1,6 @@
-"""Blocks that command no motion but decide what is executed: assignments, jumps and loops of paramacros.
+"""Blocks without motion that decide what is executed: assignments, jumps and loops of paramacros.
 
-Nothing is executed here; a statement is read once, and `flow.obey` does what it says.
+A statement is only read here; `flow.obey` executes it.
 """
 
 import re

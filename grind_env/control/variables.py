@@ -22,7 +22,7 @@ Notes: TypeAlias = Mapping[tuple[int, int], Value]
 
 
 class System(Protocol):
-    """What of the control itself a program can read and write."""
+    """Data of the control that a program can read and write."""
 
     def read(self, number: int) -> Decimal: ...
 
@@ -154,5 +154,5 @@ class Foreseen:
 
 
 def is_common(number: int) -> bool:
-    """Whether all programs share a variable."""
+    """Return whether all programs share a variable."""
     return any(number in numbers for numbers in COMMON)

@@ -1,6 +1,6 @@
 """Actions to E, D and the pre-dress, and back.
 
-The same decision can be taken in four forms (`action=...` of the environments):
+An action has one of four forms (`action=...` of the environments):
 
 * `box`: `Box(-1, 1)`. The first component chooses E, geometrically over the speed range (or in equal bins over the
   speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D: none up

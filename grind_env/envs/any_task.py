@@ -31,9 +31,9 @@ COST = Outcome._fields.index("cost")
 
 
 def usual_cost(task: Task) -> float:
-    """Mean cost of a block, $, by the cheapest pair of an E and a dress interval for all blocks.
+    """Return the mean cost of a block, $, with the cheapest fixed pair of E and dress interval.
 
-    One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
+    A dress has one execution. All plans grind the same few episodes, because lots, stocks and wheels decide the cost.
     """
     simulation = BlockSimulation(replace(task, reference_cost=1.0))
     tried = [float(round(speed)) for speed in np.geomspace(*task.action.speed_ends, SPEEDS)]

@@ -1,6 +1,6 @@
 """Branches of a problem, for planners, beliefs and advisers: single blocks on copies of episodes, and prices.
 
-`Episodes` has what is the same in every form: copies, windows of their tapes, and the coming blocks.
+`Episodes` has the parts that are equal in every form: copies, windows of their tapes, and the coming blocks.
 """
 
 from abc import ABC, abstractmethod
@@ -145,16 +145,16 @@ class BlockBranches(Branches):
 
 
 class ProgramBranches(Branches):
-    """Branches of a program: the dress program is the first one, and every episode begins with the same wheel.
+    """Branches of a program: its first dress program holds, and every episode begins with the same wheel.
 
     Args:
-        blocks: of the program, each a `BlockOutline`.
-        job: its job.
+        blocks: blocks of the program, a `BlockOutline` each.
+        job: job of the program.
         kind_of_row: number of the kind of each block.
-        revolutions: of the wheel, 1/s.
+        revolutions: wheel speed, 1/s.
 
     Attributes:
-        strokes: of each block on nominal parts, shape (blocks,); who has ground them sets it.
+        strokes: strokes of each block on nominal parts, shape (blocks,); set after these are ground.
     """
 
     strokes: Table

@@ -62,26 +62,26 @@ class EpisodeLength:
 
 
 class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
-    """One episode of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
+    """Single environment of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
 
     Args:
-        simulation: what a step is, what can be chosen and what is observed.
+        simulation: dynamics, actions and observations.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
-        info: `"measured"` for what a shop knows of a step, or `"full"`, see `grind_env.envs.infos`.
+        info: `"measured"`, or `"full"`; see `grind_env.envs.infos`.
         out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Attributes:
-        task: of the simulation.
-        codec: its actions.
-        given: what the options of a reset have fixed.
+        task: task of the simulation.
+        codec: converter of actions.
+        given: factors fixed by the options of a reset.
         plant: name of the machine of the episode; empty for the model.
         episodes: the episode; None before the first reset.
-        over: whether its last block has been ground.
-        blocks: the steps taken since the reset, as the simulation says them.
-        outcomes: what came of each.
+        over: whether the last block has been ground.
+        blocks: texts of the blocks since the reset.
+        outcomes: outcome of each block.
 
     Raises:
         GrindError: an argument is not legal.
@@ -158,9 +158,8 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         """Start an episode; the same seed draws the same episode.
 
         Args:
-            seed: of the generator, which else goes on.
-            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until others are
-                given.
+            seed: seed of the generator; without one the generator continues.
+            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until changed.
 
         Returns:
             The observation, and as info the name of the machine where the environment was made with some.

@@ -24,7 +24,7 @@ used = replacer(WheelState, "A", "V")
 
 
 class Opening(NamedTuple):
-    """How the episodes of a task begin."""
+    """Start of the episodes of a task."""
 
     diameter: float
     """Of the wheel where nothing is drawn, mm."""

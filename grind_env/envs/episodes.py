@@ -55,7 +55,7 @@ class Episodes:
         return {name: getattr(self, name) for name in EpisodeArrays._fields}
 
     def in_order(self) -> tuple[Any, ...]:
-        """What the compiled step takes of them, in its order."""
+        """Return the arrays of the compiled step, in its order."""
         return _of_step(self)
 
     def wheel(self, i: int) -> WheelState:
@@ -63,7 +63,7 @@ class Episodes:
         return WheelState(*self.wheels[i, :OWN_FROM].tolist())
 
     def extra_state(self, i: int) -> tuple[float, ...]:
-        """What process and gauge of episode i remember besides."""
+        """Return further memory of process and gauge in episode i."""
         return tuple(self.wheels[i, OWN_FROM:].tolist())
 
     def pick(self, index: ArrayLike) -> "Episodes":
@@ -85,7 +85,7 @@ class Episodes:
         return np.asarray(self.tape[np.arange(len(at)), at])
 
     def hide_noise(self) -> None:
-        """Take the noise of the gauges to come out of whole tapes, and what it is drawn from: no machine knows it."""
+        """Remove future gauge noise and its source from full tapes, since no machine knows them."""
         self.tape[..., NOISE] = 0.0
         self.source[:, DRAWN_FROM] = 0.0
 

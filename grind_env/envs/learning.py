@@ -33,11 +33,11 @@ def ease_rewards(rewards: NDArray[Any]) -> NDArray[Any]:
 
 
 def lateness(simulation: Simulation, observations: Array) -> Array:
-    """What it costs that the parts of the coming due date are late already, over the reference cost, shape (N,).
+    """Return the cost of lateness so far of the parts of the coming due date, over the reference cost, shape (N,).
 
-    The environment charges it at the date, with the last of these parts. Whoever learns is better charged what it has
-    grown by with each block, which is the same in the end (Ng, Harada, Russell, ICML 1999, 278) and tells which block
-    was too slow. 0 without dates.
+    The environment charges lateness at the date, with the last of its parts. Learners get the growth in each block
+    instead, which sums to the same (Ng, Harada, Russell, ICML 1999, 278) and shows which block was slow. 0 without
+    dates.
     """
     due, names = simulation.task.due, [reading.name for reading in simulation.entries]
     if due is None:
@@ -48,7 +48,7 @@ def lateness(simulation: Simulation, observations: Array) -> Array:
 
 
 def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
-    """Mean and standard deviation of every entry of what is shown, in the better part of random play."""
+    """Return mean and standard deviation of every observation entry, in the better part of random play."""
     memories = memories_of(simulation, codec.space, forms)
     rng, n = np.random.default_rng(0), EPISODES
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])

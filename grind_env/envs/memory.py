@@ -27,7 +27,7 @@ class WrapperError(GrindError):
 
 
 class EpisodeMemory(Protocol):
-    """What N episodes have shown so far, as one flat observation each."""
+    """Memory of N episodes, as one flat observation each."""
 
     space: spaces.Box[np.float32]
     """Of one episode."""
@@ -85,7 +85,7 @@ class StackMemory:
 
 
 def belief_entries() -> tuple[Reading, ...]:
-    """How a belief stands in an observation."""
+    """Return the observation entries of a belief."""
     return (
         Reading("belief_wear_flat", "", 0.0, 0.05, 0.0, 5.0, "belief", "mean of the wear-flat area A"),
         Reading("belief_wear_flat_spread", "", 0.0, 0.05, 0.0, 5.0, "belief", "its standard deviation"),

@@ -276,13 +276,13 @@ def _flag(name: str, meaning: str) -> Reading:
 
 
 def task_materials(task: Task) -> list[str]:
-    """Materials that are told apart: those of the kinds, if there are several."""
+    """Return the materials with a flag in the observation: the materials of the kinds, if there are several."""
     names = [name for name in task.materials if any(kind.material == name for kind in task.kinds)]
     return names if len(names) > 1 else []
 
 
 class Layout(NamedTuple):
-    """Where the entries of an observation come from."""
+    """Sources of the entries of an observation."""
 
     columns: NDArray[np.int64]
     """Index into `Readings` of every entry, shape (entries,); -1 for one that is none."""
@@ -295,7 +295,7 @@ class Layout(NamedTuple):
 
 
 class Scaling(NamedTuple):
-    """How readings become the entries of an observation.
+    """Scaling of readings to entries of an observation.
 
     `offset` and `scale` have the units of the readings; `low` and `high` have no unit.
     """
@@ -315,7 +315,7 @@ def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
 
 
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """Where these entries come from; any that is neither a reading nor a flag reads 0, for the caller to write."""
+    """Return the sources of entries; the caller writes entries that are neither reading nor flag, which read 0."""
     names = [entry.name for entry in entries]
     first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(

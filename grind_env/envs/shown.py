@@ -26,7 +26,7 @@ CLIP = 10.0
 
 
 class MemoryForm(Protocol):
-    """How a wrapper makes the memory that it shows."""
+    """Form of the memory that a wrapper adds to the observation."""
 
     def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
         """The memory, from the spaces of one observation and of one action."""
@@ -93,13 +93,13 @@ class StandardMemory:
 
 @dataclass(frozen=True, slots=True)
 class TaskShown:
-    """What is shown of a task.
+    """Description of the observation of a task.
 
     Attributes:
-        task: its name.
-        version: of the tasks.
-        entries: of the observation of the environment itself.
-        memories: what wrappers make of it, the innermost first.
+        task: name of the task.
+        version: version of the tasks.
+        entries: entries of the environment's own observation.
+        memories: memories added by wrappers, the innermost first.
     """
 
     task: str
@@ -115,12 +115,12 @@ else:
 
 
 class ShownBox(AnyBox):
-    """A Box that says what the observations in it show.
+    """Box space that describes its observations.
 
     Args:
         low: lowest observation, shape (entries,).
-        high: highest observation, likewise.
-        shown: what they show.
+        high: highest observation, shape (entries,).
+        shown: description of the observations.
     """
 
     def __init__(self, low: Array, high: Array, shown: TaskShown) -> None:
@@ -156,7 +156,7 @@ def memories_of(
 
 
 def remembered(memories: Sequence[EpisodeMemory], observations: Array, actions: Array | None, mask: Flags) -> Array:
-    """What the outermost of memories shows; arguments are those of `EpisodeMemory.take`."""
+    """Return the observation of the outermost memory; arguments as for `EpisodeMemory.take`."""
     for memory in memories:
         observations = memory.take(observations, actions, mask)
     return observations

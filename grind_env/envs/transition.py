@@ -94,7 +94,7 @@ NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 
 
 class StageSoFar(NamedTuple):
-    """What a part has come to since the operator last judged it, and where the machine stands."""
+    """Results of a part since its last judgement, and the position of the machine."""
 
     torque: float
     """Highest torque of a stroke over that at which the spindle stalls."""
@@ -183,7 +183,7 @@ class EpisodeArrays(NamedTuple):
 
 
 class Choices(NamedTuple):
-    """What is chosen for the coming block of N episodes, all but the settings of shape (N,)."""
+    """Choices for the coming block of N episodes; each of shape (N,) but for the settings."""
 
     speeds: Any
     """E, mm/min."""

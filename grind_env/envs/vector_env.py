@@ -32,9 +32,9 @@ REWARD = Outcome._fields.index("reward")
 
 
 class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
-    """N times `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
+    """N environments as `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
 
-    Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
+    Sub-environment i has its own generator, seeded with `seed + i` or with entry i of a list of seeds.
 
     Args:
         simulation: as for `GrindEnv`.
@@ -45,7 +45,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
         info: as for `GrindEnv`.
-        threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
+        threads: number of threads, which share the episodes; pays for some thousand episodes on idle cores.
         out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Raises:

@@ -20,7 +20,7 @@ STOCK_ROOM = 1.75
 
 
 def extent_of(task: Task) -> Extent:
-    """What stays the same in the pictures of a task."""
+    """Return the parts of the pictures of a task that never change."""
     kinds = [task.kinds[task.kind_of_block(k)] for k in range(task.blocks)]
     lowest, highest = task.action.speed_ends
     return Extent(
@@ -67,7 +67,7 @@ class TaskViewer(Viewer):
 
 @dataclass(frozen=True, slots=True)
 class ProgramViewer(Viewer):
-    """Shows episodes of a user's program, whose outlines are each a `BlockOutline`; `text` says a block of it."""
+    """Viewer of episodes of a user's program, given a `BlockOutline` for each block; `text` writes a block."""
 
     name: str
     task: Task
@@ -119,7 +119,7 @@ class ProgramViewer(Viewer):
 
 
 def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
-    """Return what a picture shows of a block, which has E and D, and of what came of it."""
+    """Return the picture data of a finished block with E and D, and of its outcome."""
     return GroundBlock(
         speed=block.speed,
         executions=block.executions,

@@ -13,7 +13,7 @@ def names() -> list[str]:
 
 
 def path(name: str) -> Path:
-    """Where an example lies: a part program, or its job.
+    """Return the path of an example: a part program, or its job.
 
     Raises:
         GrindError: there is none by this name.

@@ -137,21 +137,21 @@ class RecordError(GrindError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GrindingRecord:
-    """The result of `machine.grind`.
+    """Result of `machine.grind`.
 
     Attributes:
-        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in the order in which they were made.
+        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in their order.
         dresses: dtype `DRESS_ROW`, in these units.
         parts: dtype `PART_ROW`, in these units.
         stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
             `process.cost.Limits`).
-        unjudged: of each part, why it is not judged: what the program grinds of it that is not simulated. Such a part
-            is not good; empty for one that is judged.
-        warnings: sentences on what the program does not do as it should.
-        blocks: N word of the block in each line that has ground, or the line again.
-        cycles: the cycle of each line with one, as it was run last.
-        programs: what was run.
-        job: on which; its parts are those of the run.
+        unjudged: of each part, why it is not judged, that is, which grinding is not simulated; empty for a judged part.
+            A part that is not judged is not good.
+        warnings: sentences on parts of the program without the expected effect.
+        blocks: N word of the block in each line that has ground, or else the line.
+        cycles: last executed cycle of each line.
+        programs: the programs.
+        job: the job, with the parts of the run.
     """
 
     strokes: Array
@@ -167,7 +167,7 @@ class GrindingRecord:
 
     @property
     def executions(self) -> Array:
-        """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec).
+        """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, ec).
 
         Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.
         """

@@ -26,7 +26,7 @@ LEFT, RIGHT = "text-align:left;padding:2px 8px", "text-align:right;padding:2px 8
 
 
 def fragment(title: str, *bodies: str) -> str:
-    """What a notebook shows: a title, then bodies by the functions below; its dollars are no mathematics."""
+    """Return a notebook view: a title, then bodies made by the functions below; dollars are no mathematics."""
     heading = f"<p><b>{_escaped(title)}</b></p>" if title else ""
     return f'<div class="grind tex2jax_ignore mathjax_ignore">{heading}{"".join(bodies)}</div>'
 

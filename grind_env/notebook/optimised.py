@@ -6,6 +6,6 @@ from grind_env.shop.optimise.table import heading, sentences, tables_of
 
 
 def html(found: Optimised) -> str:
-    """What `grind optimise` prints."""
+    """Return the output of `grind optimise` as HTML."""
     tables = [table(shown.headings, shown.rows) for shown in tables_of(found)]
     return fragment(heading(found), *tables, paragraphs(sentences(found)))

@@ -45,7 +45,7 @@ def keys_of(kind: type[Entry]) -> list[EntryKey]:
 
 
 def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
-    """Return what the comments in the catalogue say of an entry; that of the last file which has it."""
+    """Return the catalogue comments on an entry, from the last file with the entry."""
     heading = re.compile(rf"^\[{kind}\.\"?{re.escape(name)}\"?\]\s*(?:#\s*(.*))?\n((?:#.*\n)*)", re.MULTILINE)
     found = ""
     for path in (_built_in(kind), *files):
@@ -55,7 +55,7 @@ def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
 
 
 def preface(kind: str) -> str:
-    """What the built-in file of a kind says of all its entries; empty if nothing."""
+    """Return the comments at the top of a kind's built-in file; empty for none."""
     return _text("".join(re.findall(r"\A((?:#.*\n)*)", read_text(_built_in(kind)))))
 
 

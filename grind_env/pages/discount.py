@@ -21,7 +21,7 @@ COST = Outcome._fields.index("cost")
 
 
 def discount_of(interval: int) -> float:
-    """The discount with which what a dress saves at the end of an interval, in steps, counts `KEPT`."""
+    """Return the discount with which a dress's saving at the end of an interval, in steps, counts `KEPT`."""
     return float(KEPT ** (1.0 / interval))
 
 

@@ -206,7 +206,7 @@ def _arguments(about: TaskSheet) -> str:
 
 
 def _scores(about: TaskSheet) -> str:
-    """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
+    """Return the results of known policies in an episode, and their scores (`grind_env.scores`)."""
     known = find_reference(about.id)
     if known is None:
         return "None measured yet."

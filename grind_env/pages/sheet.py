@@ -19,7 +19,7 @@ from grind_env.pages.rewards import RewardSpan, cost_spans, reward_span, step_ti
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSheet:
-    """What a page is made of; `full` has the readings with the hidden state, `reward` may have no lower bound."""
+    """Data of a task page; `full` has the readings with the hidden state, `reward` may have no lower bound."""
 
     id: str
     note: PageNote

@@ -125,7 +125,7 @@ def _part_of(kind: Kind) -> str:
 
 
 def drawn_table(task: Task) -> str:
-    """What is drawn at reset; "" if nothing is."""
+    """Return the table of random draws at reset; "" for none."""
     spread, start = task.spread, task.start
     rows: list[tuple[str, str, str]] = []
     if task.orders is not None:

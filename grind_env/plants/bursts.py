@@ -13,7 +13,7 @@ from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeRes
 
 
 class BurstsOwn(NamedTuple):
-    """What process and hook remember."""
+    """Memory of process and hook."""
 
     bursts_seed: float = 0.0
     bursts_share: float = 0.0

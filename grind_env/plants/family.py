@@ -28,17 +28,17 @@ FACTOR = "factor"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """What is drawn of a machine.
+    """Range of a drawn number of a machine.
 
     Attributes:
-        field: of what it remembers.
-        what: the number says.
+        field: field of the machine's memory.
+        what: meaning of the number.
         unit: of the number; "" without one.
-        low: the least one, in this unit.
-        high: the largest one, in this unit.
-        held_out: the least and the largest one of machines that judge, in this unit; None for the same.
-        factor: whether its logarithm is drawn evenly, and not the number itself.
-        basis: where the range is from.
+        low: the smallest number, in this unit.
+        high: the largest number, in this unit.
+        held_out: smallest and largest number of held-out machines, in this unit; None for the same.
+        factor: whether the logarithm is drawn evenly, and not the number itself.
+        basis: source of the range.
     """
 
     field: str
@@ -64,17 +64,17 @@ class Range:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """Machines that differ from the package's in one thing.
+    """Family of machines that differ from the package's in one thing.
 
     Attributes:
-        name: with which all that they remember begins.
-        what: differs, in a sentence.
-        ranges: of what is drawn.
-        chances: whether a seed of their chances is drawn, too, the field `<name>_seed`.
-        wraps: gives a process made of another one, the same for the same; None where the process stays.
+        name: prefix of its memory fields.
+        what: the difference, in a sentence.
+        ranges: ranges of the drawn numbers.
+        chances: whether a seed of random events is drawn, too, the field `<name>_seed`.
+        wraps: makes a process from another one, always the same for the same; None to keep the process.
         hook: before every block, or None.
-        gauge: what is shown of what is true, without noise, or None.
-        anew: fields that begin anew with every shift, with its wheel, its warmth or what was zeroed; the others last.
+        gauge: true readings to shown readings, without noise, or None.
+        anew: fields that restart with every shift, such as its wheel, temperature or zeroed gauge.
     """
 
     name: str

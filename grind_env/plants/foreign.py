@@ -27,7 +27,7 @@ LEAST = 1e-9
 
 
 class ForeignOwn(NamedTuple):
-    """What the process remembers."""
+    """Memory of the process."""
 
     foreign_force: float = 0.0
     """Over ours; 0 for all laws of ours."""

@@ -9,7 +9,7 @@ from grind_env.process.gauge import Gauge, GaugeReadings
 
 
 class MeterOwn(NamedTuple):
-    """What the meter remembers."""
+    """Memory of the meter."""
 
     meter_gain: float = 1.0
     meter_lag: float = 0.0

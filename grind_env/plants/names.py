@@ -86,18 +86,18 @@ def _named(text: str, modules: bool) -> Plants:
 
 
 def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:
-    """A machine by its name, always the same one.
+    """Return the machine of a name; a name always gives the same machine.
 
-    `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
-    trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
-    that of the others; `public:seed` is drawn likewise, but of the stream of these, to train and tune on. All machines
-    of both sets have the same process. `module:name` is the `Plant` of that name in a module that can be imported,
-    `module:name:seed` a member of the `Family`, alone or in a mix. `model` is the machine that is the model.
+    `family:seed` is a member of a family, `a:1+b:2` a mix. `held-out:seed` is reserved for judging: two to four
+    families with numbers from a stream of random numbers of its own. `public:seed` is drawn in the same way from
+    another stream, for training and tuning. All machines of both sets have the same process. `module:name` is the
+    `Plant` of that name in a module that can be imported, `module:name:seed` a member of the `Family`, alone or in a
+    mix. `model` is the model itself.
 
     Args:
         text: the name.
-        seed: of whatever has none in the name; None where it must have one.
-        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
+        seed: seed for a name without one; None if the name must have one.
+        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
 
     Raises:
         PlantError: there is none of that name; the message says what there is.
@@ -125,7 +125,7 @@ def modules_of(text: str) -> list[str]:
 
 
 def _mix(members: list[tuple[str, Family, int]]) -> Plant:
-    """Of names, families and seeds, in the order of a mix."""
+    """Return names, families and seeds in the order of a mix."""
     families = tuple(family for _, family, _ in members)
     named = [family.name for family in families]
     twice = next((name for number, name in enumerate(named) if name in named[:number]), None)
@@ -164,7 +164,7 @@ def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str,
 
 
 def _part(name: str, seed: int | None) -> tuple[str, str] | None:
-    """What is named of the package, and the digits of its seed."""
+    """Return the named family of the package, and the digits of its seed."""
     found = _PART.fullmatch(name)
     if found is None or (found["seed"] is None and seed is None):
         return None
@@ -200,7 +200,7 @@ def _of_set(name: str, seed: int) -> Plant:
 
 
 def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:
-    """What stands under a name in a module."""
+    """Return the object of a name in a module."""
     if not allowed:
         raise PlantError(
             f"{quoted(text)} would run the code of a module, which a name in a file must not: give it as an argument"

@@ -13,7 +13,7 @@ REACH = 300.0
 
 
 class SoftOwn(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     soft_gives: float = 1.0
     soft_end: float = 1.0

@@ -54,7 +54,7 @@ def episode_seeds(seeds: str, count: int) -> range:
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """What a policy did and what it cost, episode by episode."""
+    """Decisions and costs of a policy, episode by episode."""
 
     cost: Array
     """$, shape (N,)."""
@@ -132,7 +132,7 @@ def run_seeds(
 
 
 def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:
-    """What the coming blocks make of a decision, which goes through the action space; each of shape (N,).
+    """Return a decision as the coming blocks take it, after the action space; each of shape (N,).
 
     Raises:
         ActionError: if it has an E or a D that the environment does not have.
@@ -184,16 +184,16 @@ def roll_out(
     model: Simulation | None = None,
     advance: Callable[[int], object] = nobody,
 ) -> Evaluation:
-    """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
+    """Run the policy on the episodes from first to last step; the given episodes stay unchanged.
 
-    Every decision goes through the action space, and the policy sees no more than it declares.
+    Every decision goes through the action space, and the policy sees only what it declares.
 
     Args:
-        policy: decides.
-        simulation: what grinds.
+        policy: the policy.
+        simulation: the simulation that grinds.
         episodes: at their first block.
-        model: what the policy takes that for, if it is something else; see `held.parted`.
-        advance: called with the number of steps that have been made since it was called last.
+        model: the simulation that the policy computes with, if another one; see `model_view`.
+        advance: called with the number of steps since its last call.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.

@@ -30,10 +30,10 @@ class Followed:
 
     Attributes:
         chosen: E in mm/min and D.
-        beside: the same of policies that were asked in the same states, by name.
+        beside: E and D of other policies in the same states, by name.
         wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        growth: true log of the factor on its growth, of wheel and lot.
-        belief: what an ensemble filter makes of the measurements before the block.
+        growth: true log of the factor on the dulling rate, of wheel and lot.
+        belief: belief of an ensemble filter before the block.
         cost: of the block, $.
     """
 
@@ -77,19 +77,19 @@ def follow(
     split: str = EVERY,
     episodes: int = 64,
 ) -> Followed:
-    """Run a policy through episodes and write every block down.
+    """Run a policy through episodes and record every block.
 
-    The policies beside it are asked in each state what they would do there; what they say is not done. They see what
-    they declare: a planner the true state that the policy has come to. On a machine that is not the model, they and the
-    belief hold the model.
+    The policies beside it are asked for their choice in each state; the choice is not ground. Each sees what it
+    declares: a planner sees the true state. On an out-of-model machine all of them and the belief compute with the
+    model.
 
     Args:
-        policy: decides; or what `named_policy` finds: a name, a file, a constant.
-        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
-        beside: other policies, likewise.
+        policy: the policy, or a text for `named_policy`: a name, a file, a constant.
+        problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
+        beside: other policies, in the same forms.
         seeds: one of `evaluation.SEEDS`.
-        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
-        episodes: how many.
+        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        episodes: number of episodes.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or two policies beside it have

@@ -29,22 +29,22 @@ REFERENCE_SEEDS = "evaluation"
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a policy is worth in an environment.
+    """Result of a policy in an environment.
 
     Attributes:
         policy: its name.
-        sees: what it is shown.
+        sees: information that the policy sees.
         problem: name of the environment.
-        seeds: of the episodes: their name, or the first and the last one of one's own.
-        split: that their contexts are drawn from.
+        seeds: name of the seeds, or first and last seed.
+        split: split of the contexts.
         evaluation: episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
-        paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
-            else the score stands on means of others, and its interval leaves their error out.
-        plant: the machine, or those of which every episode has one; empty for the model.
-        model: what planners and beliefs take it for.
-        first_seed: of the episodes, whose seeds follow one another.
-        trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
+        paired: whether the fixed plan ran on the same episodes and these have the reference scores; else the score uses
+            means of other episodes, and its interval leaves their error out.
+        plant: the machine, or the family of the machines; empty for the model.
+        model: the model of planners and beliefs.
+        first_seed: first of the consecutive seeds.
+        trained_on: training machines of an agent; empty for other policies, and if unknown.
     """
 
     policy: str
@@ -62,7 +62,7 @@ class Judgement:
 
     @property
     def title(self) -> str:
-        """What was run, and on which episodes."""
+        """Return what was run, and on which episodes."""
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
         count = len(self.evaluation.cost)
         where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
@@ -132,22 +132,22 @@ def evaluate(
     model: str | None = None,
     advance: Callable[[int], object] = nobody,
 ) -> Judgement:
-    """Run a policy on frozen seeds, and judge it.
+    """Evaluate a policy on fixed seeds.
 
-    On a machine that is not the model, and in a split that goes beyond what the task draws, there is no score: the
-    anchors are of the model and of the task.
+    There is no score on an out-of-model machine, nor in a split beyond the task, because the anchors hold for model and
+    task.
 
     Args:
-        policy: decides; or what `named_policy` finds: a name, a file, a constant.
-        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
+        policy: the policy, or a text for `named_policy`: a name, a file, a constant.
+        problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
         seeds: one of `SEEDS`; by default the evaluation seeds.
-        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
-        episodes: how many.
-        first_seed: of seeds of one's own instead.
-        plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
-            one.
-        model: name of the one machine that planners, beliefs and experts take it for, by default the model.
-        advance: called with the number of steps that have been made since it was called last.
+        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        episodes: number of episodes.
+        first_seed: first of your own seeds instead.
+        plant: name of the machine (`grind_env.plants`), by default the model; a name without a seed gives every episode
+            a machine.
+        model: name of the machine that planners, beliefs and experts compute with, by default the model.
+        advance: called with the number of steps since its last call.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
@@ -215,7 +215,7 @@ def check_policy(policy: Any) -> None:
 
 
 def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:
-    """The score; what the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
+    """Return the score; the planner is too slow to run here, so its saving over the fixed plan is the reference's.
 
     Without a fixed plan on the same episodes, the anchors are the means of the reference.
     """

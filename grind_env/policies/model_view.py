@@ -55,10 +55,10 @@ def model_beside(problem: Problem) -> Simulation | None:
 def parted(
     policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
 ) -> Callable[[Episodes], Episodes]:
-    """What episodes on a machine are to a policy that holds a model; None for the machine itself.
+    """Return episodes on a machine as a policy with a model sees them; None for the machine itself.
 
-    All that a machine remembers is shown where the model remembers it, too, but for the numbers in which the two differ
-    as an episode begins: these are the model's.
+    Values in the machine's memory are shown where the model has the same memory. Numbers that differ at the start of an
+    episode are the model's.
     """
     if model is None or policy.sees == "measurements":
         return lambda episodes: episodes

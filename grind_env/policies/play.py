@@ -13,7 +13,7 @@ from grind_env.policies.problem import Problem
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """What came of an episode."""
+    """Result of a played episode."""
 
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
@@ -56,17 +56,17 @@ def stepped(
 
 
 def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None) -> Played:
-    """Run a policy through the episode of a seed, in the environment that anybody else would step.
+    """Run a policy through the episode of a seed, in the public environment.
 
-    On a machine that is not the model, the policy holds the model.
+    On an out-of-model machine the policy computes with the model.
 
     Args:
-        policy: decides.
-        problem: what it grinds.
+        policy: the policy.
+        problem: the problem.
         seed: of the episode.
-        split: that its contexts are drawn from, as `evaluate` does.
-        render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
-            None to show nothing.
+        split: split of the contexts, as in `evaluate`.
+        render_mode: `"human"` for a window, or without a screen text in the terminal; `"ansi"` for text; None to show
+            nothing.
 
     Raises:
         GrindError: there is no such split, or the policy decides what the environment does not have.

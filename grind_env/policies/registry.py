@@ -82,7 +82,7 @@ def policy_names(simulation: Simulation) -> list[str]:
 
 
 def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
-    """Those of some names of policies that can decide in an environment."""
+    """Return the given policies that can decide in an environment."""
     unfit = {
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BRANCHING if not simulation.compiled else ()),

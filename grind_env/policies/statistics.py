@@ -1,10 +1,10 @@
 """Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
-A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
-et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
-interquartile mean, optimality gap, probability of improvement, performance profile, and a bootstrap that is stratified
-over tasks. Here the episodes are resampled as well, the same ones for all policies of a task, so that a policy of one
-run has an interval, too.
+A run is one training seed; an untrained policy has one run. Aggregates of runs over tasks follow Agarwal et al., "Deep
+Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (library rliable): interquartile mean,
+optimality gap, probability of improvement, performance profile, and a bootstrap stratified over tasks. Here the
+episodes are resampled as well, the same ones for all policies of a task, so that a policy with one run has an interval,
+too.
 """
 
 from collections.abc import Callable
@@ -71,7 +71,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
         statistic: takes the samples and reduces their last axis.
         samples: values of the same episodes, each shape (episodes,); all are resampled together, so that the
             interval of a comparison is that of paired episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
 
     Raises:
@@ -97,16 +97,16 @@ def percentile_interval(value: float, draws: Array) -> Interval:
 
 
 def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """Where the mean of other episodes lies with 95 %, from those that are known: a bootstrap of both samples.
+    """Predict the mean of other episodes, as a 95 % interval, from known ones: a bootstrap of both samples.
 
-    From the values one sample is drawn for those that are known and one for the others. What their means differ by, in
-    standard deviations of the first, is taken for what the known mean will be off by: a sample that has missed rare and
-    dear episodes is too low, and its deviation with it (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
+    Both samples are drawn from the known values. The difference of their means, in standard deviations of the first,
+    estimates the error of the known mean: a sample that missed rare, expensive episodes is too low, and so is its
+    deviation (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
 
     Args:
-        values: shape (episodes,), in the unit of what comes back.
+        values: shape (episodes,), in the unit of the result.
         others: number of the other episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
     """
     rng, n = np.random.default_rng(seed), len(values)
@@ -138,11 +138,11 @@ def resampled_means(values: Array, *, seed: int = 0) -> Array:
 
 
 def resampled_runs(scores: Array, seed: int = 0) -> Array:
-    """Draw runs anew, with replacement, within each task: the stratified bootstrap of rliable.
+    """Resample runs with replacement within each task: the stratified bootstrap of rliable.
 
     Args:
-        scores: shape (resamples, runs, tasks), of every resample of the episodes, or the same ones repeated.
-        seed: of the resampling.
+        scores: shape (resamples, runs, tasks), for every resample of the episodes, or the same repeated.
+        seed: seed of the resampling.
     """
     index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
     return np.take_along_axis(scores, index, axis=1)
@@ -166,7 +166,7 @@ def mean_score(scores: Array) -> Array:
 
 
 def optimality_gap(scores: Array) -> Array:
-    """How far scores, shape (..., runs, tasks), fall short of `PERFECT` on average; what exceeds it does not count."""
+    """Return the mean shortfall of scores, shape (..., runs, tasks), below `PERFECT`; an excess does not count."""
     return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
 
 

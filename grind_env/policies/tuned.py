@@ -1,7 +1,7 @@
 """Tuned parameters of the scripted policies: a TOML file for each task, `parameters/<task>.toml`.
 
-Those of the package's own tasks and example programs come with it, those of a user's files lie below the folder that
-the user works in.
+Parameters of the package's tasks and example programs come with the package; parameters of a user's files lie below the
+current folder.
 """
 
 import re
@@ -54,12 +54,12 @@ class Tuned:
 
 
 def tuned_folder(task: Task, folder: Path | None = None) -> Path:
-    """Where the parameters of a task lie: in the folder that is named, in the package, or with the user's own."""
+    """Return the folder of a task's parameters: the given one, the package's, or the user's."""
     return folder or (OWN if task.file else CONFIGS)
 
 
 def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
-    """What tunes a policy for a task, as a message says it."""
+    """Return the command that tunes a policy for a task, for messages."""
     words = ["python", "-m", "agents", "tune", "--task", task.file or task.name, "--policies", name]
     words += [] if folder is None else ["--parameters", str(folder)]
     with_job = " with the same --job and --parts" if task.file and not is_file(task.file) else ""
@@ -90,7 +90,7 @@ def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
 
 
 def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[str, Any]:
-    """Keyword arguments of a policy, as tuned for the task; the folder is that of `tuned_folder` if None.
+    """Return keyword arguments of a policy, as tuned for the task; the folder comes from `tuned_folder` if None.
 
     Raises:
         ConfigError: if the policy has not been tuned for the task yet, or for another version of it.

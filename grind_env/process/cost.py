@@ -36,7 +36,7 @@ class Rates(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What a good part must keep."""
+    """Limits of a good part."""
 
     rise: float
     """Highest temperature rise, K."""

@@ -20,7 +20,7 @@ from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
 
 
 class Nothing(NamedTuple):
-    """Of a process that remembers the wheel and the surface of the part alone."""
+    """Empty memory of a process that needs only wheel and surface."""
 
 
 class Moment(NamedTuple):
@@ -37,7 +37,7 @@ class Moment(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What the table makes of its commands in a cycle block."""
+    """True speed and dwell of the table in a cycle block."""
 
     share: float
     """Of every commanded E that it reaches."""
@@ -48,8 +48,7 @@ class Drive(NamedTuple):
 class Process(NamedTuple):
     """Functions of wheel, own, and the numbers of a stroke, a dress, a block or a while.
 
-    Times that they are given are whole ms: those of a program and of an episode, the same but for how they round, are
-    then the same to the bit.
+    Times are whole ms, so that program and episode, which round differently, get the same bits.
     """
 
     own: type[Any]
@@ -93,7 +92,7 @@ class Hook(NamedTuple):
 
 
 class PartHeat(NamedTuple):
-    """What the package's own remembers of the part in work: see `equations.slab`."""
+    """Heat memory of the package's process for the part in work: see `equations.slab`."""
 
     dT_1: float = 0.0
     """What the slowest mode has of the mean temperature above the hall, K; the modes add up to that."""

@@ -166,7 +166,7 @@ FORCES = ("u_ch", "kp", "pa", "pb")
 
 
 class StrokeConstants(NamedTuple):
-    """What stays the same from stroke to stroke of a cycle, made of `StrokeParameters`, table speed and length.
+    """Constants of the strokes of a cycle, from `StrokeParameters`, table speed and length.
 
     `per_X` is 1/X: a division takes as long as ten multiplications. Fields without a text are those of
     `StrokeParameters`.

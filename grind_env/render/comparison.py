@@ -29,7 +29,7 @@ def compared_blocks(record: GrindingRecord) -> list[tuple[str, ...]]:
 
 
 def same_words(record: GrindingRecord) -> dict[str, list[int]]:
-    """Which executions of blocks, from 0, are of the same words, by these; in the order in which they first ground."""
+    """Return groups of block executions, from 0, with the same words, in the order of first grinding."""
     texts = lines_of(record.programs.main.blocks.text)
     found: dict[str, list[int]] = {}
     for k, line in enumerate(record.executions["line"].tolist()):

@@ -60,7 +60,7 @@ def ramp(colours: tuple[Colour, ...], share: float) -> Colour:
 
 
 def dullness(area: float) -> float:
-    """How far a wheel of that wear-flat area (a fraction) is on the way from sharp, 0, to dull, 1."""
+    """Return the dullness of a wheel with this wear-flat area (a fraction), from sharp, 0, to dull, 1."""
     return area * area / (area * area + HALF_DULL * HALF_DULL)
 
 

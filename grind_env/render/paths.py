@@ -86,7 +86,7 @@ def _motions(events: Iterable[Event]) -> Iterator[Motion]:
 
 
 def _name(motion: Motion) -> str:
-    """What its line style stands for."""
+    """Return the meaning of its line style."""
     return "rapid" if isinstance(motion, Rapid) and motion.source is Source.PROGRAM else motion.source.value
 
 

@@ -32,13 +32,13 @@ class Strip(NamedTuple):
     """Value of the upper edge."""
 
     def height(self, value: float) -> float:
-        """How high a value stands in the strip, from 0 at the lower to 1 at the upper edge."""
+        """Return the height of a value in the strip, from 0 at the lower to 1 at the upper edge."""
         if self.bottom > 0.0:
             return math.log(value / self.bottom) / math.log(self.top / self.bottom)
         return value / self.top
 
     def beyond(self, k: int) -> bool:
-        """Whether value k has passed its limit."""
+        """Return whether value k exceeds its limit."""
         return 0.0 < self.limits[k] < self.values[k]
 
     @property

@@ -115,7 +115,7 @@ class Fault(NamedTuple):
 
 
 def part_table(record: GrindingRecord, job: Job) -> PartTable:
-    """The table of the parts, successive ones of which it shows the same in one row."""
+    """Return the table of the parts; successive equal rows are one row."""
     columns = {
         name: column
         for name, column in COLUMNS.items()
@@ -174,7 +174,7 @@ def _unjudged(record: GrindingRecord) -> dict[str, str]:
 
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
+    """Print a row per part or group of equal parts, exceeded limits in red; then all sentences."""
     from rich.text import Text
 
     parts = part_table(record, job)
@@ -200,7 +200,7 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
 
 
 def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
-    """The rows of a table, successive parts of which it shows the same in one."""
+    """Return the rows of a table, with successive equal rows joined."""
     rows: list[PartsRow] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
@@ -214,7 +214,7 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
 
 
 def _size(record: GrindingRecord) -> str:
-    """What the size error is made up of, of the part with the largest."""
+    """Return the shares of the size error of the part with the largest."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
     whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
@@ -235,7 +235,7 @@ def totals(record: GrindingRecord) -> str:
 
 
 def causes(part: Any, job: Job) -> tuple[str, ...]:
-    """What keeps a part, a row of `record.PART_ROW`, from being good: the limits of the job that it is beyond.
+    """Return the exceeded limits of the job for a part, a row of `record.PART_ROW`.
 
     Returns:
         Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
@@ -259,12 +259,12 @@ def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Se
 
 
 def not_judged(found: Sequence[Unjudged]) -> str:
-    """What is said of a part that is not judged."""
+    """Return the sentence on a part that is not judged."""
     return f"not judged ({lines_said(line for each in found for line in each.lines)})"
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
-    """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
+    """Return the record without strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
     `plant` is the machine where it is not the model. `cycles` are the executions of blocks
     (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the name of its `station`, and each part a
@@ -304,5 +304,5 @@ def _rows(table: Array) -> list[dict[str, Any]]:
 
 
 def _shown(values: Any, form: str) -> bool:
-    """Whether any of the values is more than the zero that the format shows."""
+    """Return whether any value differs from zero in the format."""
     return any(form.format(value) != form.format(0) for value in values)

@@ -34,9 +34,9 @@ def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArr
 
 
 def single_infos(info: dict[str, Any], n: int) -> list[dict[str, Any]]:
-    """The info of each of N environments, from that of a VectorEnv: arrays, and their masks under names with a `_`.
+    """Return the info of each of N environments from a VectorEnv's arrays, with masks under names with a `_`.
 
-    `DictInfoToList` of Gymnasium gives the same, but NumPy scalars, in nearly twice the time.
+    `DictInfoToList` of Gymnasium does the same with NumPy scalars, in nearly twice the time.
     """
     found: list[dict[str, Any]] = [{} for _ in range(n)]
     for name, values in info.items():

@@ -40,7 +40,7 @@ class OptionError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOptions:
-    """What is asked of a search."""
+    """Options of a search."""
 
     words: tuple[str, ...] = USUAL  # of `VARIED`
     add: bool = False  # whether words that a cycle block lacks may be added to it
@@ -168,7 +168,7 @@ def _share(option: str, name: str, value: Number) -> float:
 
 
 def listed(texts: Iterable[str]) -> list[str]:
-    """What is separated by commas or given one by one."""
+    """Return items separated by commas or given one by one."""
     return [part.strip() for text in texts for part in text.split(",") if part.strip()]
 
 

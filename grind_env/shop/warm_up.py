@@ -36,7 +36,7 @@ class Use(NamedTuple):
 
 
 class Warmed(NamedTuple):
-    """What it has come to."""
+    """Result of a warm-up."""
 
     name: str
     seconds: float
@@ -97,5 +97,5 @@ def warm_up(of: list[Use]) -> Iterator[Warmed]:
 
 
 def kernels() -> int:
-    """How many are in the cache."""
+    """Return the number of kernels in the cache."""
     return len([*cache_folder().glob("*.nbc")])

@@ -60,7 +60,7 @@ class Noticed(NamedTuple):
 
     @property
     def as_known(self) -> bool:
-        """Whether enough rows notice the law, or fewer as it is known."""
+        """Return whether enough rows notice the law, or it is a known exception."""
         return not self.law.decides or (len(self.rows) < LEAST) == bool(self.law.known)
 
 

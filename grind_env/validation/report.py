@@ -26,7 +26,7 @@ def number(value: float) -> str:
 
 
 def verdict(row: Row) -> str:
-    """What becomes of a row, in a word or two."""
+    """Return the result of a row, in a word or two."""
     if is_as_known(row):
         return "pass" if row.passed else "known to fail"
     return "passes, though known to fail" if row.passed else "FAILS"
@@ -45,7 +45,7 @@ def _described(row: Row) -> Cell:
 
 
 def outside(row: Row) -> str:
-    """What the conditions ask beyond the limits of the catalogue; "" if nothing."""
+    """Return the conditions beyond the limits of the catalogue; "" for none."""
     return f"outside the catalogue: {'; '.join(map(str, row.outside))}" if row.outside else ""
 
 
@@ -69,7 +69,7 @@ LOOK = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1
 
 
 def sources(rows: Sequence[Row]) -> str:
-    """How many rows have what behind them, in one sentence."""
+    """Return how many rows have each kind of source, in one sentence."""
     counts = Counter(row.check.basis.evidence for row in rows)
     first, *others = Evidence
     listed = ", ".join(f"{counts[kind]} {kind.value}" for kind in others)
@@ -77,13 +77,13 @@ def sources(rows: Sequence[Row]) -> str:
 
 
 def beyond_limits(rows: Sequence[Row]) -> str:
-    """How many rows lie beyond the catalogue, in one sentence."""
+    """Return how many rows lie outside the catalogue, in one sentence."""
     count = sum(bool(row.outside) for row in rows)
     return f"{count} rows are taken outside the limits that the catalogue states of wheel or machine; each says which."
 
 
 def totals(rows: Sequence[Row]) -> str:
-    """How many pass and fail, in one line."""
+    """Return how many rows pass and fail, in one line."""
     passed = sum(row.passed for row in rows)
     known = sum(not row.passed and is_as_known(row) for row in rows)
     wrong = sum(not is_as_known(row) for row in rows)

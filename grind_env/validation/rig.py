@@ -97,7 +97,7 @@ def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUp:
-    """What is ground with what, and how; names are those of the catalogue."""
+    """Wheel, material and conditions of a test; names come from the catalogue."""
 
     material: str = "aisi_52100"
     wheel: str = "a60j"
@@ -144,7 +144,7 @@ class Beyond(NamedTuple):
 
     @property
     def excess(self) -> float:
-        """How far beyond: above 1."""
+        """Return the excess as a ratio: above 1 if beyond the limit."""
         return max(self.value / self.limit, self.limit / self.value)
 
     def __str__(self) -> str:
@@ -154,7 +154,7 @@ class Beyond(NamedTuple):
 
 
 def beyond(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Beyond]:
-    """Return what a set-up asks beyond the limits of its wheel and machine."""
+    """Return the conditions of a set-up beyond the limits of its wheel and machine."""
     turning = setup.diameter if setup.constant_surface_speed else wheel.diameter
     speed, spindle_speed = setup.wheel_speed, 60_000.0 * setup.wheel_speed / (math.pi * turning)
     most = (
@@ -246,7 +246,7 @@ class Rig:
         return grinder
 
     def steady(self, **setup: Any) -> Grinder:
-        """A freshly dressed wheel over a new part, of which nothing is loose: what it loses is steady wear."""
+        """Return a freshly dressed wheel over a new part, without loose grains: its wear is steady."""
         return self.fresh(**setup, changes={"wheel": {"initial_wear": 0.0}})
 
     def dulled(self, flats: float, **setup: Any) -> Grinder:
@@ -277,7 +277,7 @@ class Rig:
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
 
     def parameters(self, setup: SetUp) -> StrokeParameters:
-        """Return the stroke parameters of a set-up; `outside` keeps what the set-up asks beyond the catalogue."""
+        """Return the stroke parameters of a set-up; `outside` keeps conditions beyond the catalogue."""
         catalogue, changes = self.catalogue, setup.changes
         wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
         machine = changed(catalogue.machine("default"), changes.get("machine", {}))

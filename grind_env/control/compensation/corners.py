@@ -45,10 +45,10 @@ class Junction:
 
 
 def corner(first: Element, second: Element, offset: Offset, circular: bool, minimum: float) -> Junction:
-    """The junction of two programmed elements compensated on the same side, one after the other (2.2, 2.3).
+    """Return the junction of two successive elements that are compensated on the same side (2.2, 2.3).
 
-    `circular` is G39.1, an arc round a sharp outside corner, instead of the straight blocks of G39, of which one with
-    both components below `minimum` is dropped (mill 21-42).
+    `circular` is G39.1, an arc round a sharp outside corner, instead of the straight blocks of G39; a straight block
+    with both components below `minimum` is dropped (mill 21-42).
     """
     if offset.radius == 0.0:
         return Junction(first.end, ())
@@ -92,11 +92,11 @@ def side_change(first: Element, second: Element, before: Offset, after: Offset) 
 
 
 def compensated(element: Element, start: Point, end: Point, offset: Offset, detect: bool = True) -> tuple[Element, ...]:
-    """The path of the centre along a programmed element, from one junction to the next.
+    """Return the path of the centre along a programmed element, from one junction to the next.
 
-    It is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full circle
-    that its corners lengthen beyond one turn is two arcs. With `detect` off (M800) a path between crossed junctions
-    runs backwards.
+    The path is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full
+    circle extended by its corners beyond one turn becomes two arcs. With `detect` off (M800) a path between crossed
+    junctions runs backwards.
     """
     if isinstance(element, PathSegment):
         if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:

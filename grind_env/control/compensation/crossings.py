@@ -30,9 +30,9 @@ Curve: TypeAlias = StraightLine | Circle
 
 
 def crossings(first: Curve, second: Curve) -> list[Point]:
-    """The common points of two curves: none, one or two; two that touch meet in one or in two equal points.
+    """Return the common points of two curves: none, one or two; touching curves give one or two equal points.
 
-    A line that misses a circle, or a circle that misses another, by no more than rounding touches it.
+    Curves that miss each other by no more than rounding touch.
     """
     if isinstance(first, Circle):
         return _on_circle(first, second) if isinstance(second, StraightLine) else _of_circles(first, second)

@@ -123,7 +123,7 @@ def _direction(element: Element, point: Point) -> Point:
 
 
 def _within(element: Element, point: Point, beyond: float) -> bool:
-    """Whether a point of its curve lies on an element that is made longer at both ends by `beyond` mm."""
+    """Return whether a point of its curve lies on an element extended at both ends by `beyond` mm."""
     if isinstance(element, PathSegment):
         along = dot(between(element.start, point), element.direction_at_start)
         return -beyond <= along <= element.length + beyond

@@ -134,10 +134,10 @@ def polyline(*points: Point) -> tuple[PathSegment, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """How far and to which side of the programmed path the centre runs.
+    """Distance and side of the centre path from the programmed path.
 
     Attributes:
-        radius: not negative.
+        radius: distance, not negative.
         side: 1 left, -1 right, seen along the motion.
         swapped: whether the radius table holds the negative of `radius`, which swaps the sides (15-5).
     """

@@ -225,7 +225,7 @@ def flat(path: Path, plane: str) -> Element:
 
 
 def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
-    """The path above an element of the plane; its third coordinate runs from that of `start` to that of `end`."""
+    """Return the path in space above an element of the plane; its third coordinate runs from `start` to `end`."""
     foot, head = _lifted(element.start, start, plane), _lifted(element.end, end, plane)
     if isinstance(element, PathSegment):
         return Straight(foot, head)

@@ -14,7 +14,7 @@ from grind_env.control.motions import CyclePlan
 
 
 class Progress(Protocol):
-    """How far a cycle has come, as the interpreter reads it."""
+    """Progress of a cycle, as the interpreter reads it."""
 
     @property
     def depth(self) -> float:

@@ -39,7 +39,7 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
 
 
 def shop_of(job: Job, reference_cost: float) -> Shop:
-    """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
+    """Return the numbers of a job that are equal for all blocks; each block has its own dress program."""
     rates, change = job.rates, job.times.wheel_change
     return Shop(
         hourly=rates.hourly,
@@ -54,10 +54,10 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
 
 
 def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
-    """What a block has come to that the control has executed, up to the next one.
+    """Return the tally of an executed block, up to the next block.
 
-    Of a block that takes a part off, the heat is that of the whole part as it is judged; of another one that which
-    counts if the stage ends at a depth of `finish`, mm.
+    For a block that finishes a part, the heat is that of the judged part; else the heat that counts if the stage ends
+    at a depth of `finish`, mm.
     """
     strokes, plan = run.strokes, run.plan
     table, power = strokes["groove"] == 0, strokes["mean_load"]

@@ -25,7 +25,7 @@ MOST_BLOCKS = 2000
 
 
 class JobChoice(NamedTuple):
-    """What an agent chooses for a block."""
+    """Choice of an agent for a block."""
 
     speed: float
     """E, mm/min."""
@@ -84,7 +84,7 @@ class BlockOutline:
 
     @property
     def takes_dresses(self) -> bool:
-        """Whether it may have a D word."""
+        """Return whether the block may have a D word."""
         return self.plan.plunges and self.plan.program is not None
 
 
@@ -133,12 +133,12 @@ def outline_of_runs(
 
 
 def parts_of(blocks: Sequence[BlockOutline]) -> int:
-    """How many parts a program of these blocks grinds."""
+    """Return the number of parts that a program of these blocks grinds."""
     return max(sum(block.finished for block in blocks), blocks[-1].part + 1)
 
 
 def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
-    """What a program comes by whatever is chosen in its blocks."""
+    """Return the values of a program that no choice in its blocks changes."""
     return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)
 
 

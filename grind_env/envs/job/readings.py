@@ -1,6 +1,6 @@
 """The observation before a cycle block of a user's job: readings of earlier blocks, and the coming block.
 
-Names, scales and noise are those of `observations` wherever they mean the same.
+Names, scales and noise are as in `observations` for the same quantities.
 """
 
 from collections.abc import Container, Sequence
@@ -86,9 +86,9 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
 
 
 def job_task(name: str, job: Job, spread: float, file: str) -> Task:
-    """A task with the limits and the spreads of a job, whose actions and readings have the ranges that the job needs.
+    """Return a task with the limits and spreads of a job, and with the ranges that its actions and readings need.
 
-    The rest of it is that of another task: the program, not the task, says what is ground.
+    The other fields come from another task; the program decides the grinding.
     """
     task = load_task("power_limited")
     # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
@@ -116,7 +116,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
 
 
 def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
-    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part."""
+    """Return the kind of each block, and the kinds: equal texts at the same place of equal parts are one kind."""
     numbers, known, kinds, place = [], dict[tuple[int, str, Part], int](), list[Kind](), 0
     for block in blocks:
         place = 1 if block.starts_part else place + 1
@@ -151,7 +151,7 @@ def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *
 
 
 def _said_of(block: BlockOutline) -> dict[str, float]:
-    """What the program alone says of a block, by name."""
+    """Return the observation entries of a block that the program alone decides, by name."""
     return {
         "depth": block.depth,
         "takes_dresses": float(block.takes_dresses),
@@ -161,7 +161,7 @@ def _said_of(block: BlockOutline) -> dict[str, float]:
 
 
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
-    """What the program says of each coming block, shape (blocks + 1, entries); NaN for nothing, 0 after the last."""
+    """Return the program's entries of each coming block, shape (blocks + 1, entries); NaN for none, 0 at the end."""
     table = np.full((len(blocks) + 1, len(entries)), np.nan)
     for number, block in enumerate(blocks):
         said = _said_of(block)

@@ -66,7 +66,7 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
 
 
 def batch_name(program: Path, parts: int) -> str:
-    """What a program that is run for some parts is called in tables and folders: `plate_g82_x30`."""
+    """Return the name of a batch of a program in tables and folders: `plate_g82_x30`."""
     return f"{program.stem}_x{parts}" if parts > 1 else program.stem
 
 
@@ -93,12 +93,12 @@ def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}
 
 
 def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Batch:
-    """A program that is run for many parts, as one program: an M00, at which the operator loads, in place of its end.
+    """Return a program for many parts: an M00, at which the operator loads, replaces the end of each run.
 
-    The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written. Common variables
-    keep their values from run to run, and local ones begin each as they began the first. N numbers to which GOTO leads
-    are others in every run but the last. Cycle blocks that take E from F, or I from where the table stands, have them
-    as words: the end of a program makes the control forget E and I of its last cycle, and M00 does not.
+    Before each M00 the table is stopped and G92 cancelled, as at the end; G10 values stay. Common variables keep their
+    values from run to run; local variables begin each run as the first. Targets of GOTO get new N numbers in every run
+    but the last. Cycle blocks that take E from F, or I from the position of the table, get these words, because the end
+    of a program forgets E and I of the last cycle and M00 does not.
     """
     if parts == 1:
         return Batch(programs, {})
@@ -230,7 +230,7 @@ def _others(programs: Programs) -> Iterator[Written]:
 
 
 def jumps(source: SourceText) -> bool:
-    """Whether a block jumps by GOTO."""
+    """Return whether a block jumps by GOTO."""
     try:
         return isinstance(read_block(source).statement, Goto)
     except ControlError:  # it is refused when it is executed
@@ -238,7 +238,7 @@ def jumps(source: SourceText) -> bool:
 
 
 def _ends(text: str) -> bool:
-    """Whether a block ends the program it stands in, and all that call it."""
+    """Return whether a block ends its program and all callers."""
     return any(match[1] is None for match in _END.finditer(text))
 
 

@@ -31,7 +31,7 @@ class RunBlock(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JobWriter(ProgramWriter):
-    """Writes what is chosen into a user's program; `conditions` of an episode's parts are those of its simulation."""
+    """Writer of chosen words into a user's program; `conditions` of the parts come from the simulation."""
 
     programs: Programs
     job: Job

@@ -5,17 +5,12 @@
     [setup]                    # optional like all but a kind: what is left out is as `grind tasks --schema` says
     wheel = "a60j"
 
-    [[kind]]                   # of cycle block; several are ground in turn
-    material = "aisi_52100"
-    stock = 0.2                # mm
-    pick = 0.01                # mm
-    width = 20                 # mm
-    length = 200               # mm
-    height = 20                # mm, above the chuck
+Above its tables a file may name a base: `base = "power_limited"` or `base = "shop.toml"`, a task of the package or a
+file beside it. Tables of the file change single keys of the base's tables; all other keys replace the base's keys.
+`title` and `reference_cost` never come from the base.
 
-Above its tables a file may say `base = "power_limited"` or `base = "shop.toml"`, the name of a task of the package or a
-file beside it. Its tables then change single keys of those of the base, and everything else of it replaces what the
-base says; `title` and `reference_cost` are a task's own and never the base's.
+A user's catalogue comes from `[catalogue] files = ["tools.toml"]`, or from tables of the task file such as
+`[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
 
 A catalogue of the user's own comes from `[catalogue] files = ["tools.toml"]`, or stands in the task file itself, in
 tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
@@ -115,7 +110,7 @@ def read_task(source: str) -> Task:
 
 
 def is_file(source: object) -> bool:
-    """Whether a task is named by its file."""
+    """Return whether a task is named by its file."""
     return isinstance(source, str) and source.lower().endswith(SUFFIX)
 
 
@@ -141,7 +136,7 @@ def _from_file(path: Path) -> Task:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    """What a task file says, on top of what its base says."""
+    """Return the content of a task file merged with its base."""
     layers = [{key: value for key, value in document.items() if key != "base"} for _, document in _layers(path)]
     document = layers.pop()
     for own in reversed(layers):

@@ -1,6 +1,6 @@
 """The schema of task files, and a complete file of a task.
 
-The dataclasses say it all: their annotations what a key may hold, their docstrings what it means.
+The schema comes from the dataclasses: annotations give legal values, docstrings the meaning.
 """
 
 import itertools
@@ -28,16 +28,16 @@ FILES = "files of catalogue entries, which may name a `base` each and come on to
 
 @dataclass(frozen=True, slots=True)
 class SchemaRow:
-    """One key.
+    """Schema of one key.
 
     Attributes:
         table: its table; "" above all tables.
         key: the key.
-        content: what it may hold.
+        content: legal values.
         meaning: what it means.
-        default: its value if it is left out; None for none.
-        derived: what follows from other keys in its place; "" for a key with a default or none.
-        required: whether it must be there.
+        default: default value; None for none.
+        derived: keys that decide its default; "" for a key with a fixed default or none.
+        required: whether the key is required.
     """
 
     table: str
@@ -59,7 +59,7 @@ class SchemaRow:
 
     @property
     def otherwise(self) -> str:
-        """What it is if it is left out: `required`, `default 20.0`."""
+        """Return the effect of leaving the key out: `required`, `default 20.0`."""
         default = self.derived or ("none" if self.default is None else toml_value(self.default))
         return "required" if self.required else f"default {default}"
 

@@ -43,7 +43,7 @@ class Mount:
 
     @property
     def diameter(self) -> float:
-        """Of the wheel as it is now, before the first cycle as the job finds it, mm."""
+        """Return the current wheel diameter; before the first cycle the job's, mm."""
         return first_diameter(self.job) if self.wheel is None else self.wheel.ds
 
     def present(self, p: StrokeParameters) -> WheelState:
@@ -54,7 +54,7 @@ class Mount:
         self.wheel = self.present(p)
 
     def pass_time(self, time: float, p: StrokeParameters, *, loads: bool = False) -> None:
-        """Let the time up to that of the job, s, pass without a stroke; perhaps the part is changed in it."""
+        """Let time up to the job's clock, s, pass without a stroke; the part may be changed in it."""
         if self.job.process.idle is not None:
             self._row[0, :OWN_FROM] = self.present(p)
             entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
@@ -127,7 +127,7 @@ def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
 
 
 def first_diameter(job: Job) -> float:
-    """Of the wheel as the job finds it, mm."""
+    """Return the wheel diameter at the start of the job, mm."""
     return job.setup.wheel.diameter if job.wheel.diameter is None else job.wheel.diameter
 
 

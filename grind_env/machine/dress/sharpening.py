@@ -8,7 +8,7 @@ from grind_env.process.state import StrokeParameters
 
 
 class Sharpening(NamedTuple):
-    """How coarse a dress is; all 0 of one that misses the diamond."""
+    """Coarseness of a dress; all 0 if it misses the diamond."""
 
     lead: float
     """Of the diamond, mm per wheel revolution."""

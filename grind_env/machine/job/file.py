@@ -147,7 +147,7 @@ def _job(document: TomlTable, folder: Path, calibrated: bool) -> Job:
 
 
 def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertainty | None:
-    """What the calibration of these entries, by kind, leaves open; None where that was of others, or there is none."""
+    """Return the uncertainty left by the calibration of these entries, by kind; None without such a calibration."""
     found = catalogue.calibrated
     if found is None or any(kind in entries and entries[kind].name not in names for kind, names in found.names.items()):
         return None
@@ -171,7 +171,7 @@ def _part(table: TomlTable) -> Part:
 
 
 def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
-    """A station, whose part differs from the one in the table `part`, which has its material already if it has one."""
+    """Return a station, given the `part` table with its material."""
     place = tuple(contents(Station))
     name = table.get("name", str(number)) if isinstance(table, Mapping) else number
     with _naming(f"station {shortened(str(name))}: "):
@@ -185,7 +185,7 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
 
 
 def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[PartConditions, ...]:
-    """How each part differs from the one in the table `part`, which has its material already."""
+    """Return the differences of each part from the `part` table, given with its material."""
     parts = []
     for number, table in enumerate(_tables(document, "parts"), 1):
         with _naming(f"part {number}: "):

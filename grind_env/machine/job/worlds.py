@@ -48,7 +48,7 @@ is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
 
 
 def usual_uncertainty(job: Job) -> Uncertainty:
-    """What is not known of a machine of which nothing but the catalogue is known."""
+    """Return the uncertainty of a machine known only from the catalogue."""
     entries = entries_of(job)
     names = [name for name in USUAL_SPREADS if _value(entries, name) > 0.0]
     return Uncertainty(
@@ -61,15 +61,15 @@ def usual_uncertainty(job: Job) -> Uncertainty:
 
 
 def known_of(job: Job) -> Uncertainty:
-    """What is not known of the machine of a job: by its calibration, or the usual."""
+    """Return the uncertainty of the machine of a job: from its calibration, or the usual one."""
     return usual_uncertainty(job) if job.uncertainty is None else job.uncertainty
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """A machine that may be that of a job, by its number, with the `root` of the uncertainty.
+    """Return a possible machine of a job by its number, with the `root` of the uncertainty.
 
-    A number that would be beyond its legal range is the end of it. The drift, which is no number of an entry, is left
-    to those who grind parts on the machine.
+    A number beyond its legal range is set to the end of the range. The drift, which is no number of an entry, is
+    applied while parts are ground.
     """
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()

@@ -102,7 +102,7 @@ with_wear = replacer(WheelState, "W")
 
 
 class Acts(NamedTuple):
-    """What a process does in a cycle: compiled functions."""
+    """Compiled functions of a process in a cycle."""
 
     advance: Callable[..., Any]
     """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: one stroke at depth `Z`, mm;

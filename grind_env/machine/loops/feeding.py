@@ -73,7 +73,7 @@ class FeedMotion(NamedTuple):
 
 
 class FeedProgress(NamedTuple):
-    """How far the strokes have come."""
+    """Progress of the strokes."""
 
     reversal: float
     """Strokes that the cycle has made."""

@@ -1,7 +1,7 @@
 """One stroke over a part whose surface is stored in strips across its width.
 
-The strips with more than half of the deepest interference under the wheel are cut; the others, ground at this depth
-before, only spark. The cut is that of the mean interference over the joint width, and takes the same depth off each.
+Strips with more than half of the deepest interference under the wheel are cut; the others, ground before, only spark.
+The cut has the mean interference over the joint width, and removes the same depth from each strip.
 """
 
 import functools
@@ -32,7 +32,7 @@ IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
 
 
 class Contact(NamedTuple):
-    """What a stroke meets, of the zones looked at so far."""
+    """Contact of a stroke with the zones checked so far."""
 
     tip: float
     """Depth of the wheel face, mm."""

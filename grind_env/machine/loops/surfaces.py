@@ -13,7 +13,7 @@ from grind_env.machine.loops.strips import Contact, Taken, beneath, contact_at, 
 
 
 class Place(NamedTuple):
-    """Where a stroke lies. Lengths are mm."""
+    """Place of a stroke. Lengths are mm."""
 
     Z: float
     """Depth at which it is programmed."""

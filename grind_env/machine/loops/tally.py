@@ -21,7 +21,7 @@ POWER_WINDOW = 6.0
 
 
 class Tally(NamedTuple):
-    """What strokes and dresses have come to, besides the states of wheel and part.
+    """Sums of strokes and dresses, besides the states of wheel and part.
 
     Powers are the load of the spindle, W above idle. `strokes` and `dresses` are numbers of them.
     `power_2`, `power_3`, `power_4`, `power_5` and `power_6` are W.

@@ -33,10 +33,10 @@ def speed_word(plan: CyclePlan) -> str:
 
 
 def table_axis(programs: Programs, control: Control, radius: float) -> int | None:
-    """The axis along which a program grinds before its first cycle: that of this cycle.
+    """Return the table axis of a program before its first cycle: the axis of that cycle.
 
-    Without a cycle it is the one across the plane of the first feed move; None if there is none, or if grooves are cut,
-    for a job does not say where these lie on the part.
+    Without a cycle it is the axis across the plane of the first feed move; None without one, or if grooves are cut,
+    because a job does not place them on the part.
     """
     axis, grooves, execution = None, False, execute(programs, replace(control))
     execution.set_wheel_radius(radius)
@@ -51,7 +51,7 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
 
 
 def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
-    """Whether a straight move takes the wheel along the table over the part at one depth, at or below its surface."""
+    """Return whether a straight move along the table stays at one depth at or below the part's surface."""
     plunge, part = plunge_axis(axis), job.part
     low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
     near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
@@ -62,7 +62,7 @@ def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
 
 
 def keeps_across(start: Position, end: Position, axis: int) -> bool:
-    """Whether such a move does not go across, so that its F is that of the table."""
+    """Return whether such a move stays across, so that its F is the table speed."""
     return start[cross_axis(axis)] == end[cross_axis(axis)]
 
 

@@ -14,7 +14,7 @@ from grind_env.machine.loops.tally import FINISHING_DEPTH
 
 
 class Surface(NamedTuple):
-    """What the operator gauges on a part."""
+    """Gauged surface of a part."""
 
     S: float
     """Mean depth ground off, mm."""

@@ -21,7 +21,7 @@ from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 class Dressed(NamedTuple):
-    """What a dress between strokes has come to."""
+    """Result of a dress between strokes."""
 
     A: float
     """Wear-flat area after it."""
@@ -36,7 +36,7 @@ class Dressed(NamedTuple):
 
 
 class PassedOver(NamedTuple):
-    """What the table passes over between two reversal points."""
+    """Stretch of the table's passes between two reversal points."""
 
     Lw: float
     """Ground length, mm; 0 if it is beside the part."""

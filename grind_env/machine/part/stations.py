@@ -15,7 +15,7 @@ from grind_env.machine.job import Job, Part
 
 
 class Swept(NamedTuple):
-    """What the wheel sweeps in strokes, mm, in machine coordinates."""
+    """Space swept by the wheel in strokes, mm, in machine coordinates."""
 
     axis: int
     """Index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z."""
@@ -28,7 +28,7 @@ class Swept(NamedTuple):
 
 
 def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
-    """What the strokes of a cycle sweep that begins at a position, mm."""
+    """Return the space swept by a cycle that begins at a position, mm."""
     axis, here = plan.axis, position[plunge_axis(plan.axis)]
     ends = position[axis], plan.primary, plan.secondary
     edge = position[cross_axis(axis)]
@@ -38,14 +38,14 @@ def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
 
 
 def sweep_of(event: CycleStrokes) -> Swept:
-    """What strokes sweep that have been made."""
+    """Return the space swept by finished strokes."""
     ends = *event.ends(0), *event.ends(len(event.begins) - 1)
     edges, axis = event.cross, event.plan.axis
     return Swept(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
 
 
 def sweep_between(start: Position, end: Position, axis: int) -> Swept:
-    """What a feed move along the table sweeps."""
+    """Return the space swept by a feed move along the table."""
     low, high = sorted((start[axis], end[axis]))
     edge = end[cross_axis(axis)]
     return Swept(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
@@ -71,7 +71,7 @@ def met(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
-    """Whether a part lies under a sweep with a wheel that reaches so many mm before and behind its middle."""
+    """Return whether a part lies under a sweep with a wheel that reaches so many mm to both sides."""
     (low, high), (near, far) = sweep.along, sweep.edges
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
     width = job.setup.wheel.width

@@ -1,8 +1,8 @@
 """Grinding that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
 
-The latter may be meant for another part.
+Strokes in the air may be meant for another part.
 
-A part with any of it is not judged: what is known of it is not what it will be, and it never counts as good.
+A part with such grinding is not judged: its true result is unknown, and it never counts as good.
 """
 
 from collections.abc import Iterable, Sequence

@@ -28,22 +28,22 @@ class RestTimes(NamedTuple):
 
 @dataclass(slots=True)
 class ScriptBlock:
-    """A cycle block, or a feed move that is a stroke, and what the program does up to the next one.
+    """A cycle block, or a feed move that is a stroke, with the motions up to the next block.
 
     Attributes:
-        start: where the axes stand when it begins, mm.
-        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
-        taken_over: whether it takes over a table that reciprocates.
+        start: position of the axes at its start, mm.
+        end: position of the axes at the end of the cycle, mm, before any motion beside the table.
+        taken_over: whether it takes over a reciprocating table.
         reached: depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it.
         beside: motions of the program beside the table, dwells among them, in their order.
-        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
+        to_secondary: whether the table then continues to the secondary point, where the next cycle takes over.
         at_secondary: whether the table came to rest there before the way to the next block.
         rest_times: of that way, from secondary and primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
         stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is taken off, or strokes go over to that of another station.
+        ends_part: whether the part is removed, or strokes move to another station.
         loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
-        station: at which its part lies, by its number from 0; None without stations, or where its strokes meet none.
+        station: station of its part, from 0; None without stations, or if its strokes meet none.
     """
 
     block: Block

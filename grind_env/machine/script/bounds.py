@@ -82,7 +82,7 @@ def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> Non
 
 
 def refuse_unlike_parts(programs: Programs, job: Job) -> None:
-    """Refuse parts that differ from that of the job in more than what they cost and what is asked of them."""
+    """Refuse parts that differ from the job's part in more than price and limits."""
     for number in range(1, len(job.parts) + 1):
         part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in ASKED}
         if replace(part, **asked) != job.part:

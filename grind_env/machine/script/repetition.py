@@ -1,7 +1,7 @@
 """The script of a program for many parts, extended from a few runs that are alike.
 
-A control that begins a run where it began the one before it, in a program whose blocks are the same in every run, does
-the same in all that follow.
+If a run begins in the state of the run before, and the blocks are equal in every run, the control does the same in all
+later runs.
 """
 
 from dataclasses import fields, replace
@@ -20,7 +20,7 @@ FEW = 4
 
 
 def is_straight(programs: Programs) -> bool:
-    """Whether a program executes the same blocks in every run, with the same numbers in them.
+    """Return whether a program executes the same blocks with the same numbers in every run.
 
     It has no variables and no jumps, and no G10, whose entries of tables may add up.
     """

@@ -31,7 +31,7 @@ STROKES = Tally._fields.index("strokes")
 
 
 class Placed(NamedTuple):
-    """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
+    """Place of a block on the part of one machine, from `BlockRow` and its plan.
 
     `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`:
     `share`, a ratio, and `dwell`, s.

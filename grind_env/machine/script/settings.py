@@ -30,9 +30,9 @@ class BlockSettings(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """The lowest and the highest of words that may be chosen in the blocks of a script.
+    """Lowest and highest values of words that may be chosen in the blocks of a script.
 
-    A word of which nothing is said stays what it is; once one may be chosen, D may be, too.
+    A word without a range keeps its value; with any range, D may be chosen, too.
     """
 
     E: Sequence[float] = ()

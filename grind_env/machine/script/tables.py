@@ -178,7 +178,7 @@ def tables_of(script: Script) -> ScriptTables:
 
 
 def is_covered(script: Script, tables: ScriptTables) -> bool:
-    """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
+    """Return whether the wheel covers the parts of a script in every stroke, and no cycle crosses."""
     wheel = script.job.setup.wheel
 
     def covers(block: ScriptBlock, job: Job) -> bool:

@@ -114,7 +114,7 @@ def _deepest_within(speed: float) -> float:
 
 
 def _beyond_model(cut: str, depth: float, speed: float, at: str) -> str | None:
-    """What to say of a cut for which the model does not hold, and of `at` which speed it is made; None if it does."""
+    """Return the warning about a cut outside the model, made at the speed `at`; None if it is inside."""
     low, high = TABLE_SPEEDS
     if depth <= _deepest_within(speed):
         return None
@@ -129,7 +129,7 @@ def _turns_inside(run: PartRun, turn: float) -> bool:
 
 
 def _destroyed(part: PartRun, before: Any, after: Any) -> Any:
-    """Whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
+    """Return whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` holds them there."""
     limit = part.p.Amax
     return (before > 0.0) & (before < limit) & ((after <= 0.0) | (limit <= after))
 

@@ -1,7 +1,7 @@
 """The acting network of trained agents without torch, with the same bits on every machine.
 
-An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. What the last layer says is
-read as logits of E and of D.
+An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. The last layer gives logits
+of E and of D.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ ACTIVATION = "tanh"
 
 
 class Layers(NamedTuple):
-    """Where the acting layers of a family of networks stand in its state, and whether a GRU stands before them."""
+    """Places of the acting layers in the state of a family of networks, and whether a GRU comes first."""
 
     body: str
     head: str

@@ -55,7 +55,7 @@ class OtherPart(PolicyFileError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What is written beside the tensors.
+    """Description saved beside the tensors.
 
     Raises:
         ValueError: a name leads to another folder or has what a terminal would obey, or the network has no such parts.
@@ -176,15 +176,15 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
 def write_policy(
     path: Path, actor: Actor, simulation: Simulation, kind: str, form: LearnerForm, beside: Mapping[str, Any]
 ) -> None:
-    """Write an agent, whole or not at all; its folder is made.
+    """Write an agent atomically; its folder is made.
 
     Args:
         path: a .safetensors file.
         actor: its network.
-        simulation: what it was trained on.
+        simulation: simulation of the training.
         kind: name of the kind of agent.
-        form: how it sees and acts.
-        beside: what else the description says of how it was made, such as on which `machines`, as JSON has it.
+        form: observations and actions of the agent.
+        beside: further facts for the description, such as the training `machines`, as JSON types.
 
     Raises:
         PolicyFileError: if its weights are not finite or too large.
@@ -209,7 +209,7 @@ def write_policy(
 
 
 def spaces_digest(view: LearnerView) -> str:
-    """Hash of what a learner sees of a task and how it acts; equal digests mean the same numbers mean the same."""
+    """Return a hash of a learner's observations and actions; equal digests mean equal meanings of all numbers."""
     entries = [[*entry] for entry in view.entries]
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]

@@ -23,7 +23,7 @@ CLEAR = 1e-3
 
 
 class CostLeft(NamedTuple):
-    """What is left of N episodes behind the coming part."""
+    """Remaining cost of N episodes after the coming part."""
 
     table: Array
     """Of cost, $, shape (any, nodes of the axes of `Worth`)."""
@@ -35,15 +35,15 @@ class CostLeft(NamedTuple):
 
 @dataclass
 class BeliefPlanner:
-    """Scenario MPC: every E and D for the coming block on each member of the ensemble; the cheapest on average.
+    """Scenario MPC: try every E and D of the coming block on each ensemble member; choose the cheapest on average.
 
-    An ensemble filter follows the wheel from the power readings (`grind_env.belief`), and each of its members grinds
-    the coming block with every choice, and the rest of the part with the choices of the table of `worth`, by the same
-    compiled cycle as the true one. What is left of the episode behind it costs what that table says of the wheel left,
-    the lot and the time in hand. Nothing is tuned: the table is made of the simulation, whichever that is.
+    An ensemble filter estimates the wheel from the power readings (`grind_env.belief`). Each member grinds the coming
+    block with every choice, and the rest of the part with the choices of the table of `worth`, by the same compiled
+    cycle as the true wheel. The table also gives the cost of the later blocks, from wheel, lot and spare time. Nothing
+    is tuned: the table is computed from the simulation.
 
     Attributes:
-        members: of the ensemble, each a wheel, a lot and a roughness that may be the true ones.
+        members: size of the ensemble; each member has a wheel, a lot and a roughness.
         speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
             between the neighbours of the best.
     """

@@ -52,7 +52,7 @@ class Hindsight:
 
 
 def cheapest_plans(simulation: Simulation, start: Episodes) -> Decision:
-    """For each of N episodes, the cheapest of the plans that forward dynamic programming makes with each surcharge."""
+    """Return for each of N episodes the cheapest plan of forward dynamic programming over all surcharges."""
     plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
     speeds, executions = np.stack([plan.speeds for plan in plans]), np.stack([plan.executions for plan in plans])
     best = plan_cost(simulation, start, speeds, executions).argmin(axis=0)

@@ -1,10 +1,10 @@
 """The value of a wheel before and after every block: dynamic programming on the model, once per episode.
 
-A table over the blocks of an episode, the kind of the coming one, the lot (growth and pressure of wear flats), the
-dullness of the wheel, and in tasks with due dates the time in hand. Its costs and transitions are those of the compiled
-cycle, tried with every E and D of a grid on wheels, lots and stocks that the task itself draws; so it needs no tuning
-and holds for any task, material or machine of which there is a simulation. It takes the state for known from the next
-block on, as QMDP does (Littman, Cassandra, Kaelbling, ICML 1995), and what is in no column for usual.
+A table over the blocks of an episode, the kind of the coming block, the lot (dulling rate and pressure of wear flats),
+the dullness of the wheel, and in tasks with due dates the spare time. Costs and transitions come from the compiled
+cycle, tried with every E and D of a grid on wheels, lots and stocks that the task draws; so the table needs no tuning
+and holds for any simulated task, material or machine. It assumes that the state is known from the next block on, as
+QMDP does (Littman, Cassandra, Kaelbling, ICML 1995), and usual values for all else.
 """
 
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ HANDOVER, SECONDS = (Outcome._fields.index(name) for name in ("handover_cost", "
 
 
 class AxisPlace(NamedTuple):
-    """Where on an axis numbers lie: between two of its nodes, both of the shape of the numbers."""
+    """Places of numbers on an axis: between two of its nodes, both of the shape of the numbers."""
 
     below: Numbers
     share: Array
@@ -60,7 +60,7 @@ class AxisPlace(NamedTuple):
 
 
 def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
-    """Where values lie between the nodes of an axis: at its ends, or along its last piece, if they are beyond them."""
+    """Return the places of values between the nodes of an axis: beyond it at its ends, or along its last piece."""
     if len(axis) == 1:
         return AxisPlace(np.zeros(np.shape(values), np.int64), np.zeros(np.shape(values)))
     below = np.clip(np.searchsorted(axis, values) - 1, 0, len(axis) - 2)
@@ -69,12 +69,12 @@ def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
 
 
 def between(table: Array, first: Numbers, *places: AxisPlace) -> Array:
-    """What a table of shape (any, nodes of each axis) says between its nodes.
+    """Interpolate in a table of shape (any, nodes of each axis).
 
     Args:
         table: the table.
         first: numbers on its first axis.
-        places: on the others; all of one shape.
+        places: places on the other axes; all of one shape.
     """
     total = np.zeros(np.shape(first))
     for corner in range(1 << len(places)):
@@ -93,7 +93,7 @@ def dullness(wheels: Array) -> Array:
 
 
 class Coming(NamedTuple):
-    """What may come in episodes of a simulation, counted in some that it has drawn."""
+    """Frequencies of coming blocks in episodes of a simulation, counted in a sample."""
 
     rows: Numbers
     """Of `Simulation.kinds`, in the order of the tables."""
@@ -144,7 +144,7 @@ def course(simulation: Simulation) -> Coming:
 
 
 class Tried(NamedTuple):
-    """What came of every choice in every state, means over scenarios; shape (rows, growth, pressure, dull, choices)."""
+    """Mean results of every choice in every state over scenarios; shape (rows, growth, pressure, dull, choices)."""
 
     cost: Array
     """Without that of the wheel left behind, $."""
@@ -158,19 +158,19 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True)
 class Worth:
-    """Cost of what is left of an episode that goes on as cheaply as the table knows, $.
+    """Cost of the rest of an episode that continues as cheaply as the table knows, $.
 
     Attributes:
-        course: what may come.
-        growth: nodes of the log of the factor on wear-flat growth.
-        pressure: of that on their pressure.
-        dull: of the log of the dullness.
-        margin: of the time in hand before the next due date beyond the nominal work, s; one in a task without.
-        lots: chance of each growth and pressure, shape (growth, pressure).
+        course: frequencies of coming blocks.
+        growth: nodes of the log of the factor on the dulling rate.
+        pressure: nodes of the log of the factor on the pressure of wear flats.
+        dull: nodes of the log of the dullness.
+        margin: spare time before the next due date beyond the nominal work, s; one node in a task without dates.
+        lots: probability of each growth and pressure, shape (growth, pressure).
         period: blocks from due date to due date; 0 without.
-        dates: how the margin changes at a date, shape (margin, margin).
+        dates: change of the margin at a date, shape (margin, margin).
         late: cost of each margin at a date, $.
-        work: nominal time of a block of each row, s, of which due dates are made.
+        work: nominal time of a block of each row, s, from which due dates are made.
         choices: E and D.
         before: by block, shape (blocks + 1, rows, growth, pressure, dull, margin).
         cheapest: number of the best choice, likewise, without the last.
@@ -275,7 +275,7 @@ def spread_over(axis: Array, values: Array) -> Array:
 
 
 def dulling(model: MemberModel, rows: Numbers) -> Array:
-    """Wheels from a dressed one to the dullest, of which a dress is far away, shape (dull, fields of `WheelState`)."""
+    """Return wheels from dressed to so dull that a dress is far away, shape (dull, fields of `WheelState`)."""
     task = model.simulation.task
     member = model.room(1)
     model.simulation.clear(member, np.zeros(1, np.int64))

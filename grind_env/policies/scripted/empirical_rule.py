@@ -36,24 +36,24 @@ EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("be
 
 @dataclass(kw_only=True)
 class EmpiricalRule:
-    """As fast as the readings of this machine allow; a dress by the volume, by the time or on an alarm.
+    """As fast as the readings of this machine allow; dresses by volume, by time or on an alarm.
 
-    It begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from block to
-    block of a kind, to where laws of what was read expect `SHARE` of the spindle's power, and parts that keep their Ra
-    and are not too thick. Power does not bring it below where it began, for slow tables burn, unless two executions
-    have not helped.
+    The rule begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from
+    block to block of a kind, until laws fitted to the readings expect `SHARE` of the spindle's power, or the limits of
+    Ra and size. Power never lowers E below its first value, because slow tables burn, unless two dress executions have
+    not helped.
 
-    The wheel is dressed before a part that would take it beyond its usual volume, so often that no share of the part
-    does (not where it is late for a due date), or that would take longer than the blocks since the last dress have
-    taken in the mean, that dress included; and after a power beyond its limit, or a part that came out too thick, or
-    nearly too thin, for then it was hot. Parts like that make the usual volume smaller for a while.
+    The wheel is dressed before a part that would exceed its usual volume, so often that no part exceeds it by a share
+    (not if late for a due date); before a part that would take longer than the mean part since the last dress, with the
+    time of this dress; and after a power beyond its limit, or a part too thick, or nearly too thin, which was hot. Such
+    parts reduce the usual volume for a while.
 
     Attributes:
-        step: most that E rises by.
+        step: largest rise of E.
         interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
-        power: the law of what was read of it.
+        power: fitted law of the power readings.
         speeds: E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds).
-        kind: of the coming block, shape (N,).
+        kind: kind of the coming block, shape (N,).
         volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 

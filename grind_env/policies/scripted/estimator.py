@@ -36,7 +36,7 @@ MEMORY = 4.0
 
 
 class Estimate(NamedTuple):
-    """What the measurements say before a block; each shape (N,)."""
+    """Estimates from the measurements before a block; each shape (N,)."""
 
     wear_flat: Any
     """Apparent wear-flat area: the true one times the hidden factor on the pressure."""
@@ -74,7 +74,7 @@ class Signals(NamedTuple):
 
 
 class LotMemory(NamedTuple):
-    """What is remembered of the lot."""
+    """Memory of the lot."""
 
     severity: float
     blocks: float

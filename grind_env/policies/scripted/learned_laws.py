@@ -65,15 +65,15 @@ class PowerLaw:
 
 
 class PartLaw:
-    """What a part is gauged for over its limit, of N machines and kinds of part: c E^x, E in units of a usual one.
+    """Law of a gauged value over its limit, c E^x, for N machines and kinds of part; E in units of a usual E.
 
     Args:
         machines: N.
-        limits: of each kind of part, 0 for none, shape (kinds,).
+        limits: limit of each kind of part, 0 for none, shape (kinds,).
         exponent: x.
         usual: c before anything has been read.
-        memory: parts of which it is then a running mean.
-        aim: of a limit, in the mean.
+        memory: number of parts after which it is a running mean.
+        aim: aimed share of a limit, in the mean.
     """
 
     def __init__(

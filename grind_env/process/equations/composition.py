@@ -1,8 +1,8 @@
 """What grit size and structure make of a wheel; symbols, units and sources as in the package.
 
-Taken once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1
-for a grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so that
-the force on one grain falls about as dg^1.5 and flats cover more of the face the finer the grit is.
+Computed once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1
+for a grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so a
+finer grit has less force on one grain, about as dg^1.5, and flats that cover more of the face.
 """
 
 import math

@@ -1,8 +1,7 @@
 """What a dress does to the wheel; symbols, units and sources as in the package.
 
-How sharp it leaves the wheel follows from its severity, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both
-sharpen. How rough it leaves it follows the lead and depth of the tool; a rotary one has exponents of its own
-(measured: Ra as Ud^-1.1 and qd^0.38).
+The severity of a dress decides the sharpness, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both sharpen.
+Roughness follows lead and depth of the tool; a rotary tool has other exponents (measured: Ra as Ud^-1.1 and qd^0.38).
 """
 
 import math

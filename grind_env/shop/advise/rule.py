@@ -56,7 +56,7 @@ LOWERED, BLOCKS = 0.98, 3
 
 
 class BlockReadings(NamedTuple):
-    """What was read of a block; ratios to their limits, None if nobody read it."""
+    """Readings of a block as ratios to their limits; None if not read."""
 
     peak: float = 0.0
     """Power, W; 0 if nobody read it."""

@@ -35,7 +35,7 @@ class Beside(NamedTuple):
 
 @dataclass
 class Shadow:
-    """What has been compared so far."""
+    """Comparisons so far."""
 
     rows: list[Beside] = field(default_factory=list)
 

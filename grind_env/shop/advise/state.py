@@ -35,10 +35,10 @@ class StateError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdviceOrigin:
-    """What the advice of a file rests on.
+    """Inputs behind the advice of a file.
 
     Attributes:
-        inputs: of the simulation, and how worn the wheel is in the beginning.
+        inputs: inputs of the simulation, and the wear of the wheel at the start.
         policy: its name, and a hash of it.
     """
 
@@ -62,7 +62,7 @@ class AdvisedBlock:
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:
-    """What advice rests on."""
+    """Return the inputs behind the advice."""
     rule = (read_bytes(file) if file is not None else repr(policy).encode()) + how.encode()
     return AdviceOrigin(
         inputs={**inputs_of(simulation), **dict(named(simulation.job.wheel, "wheel"))},

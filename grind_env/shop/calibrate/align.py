@@ -89,7 +89,7 @@ def refuse_unlike(found: Alignment) -> None:
 
 
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """In a log whose unit of time is not stated: ms if that agrees well, which is soon tried, else the better one."""
+    """Align a log without a time unit: ms if this agrees well, which is tried first, else the better unit."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= SURE:
         return in_ms
@@ -185,7 +185,7 @@ def _transformed(log: Log, step: float, around: float) -> _Binned:
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
-    """How likely a run begins at each place, with which override, and how much larger its power is than expected.
+    """Return the likelihood of a run at each place, its override, and its power over the expected power.
 
     The likelihood is a logarithm, over a constant power there.
     """

@@ -36,7 +36,7 @@ EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """What was logged."""
+    """Log of spindle power."""
 
     time: Floats  # of each row, s, rising; from any origin
     power: Floats  # of the spindle with its idling, W; if the scale of the meter is not known, in its unit

@@ -81,7 +81,7 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a file; what is wrong with a cell is a `SheetError` that names it."""
+    """Rows and columns of a file; a faulty cell gives a `SheetError` that names it."""
 
     path: Path  # of the file
     headings: tuple[Heading, ...]  # of the columns; `column 1` and so on of a file without

@@ -35,12 +35,12 @@ FREE = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT),
 def compared(
     variation: Variation, search: Search, tried: Mapping[Point, Trade], progress: Progress, label: str = "comparing"
 ) -> list[Point]:
-    """Return programs in the order in which they are to be judged, at least one.
+    """Return programs in the order of judgement, at least one.
 
-    A search on few machines hardly meets those on which a program is bad. Its cheapest ones for what they come to of
-    what is asked, and steps towards the best of them, are ground on many more; from the best one there it goes on as
-    long as a step is better. What is cheapest is judged first, then what is cheapest among those that come to less of
-    what is asked, and then what the search had found, if there was no time to grind it on so many.
+    A search on few machines rarely meets those on which a program is bad. Its cheapest programs, by level of the
+    limits, and steps towards the best of them are ground on many more machines; from the best one steps continue while
+    they improve. The cheapest is judged first, then the cheapest at lower levels of the limits, and then the result of
+    the search, if time was too short for more machines.
     """
     if not variation.base.simulation.compiled:
         return _step_by_step(variation, search.ranked)
@@ -83,10 +83,10 @@ def _step_by_step(variation: Variation, ranked: list[Point]) -> list[Point]:
 def freed_of(
     variation: Variation, judgement: ProgramJudge, best: Point, found: Mapping[Point, Trade], progress: Progress
 ) -> dict[str, Freed]:
-    """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
+    """Return the best words without each limit: their saving on unseen lots, and their excess over the limit.
 
-    A limit that no program of `found` exceeds costs nothing; its share is that of the best words. Limits for which the
-    time is up are left out.
+    A limit that no program of `found` exceeds costs nothing; its share is the best words'. Limits are left out when the
+    time is up.
     """
     quantity, budget = variation.options.quantity, variation.budget
     new = judgement.measured(best)

@@ -24,7 +24,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class Counting(NamedTuple):
-    """How a dress interval is written."""
+    """Text of a dress interval in a program."""
 
     interval: DressInterval  # what is counted
     due: int  # number of the variable that is 1 where a dress is due, else 0
@@ -32,7 +32,7 @@ class Counting(NamedTuple):
     before: tuple[SourceText, ...]  # blocks before which it is counted
 
     def word(self, executions: Decimal) -> str:
-        """What stands behind the letter of a D word."""
+        """Return the text behind the letter of a D word."""
         return f"#{self.due}" if executions == 1 else f"[{executions:f}*#{self.due}]"
 
     def edits(self, text: ProgramText) -> list[Edit]:
@@ -61,7 +61,7 @@ def counting_of(
     blocks: Sequence[SourceText],
     taken: Collection[int] = (),
 ) -> Counting | None:
-    """How a dress interval is written; None where every run dresses, and nothing has to be counted."""
+    """Return the text of a dress interval; None if every run dresses."""
     if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}

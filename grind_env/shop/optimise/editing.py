@@ -43,7 +43,7 @@ class Edit(NamedTuple):
 
 
 class WordEdit(NamedTuple):
-    """An edit of a block, and what a comment behind it says of it."""
+    """Edit of a block, and the text of its comment."""
 
     source: SourceText
     edit: Edit
@@ -60,7 +60,7 @@ class ProgramText:
 
     @property
     def text(self) -> str:
-        """Without a byte order mark."""
+        """Return the text without a byte order mark."""
         return "".join(self.lines)
 
     def bytes(self) -> bytes:
@@ -166,7 +166,7 @@ def _match(source: SourceText, word: Word) -> re.Match[str]:
 
 
 class Spot(NamedTuple):
-    """Where the number of a word of a cycle block stands, or would stand."""
+    """Place of the number of a word in a cycle block, or the place to add it."""
 
     source: SourceText
     letter: str
@@ -189,7 +189,7 @@ class Spot(NamedTuple):
 
 
 def variable_of(word: Word | None) -> int | None:
-    """The variable whose value is all that a word takes, or its negative; None of other words."""
+    """Return the variable that alone, or negated, is the value of a word; None for other words."""
     match = None if word is None else _READ.fullmatch("".join(word.expression.split()))
     return int(match[1]) if match else None
 
@@ -232,7 +232,7 @@ class Assignments:
         return places[0] if places else None
 
     def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
-        """The one number that some blocks read of a variable.
+        """Return the only assignment of a variable that some blocks read.
 
         Returns:
             Where it stands, or what else to do so that there is one.
@@ -260,6 +260,6 @@ class Assignments:
 
 
 def _lines(sources: Collection[SourceText]) -> str:
-    """Where blocks stand, in words."""
+    """Return the lines of blocks, in words."""
     lines: Sequence[str] = [str(source.line) for source in sources]
     return f"line{'s' if len(lines) > 1 else ''} {listed(lines)}" if lines else "nothing"

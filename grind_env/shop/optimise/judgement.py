@@ -99,7 +99,7 @@ class ProgramJudge:
 
 
 class CostChange(NamedTuple):
-    """How what is to become less of a part changes with other words."""
+    """Change of the objective of a part with other words."""
 
     one: Interval
     """On one machine."""
@@ -112,7 +112,7 @@ class CostChange(NamedTuple):
 
     @property
     def is_better(self) -> bool:
-        """Whether it becomes less beyond chance, and hardly more where the words are bad."""
+        """Return whether the objective falls significantly, and rises little on machines where the words are bad."""
         return self.mean.high < 0.0 and self.risk <= self.most_risk
 
 
@@ -173,19 +173,19 @@ def verdict_of(
 
 
 def _nearer(limits: Sequence[LimitUse]) -> bool:
-    """Whether the words of before are beyond a limit, and these are so no further beyond any."""
+    """Return whether the old words exceed a limit and the new words exceed none further."""
     return any(each.before > 1.0 for each in limits) and all(
         each.after <= max(each.margin, each.before) for each in limits
     )
 
 
 def parts_said(confidence: float) -> str:
-    """How many parts keep what is kept with a confidence."""
+    """Return the share of parts within limits, as words with a confidence."""
     return f"{100.0 * confidence:g} of 100 parts"
 
 
 def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tuple[Requirement, ...]:
-    """What a part was to take at most, and what it takes on the lots of the judgement."""
+    """Return the required maximum of each mean of a part, and its value on the lots of the judgement."""
     return tuple(
         Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
         for name, most in options.constraint.items()
@@ -193,14 +193,14 @@ def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tup
 
 
 def paired(difference: Array) -> Interval:
-    """Mean of what was found on each of some lots, with its interval: that of the mean, and not of one machine."""
+    """Return the mean over lots, with the interval of the mean and not of one machine."""
     return percentile_interval(float(difference.mean()), resampled_means(difference[None])[:, 0])
 
 
 def quantities_of(
     judged: Trials, once: Trials, once_after: Trials, old: Measures, new: Measures
 ) -> tuple[PartMean, ...]:
-    """What a part comes to before and after, on the lots that were judged and with one run on the expected lot."""
+    """Return means of a part before and after, on the judged lots and in one run on the expected lot."""
     scales = {name: 100.0 if unit == "%" else 1.0 for name, unit in QUANTITIES.items()}
     before, after = (
         np.array([scale * getattr(each, name)[0] for name, scale in scales.items()]) for each in (old, new)
@@ -236,7 +236,7 @@ class Freed(NamedTuple):
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
-    """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
+    """Return the margin to each limit, and by name the result without it, if searched."""
     worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
@@ -322,7 +322,7 @@ def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
 
 
 def _bound(variable: SearchVariable, number: int) -> str:
-    """Which end of what was tried a value is; empty for none, and for the least that there can be."""
+    """Return at which end of its range a value is; empty for neither, and for an absolute minimum."""
     if number == len(variable.levels) - 1:
         return "highest"
     return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""

@@ -74,7 +74,7 @@ class SearchVariable:
 
     @property
     def places(self) -> str:
-        """All blocks or programs in which it stands, as tables show them."""
+        """Return all blocks or programs that contain it, for tables."""
         return ", ".join(each.place for each in (self, *self.twins))
 
     @property
@@ -102,7 +102,7 @@ class SearchVariable:
 
 
 class SearchSpace(NamedTuple):
-    """What can be varied, and sentences on what cannot."""
+    """Variables, and sentences on words that cannot be varied."""
 
     variables: tuple[SearchVariable, ...]  # words and dress programs
     # how often blocks with D words may dress; that of every part alone where there is no choice
@@ -113,7 +113,7 @@ class SearchSpace(NamedTuple):
 def choices_of(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """What can be varied in a program."""
+    """Return the variables of a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(options.fixed - labels):
@@ -152,7 +152,7 @@ def choices_of(
 def _intervals(
     dressing: Sequence[SearchVariable], options: SearchOptions, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
-    """How often the blocks with some D words may dress."""
+    """Return the possible dress intervals of blocks with these D words."""
     low, high = whole_ends_of("--bounds", INTERVAL, options.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
     if not 1 <= low <= high <= max(runs, 1):
         raise OptionError(
@@ -234,7 +234,7 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
 def _assigned(
     name: str, blocks: Sequence[BlockOutline], options: SearchOptions, assignments: Assignments
 ) -> dict[tuple[int | None, SourceText], Spot | str]:
-    """Of each variable that words of a name read in a block, where its number stands, or how it could have one."""
+    """Return for each variable that these words read the place of its number, or how to add one."""
     readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
     for outline in blocks:
         letter = _letter(name, outline)
@@ -264,7 +264,7 @@ def _usable(
     remarks: list[str],
     remedy: str | None,
 ) -> bool:
-    """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
+    """Return whether a word may be changed, with a remark if not, and further edits for a changed number."""
     source, label = outline.block.source, _label(outline)
     if outline.block.place.block in options.fixed:
         return False
@@ -379,10 +379,10 @@ def _label(outline: BlockOutline) -> str:
 
 
 def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
-    """The variables, those of the same word in blocks of different parts that are alike made one.
+    """Join the variables of the same word in equal blocks of different parts.
 
-    Blocks are alike that are the same place in the order of their part, make the same strokes to the same depth, say
-    the same, and grind a part of which the same is asked.
+    Blocks are equal if they have the same place in the order of their part, the same strokes, depth and words, and
+    parts with the same limits.
     """
     kinds = _kinds(simulation)
     found: dict[tuple[object, ...], SearchVariable] = {}
@@ -398,7 +398,7 @@ def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> 
 
 
 def _kinds(simulation: JobSimulation) -> list[tuple[object, ...]]:
-    """Of each block: its number within its part, its strokes, and the part wherever it lies."""
+    """Return for each block its number within its part, its strokes, and its part without the position."""
     count: dict[int, int] = {}
     kinds: list[tuple[object, ...]] = []
     for block in simulation.blocks:

@@ -51,7 +51,7 @@ class Note(NamedTuple):
 
 
 def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
-    """A sentence that sums up, and what is to be said to it."""
+    """Return a summary sentence with its details."""
     return _block("verdict", level, printable(headline), [printable(line) for line in lines])
 
 

@@ -142,7 +142,7 @@ def _margin(
 
 
 def block_rows(record: GrindingRecord) -> list[BlockSummary]:
-    """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
+    """Return the blocks that have ground, in order of first execution; equal blocks share a row."""
     every, sparks = spans(record), sparks_out(record)
     return [_block(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
 

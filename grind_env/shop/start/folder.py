@@ -105,7 +105,7 @@ def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
 
 
 def _is_there(path: Path) -> bool:
-    """Whether a name is taken, if only by a link that leads nowhere."""
+    """Return whether a name is taken, even by a broken link."""
     try:
         path.lstat()
     except (OSError, ValueError):

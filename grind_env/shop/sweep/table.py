@@ -75,7 +75,7 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 
 
 def sentences(found: Sweep) -> list[str]:
-    """What is best, and how flat the valley is."""
+    """Return the best setting, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
     if found.plant:
         said.append(f"ground on {printable(found.plant)}, a machine that is not the model")
