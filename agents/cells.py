@@ -95,7 +95,7 @@ def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, f
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
-    """The evaluation in a file; None if the file is missing, damaged or of something else."""
+    """Return the evaluation in a file; None if the file is missing, damaged or of something else."""
     with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
         if str(file["fingerprint"]) == fingerprint:
             return Evaluation(*(file[each.name] for each in fields(Evaluation)))

@@ -36,7 +36,7 @@ def installed(package: str) -> str:
 
 
 def commit() -> str:
-    """The commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
+    """Return the commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
     git = shutil.which("git")
     if git is None:
         return "none"

@@ -186,7 +186,7 @@ SHOWN = (
 
 
 def page(found: Sequence[RecipeRow]) -> str:
-    """The table of all seeds, Markdown."""
+    """Return the table of all seeds, Markdown."""
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (

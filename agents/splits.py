@@ -96,7 +96,7 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
 
 
 def page(lines: Sequence[SplitScore], episodes: int) -> str:
-    """The tables, Markdown."""
+    """Return the tables, Markdown."""
     scores, costs = [], []
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
         of = {each.who: each for each in lines if (each.task, each.split) == (task, split)}

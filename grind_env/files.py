@@ -45,7 +45,7 @@ class ReadError(GrindError):
 
 
 def shown(path: Path | str) -> str:
-    """A path as a message shows it."""
+    """Return a path as a message shows it."""
     return shortened(str(path), LONGEST_PATH)
 
 

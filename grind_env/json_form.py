@@ -15,7 +15,7 @@ class FormError(GrindError):
 
 
 def parsed(text: str) -> Any:
-    """A text as JSON; a FormError if it is none, or nested too deeply."""
+    """Return a text as JSON; a FormError if it is none, or nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:

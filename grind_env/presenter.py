@@ -9,11 +9,11 @@ from typing import Any
 
 
 def presenter(name: str) -> Any:
-    """The module of `grind_env.notebook` by that name."""
+    """Return the module of `grind_env.notebook` by that name."""
     return import_module(f"grind_env.notebook.{name}")
 
 
 def html(name: str, shown: object) -> str:
-    """An object as HTML, which its presenter writes."""
+    """Return an object as HTML, which its presenter writes."""
     text: str = presenter(name).html(shown)
     return text

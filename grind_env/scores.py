@@ -79,7 +79,7 @@ def normalise(environment_id: str, episode_return: float) -> float:
 
 
 def reference(environment_id: str) -> Reference:
-    """The reference scores of an environment.
+    """Return the reference scores of an environment.
 
     Raises:
         ScoreError: if it has none.
@@ -92,7 +92,7 @@ def reference(environment_id: str) -> Reference:
 
 
 def find_reference(environment_id: str) -> Reference | None:
-    """The reference scores of an environment; None if it has none."""
+    """Return the reference scores of an environment; None if it has none."""
     return _references().get(environment_id)
 
 
@@ -102,7 +102,7 @@ def _references() -> dict[str, Reference]:
 
 
 def read_references(path: Path) -> dict[str, Reference]:
-    """The reference scores in a file, by id, without those of another task version; none if there is no such file.
+    """Return the reference scores in a file, by id, of this task version; none without a file.
 
     Raises:
         ScoreError: if it is not what `write_text` writes.
@@ -124,7 +124,7 @@ def _reference(table: Mapping[str, Any]) -> Reference:
 
 
 def write_text(references: Mapping[str, Reference]) -> str:
-    """The text of a file of reference scores."""
+    """Return the text of a file of reference scores."""
     tables = {name: {VERSION: TASK_VERSION, **asdict(each)} for name, each in sorted(references.items())}
     heading = f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py."
     return f"{heading}\n# Returns are of one episode: mean and standard error.\n\n{toml_text(tables)}\n"

@@ -46,7 +46,7 @@ class ScoredRuns(NamedTuple):
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
-    """The tasks that have a score: those with both anchors, which do not cost nearly the same."""
+    """Return the tasks that have a score: those with both anchors, which do not cost nearly the same."""
     tasks = {name: Sampled(each for each in results if each.task == name) for name in tasks_of(results)}
     return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
 

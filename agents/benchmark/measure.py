@@ -51,7 +51,7 @@ def measure(cell: BenchmarkCell, request: Request) -> Result:
 
 
 def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, dict[str, Any]]:
-    """A policy that is not trained, with its tuned parameters, and its problem."""
+    """Return a policy that is not trained, with its tuned parameters, and its problem."""
     base, configs, simulation = cell.base, request.configs, cell.problem.simulation()
     if cell.variant == LIMITED:
         # it takes seconds to import
@@ -69,7 +69,7 @@ def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, di
 
 
 def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, dict[str, Any]]:
-    """An agent, and the problem as it is shown it."""
+    """Return an agent, and the problem as it is shown it."""
     # torch takes seconds to import
     from agents.benchmark.agents import plain_agent, recipe_agent, training_of
     from grind_env.training.gru_ppo import shown

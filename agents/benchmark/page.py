@@ -71,7 +71,7 @@ plants."""
 
 
 def page(results: Sequence[Result]) -> str:
-    """The page of all results."""
+    """Return the page of all results."""
     runs = all_runs(results)
     samples = {task: Sampled(each for each in results if each.task == task) for task in tasks_of(results)}
     lines = {task: summaries(results, task) for task in samples}
@@ -135,7 +135,7 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdi
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
-    """Whether the best learned agent on measurements beats the best rule, and how far it is from the planner."""
+    """Return whether the best learned agent on measurements beats the best rule, and its distance to the planner."""
     found = [each for each in (verdict(*item) for item in samples.items()) if each is not None]
     if not found:
         return []
@@ -158,7 +158,7 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
 
 
 def shipped(samples: Mapping[str, Sampled]) -> str:
-    """In how many tasks no other kind of agent on measurements scores more than the shipped one beyond chance."""
+    """Return in how many tasks the bundled agent is not significantly worse than any other on measurements."""
     kinds, held = set[str](), []
     for task, of in samples.items():
         if (kind := shipped_kind(task)) is None or is_ratio(task):
@@ -178,13 +178,13 @@ def shipped(samples: Mapping[str, Sampled]) -> str:
 
 
 def shipped_kind(task: str) -> str | None:
-    """The kind of agent that comes with the package for a task; None if there is none."""
+    """Return the kind of agent that comes with the package for a task; None if there is none."""
     path = SHIPPED / f"{task}{SUFFIX}"
     return load_policy(path).name if path.is_file() else None
 
 
 def worths(samples: Mapping[str, Sampled]) -> list[str]:
-    """What memory, belief, state and future are worth, where such agents were run."""
+    """Return the worth of memory, belief, state and future, where such agents were run."""
     rows = []
     for task, of in samples.items():
         gains = [of.gain(*pair) for pair in FACULTIES.values()]
@@ -201,7 +201,7 @@ def worths(samples: Mapping[str, Sampled]) -> list[str]:
 
 
 def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
-    """What hindsight would gain by another search, where it was tried."""
+    """Return the gain of hindsight from another search, if tried."""
     rows, held = [], 0
     for task, of in samples.items():
         gains = [of.gain(f"{REFERENCE}{AT}{sweeps}", REFERENCE) for sweeps in SWEEPS]
@@ -233,7 +233,7 @@ def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str
 
 
 def made_by(results: Sequence[Result]) -> list[str]:
-    """What the results were made with: commands, seeds and commits."""
+    """Return the commands, seeds and commits of the results."""
     tasks: dict[str, list[str]] = {}
     for task in tasks_of(results):
         for given in options([each for each in results if each.task == task]):

@@ -65,7 +65,7 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def variant(self) -> str:
-        """Which variant of that; empty for none."""
+        """Return the name of the variant; empty for none."""
         return self.policy.partition(AT)[2]
 
     @property
@@ -137,6 +137,6 @@ def planned(
 
 
 def named(problem: Problem) -> list[str]:
-    """The policies of a problem, among them the planner on the belief, and the rule that holds no model."""
+    """Return the policies of a problem, among them the planner on the belief, and the rule that holds no model."""
     simulation = problem.simulation()
     return [*policy_names(simulation), *fitting([EMPIRICAL, ON_BELIEF], simulation)]

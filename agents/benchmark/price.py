@@ -39,7 +39,7 @@ class Price(NamedTuple):
 
 
 def model_of(cell: BenchmarkCell) -> str:
-    """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
+    """Return a policy's knowledge of the simulator's equations: `none`, `nominal` or `exact`."""
     if cell.trains:
         return "none" if PLAIN.get(cell.policy) in WITHOUT else "nominal"
     return "nominal" if cell.base in NOMINAL else "exact" if cell.base in EXACT else "none"

@@ -135,7 +135,7 @@ def check_sets(firsts: Sequence[int], episodes: int) -> None:
 
 
 def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]]) -> list[Replication]:
-    """Each published number beside those of all sets."""
+    """Return each published number beside those of all sets."""
     others = {first: {each.key: each for each in results} for first, results in found.items()}
     replications = []
     for each in published:
@@ -152,7 +152,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
 
 
 def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
-    """What published results say is the best agent and the best rule of every task, on other seeds."""
+    """Return the published best agent and best rule of every task, on other seeds."""
     given = []
     for task in tasks_of(found):
         chosen, of = (Sampled(each for each in results if each.task == task) for results in (published, found))
@@ -163,7 +163,7 @@ def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Ag
 def page(
     published: Sequence[Result], found: Mapping[int, Sequence[Result]], replications: Sequence[Replication]
 ) -> str:
-    """The tables, Markdown."""
+    """Return the tables, Markdown."""
     results = next(iter(found.values()))
     tasks, sets = tasks_of(results), [f"from {first}" for first in found]
     shares = [
@@ -195,7 +195,7 @@ def page(
 
 
 def _share(replications: Sequence[Replication], on: str, task: str | None = None, first: int | None = None) -> str:
-    """How many hold, of a task or all, and of a set or all."""
+    """Return how many hold, of a task or all, and of a set or all."""
     of = [each for each in replications if each.on == on and task in (None, each.task) and first in (None, each.first)]
     held = sum(each.holds for each in of)
     return f"{held} of {len(of)}" + (f" ({100.0 * held / len(of):.1f} %)" if of and task is None else "")

@@ -194,7 +194,7 @@ def result_of(
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:
-    """A number of every episode in single precision; of no episode if there is no run."""
+    """Return a number of every episode in single precision; of no episode if there is no run."""
     values: Array = np.zeros(0) if run is None else getattr(run, name)
     return values.astype(np.float32)
 
@@ -219,7 +219,7 @@ def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
 
 
 def first_seeds(result: Result) -> dict[str, str]:
-    """The first seeds that a result is of."""
+    """Return the first seeds that a result is of."""
     names = [f"{prefix}seeds" for prefix in PREFIXES]
     return {name: seeds.split("..")[0] for name in names if (seeds := getattr(result, name))}
 

@@ -53,7 +53,7 @@ class PolicySummary:
 
     @property
     def making_seconds(self) -> float | None:
-        """Of its training; of a rule that of the blocks that it was tuned on, which are little but its decisions."""
+        """Return the seconds of its training, or for a rule of its tuning."""
         if self.kind == "scripted" and self.blocks is not None and self.decision_ms is not None:
             return 1e-3 * self.blocks * self.decision_ms
         return self.train_seconds
@@ -69,7 +69,7 @@ class PolicySummary:
 
 
 def counted(number: float | None) -> str:
-    """A number of blocks."""
+    """Return a number of blocks."""
     if number is None:
         return NONE
     return f"{number / 1e6:.2f} M" if number >= 5e3 else f"{number:.0f}"
@@ -90,13 +90,13 @@ def brief(interval: Interval | None, ratio: bool) -> str:
 
 
 def tasks_of(results: Sequence[Result]) -> list[str]:
-    """The tasks of results, those of the core set first."""
+    """Return the tasks of results, those of the core set first."""
     found = dict.fromkeys(each.task for each in results)
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
 
 def best(sampled: Sampled, kind: str, sees: str) -> str | None:
-    """The policy of a kind with such inputs that scores best; None if there is none, or no score."""
+    """Return the policy of a kind with such inputs that scores best; None if there is none, or no score."""
     scores = sampled.scores()
     if scores is None:
         return None
@@ -105,7 +105,7 @@ def best(sampled: Sampled, kind: str, sees: str) -> str | None:
 
 
 def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
-    """The lines of a task, from those that know least to those that know most, and from poor to good."""
+    """Return the lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()

@@ -77,7 +77,7 @@ class DressFinding:
 
 
 def intervals(simulation: Simulation) -> list[int]:
-    """The intervals that fit in an episode."""
+    """Return the intervals that fit in an episode."""
     return [every for every in INTERVALS if every <= simulation.task.blocks]
 
 
@@ -162,12 +162,12 @@ def new_overlap(simulation: Simulation) -> float:
 
 
 def about(found: Sequence[DressFinding], question: str) -> list[DressFinding]:
-    """The findings on one question."""
+    """Return the findings on one question."""
     return [each for each in found if each.question == question]
 
 
 def csv_text(found: Sequence[DressFinding], seeds: range) -> str:
-    """The findings, with seeds and versions in every row."""
+    """Return the findings, with seeds and versions in every row."""
     facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
     names = [each.name for each in fields(DressFinding)]
     return csv_of([*names, *facts], [(*asdict(each).values(), *facts.values()) for each in found])

@@ -91,7 +91,7 @@ def decider(trial: DressTrial) -> Policy:
 
 
 def deciding(problem: Problem) -> list[Policy]:
-    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    """Return the policies that decide when to dress: scripted ones, planners, and the bundled agent."""
     simulation = problem.simulation()
     scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
     shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"

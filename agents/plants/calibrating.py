@@ -92,7 +92,7 @@ def errors(machine: StudyMachine, log: Logged, found: Calibration) -> dict[str, 
 
 
 def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array:
-    """The regression on the rows of the calibration, in whose log the program may have been run several times."""
+    """Return the regression on the calibration's rows, whose log may have several runs of the program."""
     assert found.seen is not None
     weights, once = found.seen.weights, _strokes(programs, catalogue)[1]
     nominal = _strokes(repeated(programs, weights.shape[1] // len(once)), catalogue)[1]

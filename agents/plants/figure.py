@@ -44,7 +44,7 @@ LEGEND: dict[str, Any] = {"fontsize": 7.5, "handletextpad": 0.1, "frameon": Fals
 
 
 def plants_figure(found: Mapping[PlantsTrial, Found]) -> Figure | None:
-    """A dot for every machine and program, a line a family, a panel for what advises and one for what searches.
+    """Return a dot for every machine and program, a line a family, a panel for what advises and one for what searches.
 
     None where neither was asked.
     """

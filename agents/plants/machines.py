@@ -78,7 +78,7 @@ def machines(
     seeds: int = STUDY_MACHINES,
     programs: Sequence[StudyProgram] = tuple(PROGRAMS.values()),
 ) -> list[StudyMachine]:
-    """The machines of the study: of each family those with the seeds from 1, each with every program."""
+    """Return the machines of the study: of each family those with the seeds from 1, each with every program."""
     members = {family: [f"{family}:{seed}" for seed in range(1, seeds + 1)] for family in families}
     plants = [name for family in families for name in (members | {MODEL.name: [MODEL.name]})[family]]
     return [StudyMachine(plant, program) for program in programs for plant in plants]

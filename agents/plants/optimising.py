@@ -50,7 +50,7 @@ def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, fl
 
 
 def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
-    """The job with what a calibration has found by a log of the machine; None if it refused."""
+    """Return the job with what a calibration has found by a log of the machine; None if it refused."""
     files = logged(machine, folder)
     try:
         calibrate(files.log, files.program, files.job, gauge=files.gauge).write(folder / "machine.toml")

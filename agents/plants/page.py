@@ -108,7 +108,7 @@ def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, s
 
 
 def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
-    """The tables, Markdown, below the figure if one is drawn."""
+    """Return the tables, Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,
         SAID,

@@ -30,7 +30,7 @@ CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)
 
 
 def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -> str:
-    """The program with E times a factor, depths of cut times J, and without its dresses where it is not `dressed`."""
+    """Return the program with E times a factor, depths of cut times J, and without dresses unless `dressed`."""
 
     def words(code: str) -> str:
         code = FEED.sub(lambda found: f"E{_number(E * float(found[1]))}", code)
@@ -60,7 +60,7 @@ def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, 
 
 
 def with_catalogue(job: Path, file: Path) -> str:
-    """The text of a job that reads a catalogue file besides its own, from wherever it is written."""
+    """Return the text of a job that reads a catalogue file besides its own, from wherever it is written."""
     text = job.read_text(encoding="utf-8")
     held = read_toml(job).get("catalogue")
     if held is None:

@@ -74,7 +74,7 @@ class TaskGaps:
 
 
 def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path | None = None) -> TaskGaps:
-    """The gaps of a task, from the evaluations of its policies on the same episodes."""
+    """Return the gaps of a task, from the evaluations of its policies on the same episodes."""
     simulation = problem.simulation()
     sees = {name: make_policy(name, simulation, configs).sees for name in found}
     rules = [name for name in found if sees[name] == "measurements"]
@@ -155,7 +155,7 @@ def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | N
 
 
 def _best_score(found: TaskGaps) -> float | None:
-    """The score of the best rule in a task that is not made to be solved by one."""
+    """Return the score of the best rule in a task that is not made to be solved by one."""
     return None if found.task in SOLVED else found.gaps[BEST].score.value
 
 
@@ -221,7 +221,7 @@ def study(asked: StudyOptions) -> Study:
 
 
 def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
-    """The tables and the promises as Markdown."""
+    """Return the tables and the promises as Markdown."""
     lines = [
         "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
         f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
@@ -234,13 +234,13 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
 
 
 def verdicts(tasks: Sequence[TaskGaps]) -> list[list[str]]:
-    """A row for each promise, under `VERDICTS`."""
+    """Return a row for each promise, under `VERDICTS`."""
     found = [(each.text, each.verdict(tasks)) for each in PROMISES]
     return [[text, "yes" if held else "no", by, but] for text, (held, by, but) in found]
 
 
 def tables(tasks: Sequence[TaskGaps]) -> list[Table]:
-    """The tables, each with its title."""
+    """Return the tables, each with its title."""
 
     def gap(what: str, field: str, form: str) -> Column:
         return Column(what, lambda each: getattr(each.gaps.get(what), field, None), form, right=True)

@@ -79,7 +79,7 @@ COLUMNS = (
 
 
 def page(found: Sequence[SafetyRow]) -> str:
-    """The table, Markdown; means over seeds, and behind them what the seeds gave."""
+    """Return the table, Markdown; means over seeds, and behind them what the seeds gave."""
     of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
         f"`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"

@@ -33,7 +33,7 @@ class Coefficient(NamedTuple):
         return len(task.kinds) if self.by_kind else 1
 
     def value(self, z: float, executions: int) -> float:
-        """The parameter at z, as it stands in the file; `executions` is the most of the task."""
+        """Return the parameter at z, as it stands in the file; `executions` is the most of the task."""
         change = self.step * z
         value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
         if self.blocks:
@@ -119,5 +119,5 @@ def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) 
 
 
 def rounded(value: Any) -> float:
-    """The value as it stands in the file."""
+    """Return the value as it stands in the file."""
     return float(f"{value:.{DIGITS}g}")

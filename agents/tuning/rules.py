@@ -99,11 +99,11 @@ class Tuner:
         return [float(run.cost[first : first + n].mean()) for first in range(0, len(run.cost), n)]
 
     def constant(self) -> tuple[Fixed, int]:
-        """The best constant E and D, and the evaluations spent."""
+        """Return the best constant E and D, and the evaluations spent."""
         return self._fixed("constant", SPEEDS, range(self.task.action.executions + 1), (1,))
 
     def interval(self) -> tuple[Fixed, int]:
-        """The best constant E with one or two executions in every N-th block."""
+        """Return the best constant E with one or two executions in every N-th block."""
         D = range(1, min(2, self.task.action.executions) + 1)
         return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS)
 
@@ -127,7 +127,7 @@ class Tuner:
         return refine(cost, found, low / 1000.0, high / 1000.0)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
-        """The best of several CMA-ES runs of a rule, on the validation episodes."""
+        """Return the best of several CMA-ES runs of a rule, on the validation episodes."""
         runs = [self.run(self.cached_run(name, seed), name, evaluations, seed) for seed in range(starts)]
         best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
@@ -138,7 +138,7 @@ class Tuner:
         return evolve(costs, start, evaluations, seed)
 
     def cached_run(self, name: str, seed: int) -> CachedCosts:
-        """The costs of a CMA-ES run of a rule."""
+        """Return the costs of a CMA-ES run of a rule."""
         return self._cached(f"{name}-{seed}", lambda vector: self._made(name, vector))
 
     def _made(self, name: str, vector: Any) -> Policy:
@@ -149,7 +149,7 @@ class Tuner:
         return from_vector(RULES[name], self.task, vector)
 
     def _cached(self, search: str, made: Callable[[Any], Policy]) -> CachedCosts:
-        """The costs of a search whose points are made into policies; another code, task or list of seeds has others."""
+        """Return the costs of a search over policies, cached by code, task and seeds."""
         policy = search.partition("-")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
@@ -297,7 +297,7 @@ def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> boo
 
 
 def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
-    """The tuned policies of a task; none if the file is damaged and to be written anew."""
+    """Return the tuned policies of a task; none if the file is damaged and to be written anew."""
     try:
         return read_tuned(problem, folder)
     except ConfigError:

@@ -32,7 +32,7 @@ class BestPoint(NamedTuple):
 
 
 def grid_search(costs: Costs, points: Iterator[Any]) -> BestPoint:
-    """The cheapest of the points; the first of equals."""
+    """Return the cheapest of the points; the first of equals."""
     found: list[tuple[float, Any]] = []
     while some := list(islice(points, TOGETHER)):
         found += zip(costs(some), some, strict=True)

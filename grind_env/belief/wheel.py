@@ -55,7 +55,7 @@ class Model(Protocol):
         """Rows in `base` of blocks of these rows in the table of kinds, shape (N,)."""
 
     def judged(self, rows: Numbers) -> Table:
-        """What such a block is judged by, shape (N, fields of `Judged`)."""
+        """Return the judgement of such a block, shape (N, fields of `Judged`)."""
 
     def room(self, n: int) -> Any:
         """Room for N members: episodes of one block, with `wheels` and more."""
@@ -134,12 +134,12 @@ class WheelBelief:
 
     @property
     def wheels(self) -> Table:
-        """Of the members, shape (N, M, fields of `WheelState`): a view."""
+        """Return the wheels of the members, shape (N, M, fields of `WheelState`): a view."""
         wheels: Table = self.members.wheels.reshape(len(self.fresh), self.size, -1)
         return wheels
 
     def factors(self) -> Table:
-        """The factors of the members for the coming block, shape (N, M, factors)."""
+        """Return the factors of the members for the coming block, shape (N, M, factors)."""
         drawn = np.empty((*self.hidden.shape[:2], len(FACTORS)))
         write_factors(self.hidden, self.model.sigmas, self.model.ageing, self.ground, np.arange(len(drawn)), drawn)
         return drawn
@@ -208,7 +208,7 @@ class WheelBelief:
         return (episodes[:, None] * self.size + np.arange(self.size)).ravel()
 
     def _ground(self, episodes: Numbers, signals: Signals) -> Table:
-        """What the members of some episodes find in their last block, shape (N, M, fields of `Tally`)."""
+        """Return the results of the members of some episodes in their last block, shape (N, M, fields of `Tally`)."""
         index = self._of(episodes)
         self.model.write_factors(self.members, index, self.factors().reshape(-1, len(FACTORS))[index])
         choice = [np.repeat(each, self.size) for each in (signals.speed, signals.executions, signals.pre_dress)]

@@ -80,7 +80,7 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
 
 
 def ended_at(report: Report) -> str:
-    """A sentence on where the execution has ended, if that is not the only error; else empty."""
+    """Return a sentence on where the execution has ended, if that is not the only error; else empty."""
     error = report.stopped
     if len(report.errors) < 2:
         return ""
@@ -125,7 +125,7 @@ def _execution_error(programs: Programs, control: Control | None, report: Report
 
 
 def report_record(report: Report, file: str) -> dict[str, Any]:
-    """A report on a file in JSON types."""
+    """Return a report on a file in JSON types."""
     return {
         "programs": report.programs,
         "blocks": report.blocks,
@@ -150,7 +150,7 @@ def report_record(report: Report, file: str) -> dict[str, Any]:
 
 
 def summary(report: Report) -> str:
-    """A report without errors as text: a line for the whole, and one for each cycle."""
+    """Return a report without errors as text: a line for the whole, and one for each cycle."""
     lines = [
         f"{_count(report.programs, 'program')}, {_count(report.blocks, 'block')}, "
         f"{_count(report.motions, 'motion')}, {report.seconds:.2f} s"

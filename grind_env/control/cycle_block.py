@@ -53,7 +53,7 @@ class Situation:
 
 
 def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
-    """The plan of a cycle block in coordinates of the program, and what later blocks may omit."""
+    """Return the plan of a cycle block in coordinates of the program, and what later blocks may omit."""
     code, _, pre_dress = command.action.partition(".")
     rules = RULES[code]
     if command.modes.per_revolution:
@@ -118,7 +118,7 @@ def redirect(
 
 
 def integrand(command: Command, letter: str, start: float) -> float:
-    """An integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
+    """Return an integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
     value = command.lengths[letter]
     return displaced(start, value.mm) if command.modes.incremental else value.mm
 

@@ -35,7 +35,7 @@ class Recorder:
             self.legs.append(Leg(path.end, feed))
 
     def way_back(self, position: Position, link: Callable[[], float | None]) -> list[Leg]:
-        """The moves from `position` back to the start.
+        """Return the moves from `position` back to the start.
 
         A straight link, at a feed that `link` returns in mm/min, leads to the end of the last remembered move, unless
         the axes stand there; then each move is run backwards at its own rate. Without remembered moves it leads to the

@@ -74,7 +74,7 @@ class Execution(Iterator[Event]):
         self._interpreter.chosen = words
 
     def planned(self, block: Block) -> CyclePlan:
-        """The plan of the cycle block announced by the last `CycleAhead`, with its own words.
+        """Return the plan of the cycle block announced by the last `CycleAhead`, with its own words.
 
         Raises:
             ControlError: the block is faulty.
@@ -128,7 +128,7 @@ def dress_program_moves(
     start: Position = (0.0, 0.0, 0.0),
     modes: Modes | None = None,
 ) -> list[Motion]:
-    """The motions of one execution of a dress program, its retrace included.
+    """Return the motions of one execution of a dress program, its retrace included.
 
     Args:
         programs: the file that holds it, or that it lies beside.

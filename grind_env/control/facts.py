@@ -35,7 +35,7 @@ class Fact:
 
 
 def load_facts() -> tuple[Fact, ...]:
-    """All facts in the order of the file.
+    """Return all facts in the order of the file.
 
     Example:
         >>> from grind_env.control.facts import load_facts

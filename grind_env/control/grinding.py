@@ -18,7 +18,7 @@ Target = tuple[str, int, float]
 
 
 def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
-    """The picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
+    """Return the picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
@@ -38,7 +38,7 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
 
 @functools.lru_cache(maxsize=64)
 def plunges(plan: CyclePlan) -> int:
-    """The plunges that a cycle makes to its depth."""
+    """Return the plunges that a cycle makes to its depth."""
     return sum(kind == "plunge" for picks, _ in turns(plan, coverage=False) for kind, _, _ in picks)
 
 

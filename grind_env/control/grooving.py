@@ -71,7 +71,7 @@ class GrooveLeg:
 
 
 def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
-    """The plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
+    """Return the plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
     code = command.action
     axis, spacing_axis = PLANES[command.modes.plane][:: -1 if code == "G77" else 1]
     infeed, space = AXES[axis], AXES[spacing_axis]
@@ -105,7 +105,7 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
 
 
 def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
-    """The path of a grooving cycle; legs without length are left out."""
+    """Return the path of a grooving cycle; legs without length are left out."""
     here = plan.start
     for groove, across in enumerate(groove_positions(plan), 1):
         for end, kind in _one_groove(plan, across):

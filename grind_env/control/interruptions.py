@@ -160,7 +160,7 @@ class Interruptions:
         return first.at if first.immediate and timeline.time < first.at < finish else None
 
     def _due(self) -> deque[Interrupt] | None:
-        """The requests of which the first is due by now, those at the panel before those by time.
+        """Return the requests of which the first is due by now, those at the panel before those by time.
 
         An interrupt program is not interrupted.
         """

@@ -19,7 +19,7 @@ Position: TypeAlias = tuple[float, float, float]
 
 
 def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
-    """A position with other coordinates on some axes, mm."""
+    """Return a position with other coordinates on some axes, mm."""
     changed = list(position)
     for axis, coordinate in coordinates.items():
         changed[axis] = coordinate

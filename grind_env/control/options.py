@@ -19,7 +19,7 @@ _INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")
 
 
 def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
-    """The radius of every entry, and those of single entries of the radius table, from texts such as 2.5 and 1=2.5."""
+    """Return the radius of all entries, and of single entries of the table, from texts such as 2.5 and 1=2.5."""
     every, radii = 0.0, {}
     for option in options:
         entry, _, size = option.rpartition("=")

@@ -95,17 +95,17 @@ class Mark:
 
 
 def text_of(text: str, name: str) -> Text:
-    """A text that is in memory; half surrogate pairs, which are no characters, become question marks."""
+    """Return a text that is in memory; half surrogate pairs, which are no characters, become question marks."""
     return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
 
 
 def readable(text: str) -> str:
-    """A text of a program that was decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
+    """Return a text decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
     return text if text.isascii() else text.translate(_EIGHT_BIT)
 
 
 def lines_of(text: Text) -> list[str]:
-    """The lines of a text without their ends, numbered from 0, as they are to be shown."""
+    """Return the lines of a text without their ends, numbered from 0, as they are to be shown."""
     with text.open() as handle:
         data = handle.read().removeprefix(codecs.BOM_UTF8)
     return [readable(line.decode(errors="surrogateescape")) for line in _LINE_END.split(data)]
@@ -215,5 +215,5 @@ def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
 
 
 def changed(title: str) -> ControlError:
-    """The error of a text that is no longer what it was when its programs were found."""
+    """Return the error of a text that is no longer what it was when its programs were found."""
     return ControlError("file", f"{title} has changed since it was read; read it again")

@@ -86,7 +86,7 @@ class SystemVariables:
 
 
 def _offset(number: int) -> tuple[str | None, int] | None:
-    """The work system, None for the external offset, and the axis of an offset's number; None for other numbers."""
+    """Return work system (None for the external offset) and axis of an offset's number; None for other numbers."""
     if 0 <= (axis := number - EXTERNAL) < len(AXES):
         return None, axis
     system, axis = divmod(number - FIRST_SYSTEM, SYSTEM_STEP)

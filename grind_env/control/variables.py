@@ -52,7 +52,7 @@ class Variables:
         self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
 
     def read(self, number: int) -> Value:
-        """The value of a variable; None of a vacant one, which #0 always is."""
+        """Return the value of a variable; None of a vacant one, which #0 always is."""
         held = self._held(number)
         if held is None:
             self.system_reads += number != 0

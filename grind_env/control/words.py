@@ -189,7 +189,7 @@ def _after_blank_or_comment(text: str, start: int, place: Place, column: int) ->
 
 
 def _any_word(text: str, start: int, place: Place, column: int, addresses: frozenset[str]) -> tuple[Word, int]:
-    """The word that begins at `start`, and the position after it; its number may have blanks or be an expression."""
+    """Return the word at `start`, and the position after it; its number may have blanks or be an expression."""
     letter = text[start].upper()
     if letter not in addresses:
         known = " ".join(sorted(addresses))

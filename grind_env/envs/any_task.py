@@ -56,7 +56,7 @@ def simulation_of(
     cycle: str | None = None,
     plant: str | None = None,
 ) -> BlockSimulation:
-    """The simulation of a task of blocks; arguments as for `make`.
+    """Return the simulation of a task of blocks; arguments as for `make`.
 
     Raises:
         TaskError: an argument is not legal.

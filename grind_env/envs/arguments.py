@@ -13,7 +13,7 @@ SHOWN = ("measured", "full")
 
 
 def check_count(name: str, count: object, otherwise: str = "") -> int:
-    """A number of sub-environments, threads or steps."""
+    """Return a number of sub-environments, threads or steps."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1{otherwise}")
     return int(count)
@@ -51,7 +51,7 @@ def check_file(name: str, value: object) -> None:
 
 
 def check_variables(variables: object) -> list[str]:
-    """The assignments in a text such as "#500=0, #101=15000", which may be left out."""
+    """Return the assignments in a text such as "#500=0, #101=15000", which may be left out."""
     if variables is None:
         return []
     if not isinstance(variables, str):

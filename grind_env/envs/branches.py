@@ -59,7 +59,7 @@ class Branches(ABC):
         """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""
 
     def part_from(self, block: int) -> range:
-        """A block of the nominal sequence and those after it up to the end of its part."""
+        """Return a block of the nominal sequence and those after it up to the end of its part."""
         last = block
         while last + 1 < len(self._ends) and not self._ends[last]:
             last += 1

@@ -123,7 +123,7 @@ class Given:
 
 
 def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The context that fixes all at its nominal value: the deterministic task; `barred` as for `read_options`."""
+    """Return the context with all factors nominal: the deterministic task; `barred` as for `read_options`."""
     left = task.start.executions_left
     nominal: dict[str, Any] = {name: factor.nominal for name, factor in CONTEXT_FACTORS.items()}
     if left is not None:
@@ -134,7 +134,7 @@ def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict
 
 
 def without_effect(task: Task) -> dict[str, str]:
-    """The factors that would change nothing in a task, each with the reason."""
+    """Return the factors that would change nothing in a task, each with the reason."""
     reasons = {
         "coolant_ageing": (task.setup.coolant_ageing == 0.0, "has a coolant that does not age"),
         "executions_left": (task.start.executions_left is None, "starts with a new wheel"),
@@ -220,7 +220,7 @@ def read_all_options(
 
 
 def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
-    """The options of a reset, each with its value.
+    """Return the options of a reset, each with its value.
 
     Raises:
         ContextError: if they are no dict.
@@ -240,7 +240,7 @@ def distinct(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
 
 
 def find_split(name: Any) -> Split:
-    """The split of that name.
+    """Return the split of that name.
 
     Raises:
         ContextError: if there is no such split.

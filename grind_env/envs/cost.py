@@ -103,7 +103,7 @@ read_shop, write_outcome, read_found = column_reader(Shop), column_writer(Outcom
 
 
 def shop_row(task: Task) -> Shop:
-    """The numbers that are the same for all blocks of a task."""
+    """Return the numbers that are the same for all blocks of a task."""
     rates = task.rates
     return Shop(
         execution_depth=task.execution_depth,
@@ -122,7 +122,7 @@ def shop_row(task: Task) -> Shop:
 
 
 def reward_terms(task: Task) -> dict[str, int]:
-    """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
+    """Return the terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
     names = [*COST_TERMS]
     if task.due is not None:
         names.append("late")

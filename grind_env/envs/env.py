@@ -121,7 +121,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return self.simulation.entries
 
     def written(self) -> Written:
-        """The episode as one takes it to the machine: its program, the job, and the dresses that are asked for.
+        """Return the episode as one takes it to the machine: its program, the job, and the dresses that are asked for.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
@@ -131,7 +131,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return written._replace(job=replace(written.job, plant=self.plant))
 
     def part_program(self) -> str:
-        """The steps taken since the last reset as a part program with its dress program.
+        """Return the steps taken since the last reset as a part program with its dress program.
 
         A user's own program has the words chosen in the blocks that were run, and its own in the others.
 
@@ -210,7 +210,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return observation, outcome.reward, self.over, False, info
 
     def view(self) -> EpisodePicture:
-        """The machine after the last block.
+        """Return the machine after the last block.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.

@@ -80,7 +80,7 @@ class EpisodeGenerator(Disturbances):
         mount_wheels(episodes.wheels, *drawn, self.opening, self._parameter_row)
 
     def wheel(self, diamond_flat: float) -> WheelState:
-        """The new wheel at the start of an episode, dressed with a diamond of that wear flat, mm."""
+        """Return the new wheel at the start of an episode, dressed with a diamond of that wear flat, mm."""
         opening = self.opening
         wheel = dressed_wheel(opening.diameter, diamond_flat, opening.lead, opening.depth, self.parameters)
         area = opening.wear_flat_area

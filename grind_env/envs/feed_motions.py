@@ -138,5 +138,5 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
 
 
 def segments(infeed: Infeed) -> list[Segment]:
-    """The infeed blocks of a block, for a program text."""
+    """Return the infeed blocks of a block, for a program text."""
     return [segment(infeed, float(number)) for number in range(int(infeed.requests) + 1)]

@@ -75,7 +75,7 @@ def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[Mem
 
 
 def _random(codec: ActionCodec, rng: np.random.Generator, speed: Array, share: Array) -> Any:
-    """An action of each episode.
+    """Return an action of each episode.
 
     Args:
         codec: of actions.

@@ -134,7 +134,7 @@ def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
 
 
 def action_numbers(space: spaces.Space[Any], actions: Array) -> Array:
-    """A batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
+    """Return a batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
     values = np.asarray(actions, np.float64).reshape(len(actions), -1)
     if isinstance(space, spaces.Box):
         return np.clip(values, space.low, space.high)

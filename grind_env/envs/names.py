@@ -23,5 +23,5 @@ def shipped_names() -> list[str]:
 
 
 def environment_id(name: str) -> str:
-    """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
+    """Return the Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
     return f"grind/{''.join(word[:1].upper() + word[1:] for word in name.split('_'))}-v0"

@@ -113,7 +113,7 @@ HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
-    """The observation of a task, entry by entry, the hidden ones last; what means or changes nothing is left out.
+    """Return the observation of a task, entry by entry, hidden ones last, without constant readings.
 
     Args:
         task: the task.
@@ -138,12 +138,12 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
 
 
 def measured_first(entries: Iterable[Reading]) -> tuple[Reading, ...]:
-    """The entries in their order, the hidden ones behind all others: a measured observation begins every full one."""
+    """Return the entries with the hidden ones last: a measured observation begins every full one."""
     return tuple(sorted(entries, key=lambda entry: entry.noise == "hidden"))
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
-    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a task.
+    """Return the measured readings, with values, that no choice, draw or context changes in a task.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """
@@ -309,7 +309,7 @@ class Scaling(NamedTuple):
 
 
 def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
-    """The scaling of an observation with these entries."""
+    """Return the scaling of an observation with these entries."""
     columns = (np.array([getattr(entry, name) for entry in entries]) for name in ("offset", "scale", "low", "high"))
     return Scaling(_layout(task, entries), *columns)
 

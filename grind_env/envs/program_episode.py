@@ -210,6 +210,6 @@ def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> 
 
 
 def _increments(strokes: Array) -> Array:
-    """By how much each stroke goes deeper than the one before it on its part, mm; the first one as if from 0."""
+    """Return the additional depth of each stroke over the one before, mm; the first counts from 0."""
     before = np.concatenate([[0.0], np.where(np.diff(strokes["part"]) == 0, strokes["Z"][:-1], 0.0)])
     return np.asarray(strokes["Z"] - before[: strokes.size])

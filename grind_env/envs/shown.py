@@ -29,7 +29,7 @@ class MemoryForm(Protocol):
     """Form of the memory that a wrapper adds to the observation."""
 
     def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
-        """The memory, from the spaces of one observation and of one action."""
+        """Return the memory, from the spaces of one observation and of one action."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,14 +129,14 @@ class ShownBox(AnyBox):
 
 
 def shown_space(simulation: Simulation) -> ShownBox:
-    """The observation space of an environment of a simulation."""
+    """Return the observation space of an environment of a simulation."""
     return ShownBox(
         *bounds(simulation.entries), TaskShown(simulation.task.name, TASK_VERSION, tuple(simulation.entries))
     )
 
 
 def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
-    """The observation space behind a wrapper that shows a memory; `space` is that before it."""
+    """Return the observation space behind a wrapper that shows a memory; `space` is that before it."""
     if not isinstance(space, ShownBox):
         return memory.space
     shown = replace(space.shown, memories=(*space.shown.memories, form))
@@ -146,7 +146,7 @@ def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMem
 def memories_of(
     simulation: Simulation, action_space: spaces.Space[Any], forms: Sequence[MemoryForm]
 ) -> list[EpisodeMemory]:
-    """The memories that wrappers around an environment show, the innermost first."""
+    """Return the memories that wrappers around an environment show, the innermost first."""
     space: spaces.Box[Any] = shown_space(simulation)
     memories: list[EpisodeMemory] = []
     for form in forms:

@@ -66,6 +66,6 @@ class Draws(NamedTuple):
 
 
 def draws_of(split: Split) -> Draws:
-    """The numbers of a split."""
+    """Return the numbers of a split."""
     bits = float(sum(1 << k for k in split.ranges))
     return Draws(bits, split.reach, split.stock, split.noise, float(split.foreign))

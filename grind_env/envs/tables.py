@@ -37,7 +37,7 @@ read_kind = column_reader(KindRow)
 
 
 def kind_row(task: Task, kind: Kind) -> KindRow:
-    """The numbers of a block kind."""
+    """Return the numbers of a block kind."""
     return KindRow(
         stock=kind.stock,
         pick=kind.pick,

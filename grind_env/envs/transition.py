@@ -339,7 +339,7 @@ def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: Stro
 
 @functools.cache
 def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Callable[..., None]]:
-    """What is compiled of blocks that have been run, `settle_one` and `settle_blocks`."""
+    """Return the compiled settling of finished blocks, `settle_one` and `settle_blocks`."""
     read, own = gauge.read, joined(process.own, gauge.own)
     read_own, write_own = column_reader(own, OWN_FROM), column_writer(own, OWN_FROM)
 
@@ -404,7 +404,7 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
 
 @functools.cache
 def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
-    """The parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    """Return the parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
     surfaces, blocks_of, lay, gauge_part, error_of = COVERED if covered else IN_ZONES
     surface_array, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
     (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
@@ -510,7 +510,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
 
 @functools.cache
 def step_of(process: Process, gauge: Gauge, covered: bool) -> Callable[..., None]:
-    """The compiled step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    """Return the compiled step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
     prepare, grind, settle = stages_of(process, gauge, covered)
 
     @entry

@@ -136,7 +136,7 @@ def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
 
 
 def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
-    """The part of the next block of episode i, with all the stock of that block on it."""
+    """Return the part of the next block of episode i, with all the stock of that block on it."""
     row = TapeRow(*episodes.row(i).tolist())
     kind = task.kinds[int(row.kind)]
     return Workpiece(name=kind.name, length=kind.length, stock=row.stock, left=row.stock)

@@ -215,13 +215,13 @@ def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
 
 
 def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
-    """The simulation of an environment of this package; None if it has none."""
+    """Return the simulation of an environment of this package; None if it has none."""
     unwrapped = env.unwrapped
     return unwrapped.simulation if isinstance(unwrapped, GrindEnv | GrindVectorEnv) else None
 
 
 def _entries_with_belief(env: Any, members: object) -> tuple[Reading, ...]:
-    """The entries of an environment that shows its own observation, and those of a belief of so many members."""
+    """Return the entries of an environment that shows its own observation, and those of a belief of so many members."""
     simulation = simulation_of(env)
     if simulation is None or env.observation_space != env.unwrapped.observation_space:
         raise WrapperError(

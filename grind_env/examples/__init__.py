@@ -8,7 +8,7 @@ FOLDER = Path(__file__).parent
 
 
 def names() -> list[str]:
-    """The part programs; each has its job beside it."""
+    """Return the part programs; each has its job beside it."""
     return sorted(path.name for path in FOLDER.glob("*.nc"))
 
 

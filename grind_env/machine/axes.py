@@ -8,10 +8,10 @@ AXES = "XYZ"
 
 
 def plunge_axis(reciprocating: int) -> int:
-    """The axis that plunges, for the reciprocating axis."""
+    """Return the axis that plunges, for the reciprocating axis."""
     return (reciprocating + 1) % 3
 
 
 def cross_axis(reciprocating: int) -> int:
-    """The axis that crosses, for the reciprocating axis."""
+    """Return the axis that crosses, for the reciprocating axis."""
     return (reciprocating + 2) % 3

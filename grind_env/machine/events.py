@@ -154,7 +154,7 @@ class EventConsumer(ABC):
 
     @abstractmethod
     def coming_jobs(self) -> Sequence[Job]:
-        """The job of the part that a feed move may be over; none if it grinds nothing."""
+        """Return the job of the part that a feed move may be over; none if it grinds nothing."""
 
     def start_dress(self, event: motions.DressStart) -> None:
         self.dressing.begin(event)

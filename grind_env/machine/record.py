@@ -96,7 +96,7 @@ PART_ROW = np.dtype(
 
 
 def heading(name: str) -> str:
-    """A field as files and data frames name it: with its unit, as in `time [s]`."""
+    """Return a field as files and data frames name it: with its unit, as in `time [s]`."""
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
@@ -121,7 +121,7 @@ class RowLog:
         self._bytes += rows.tobytes()
 
     def table(self, first: int = 0) -> Array:
-        """A copy of the rows from `first` on, shape (rows,)."""
+        """Return a copy of the rows from `first` on, shape (rows,)."""
         self._close()
         return np.frombuffer(self._bytes[first * self.dtype.itemsize :], self.dtype)
 
@@ -185,7 +185,7 @@ class GrindingRecord:
         return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
 
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
-        """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
+        """Return a table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
         Of a job with stations `frame["station"]` has their names, and on a machine that is not the model
         `frame["plant"]` has its name.

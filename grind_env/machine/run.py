@@ -96,7 +96,7 @@ class GrindingRun(EventConsumer):
             self._dresses_anew = False
 
     def clock(self, time: float) -> float:
-        """The time of the job at a time of the control, s; it adds what the program does not state, such as loading."""
+        """Return the time of the job at a time of the control, s, with times outside the program, such as loading."""
         return time + self.delay
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:

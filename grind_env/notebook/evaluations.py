@@ -8,7 +8,7 @@ HEADINGS = ("", "mean", "95 % interval")
 
 
 def html(found: Evaluation | Judgement) -> str:
-    """The figures, one a row."""
+    """Return the figures, one a row."""
     if isinstance(found, Evaluation):
         return fragment(f"{found.cost.size} episodes", table(HEADINGS, _rows(found)))
     rows = _rows(found.evaluation)

@@ -32,7 +32,7 @@ def fragment(title: str, *bodies: str) -> str:
 
 
 def table(columns: Sequence[Column | str], rows: Iterable[Any], left: int = 1) -> str:
-    """A table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
+    """Return a table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
     shown = table_of(columns, rows, left=left).shortened(MOST_ROWS)
     return f'<div style="overflow-x:auto;margin:0.5em 0">{shown.html(_look)}</div>'
 
@@ -42,13 +42,13 @@ def _look(right: bool, kind: str) -> str:
 
 
 def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
-    """A sentence or two each; in red what is bad."""
+    """Return a sentence or two each; in red what is bad."""
     style = f' style="{BAD}"' if bad else ""
     return "".join(f"<p{style}>{_escaped(line)}</p>" for line in lines)
 
 
 def items(lines: Iterable[str]) -> str:
-    """A list; empty for no lines."""
+    """Return a list; empty for no lines."""
     shown = [f"<li>{_escaped(line)}</li>" for line in lines]
     if len(shown) > MOST_ITEMS:
         half = MOST_ITEMS // 2

@@ -8,7 +8,7 @@ from grind_env.notebook.markup import MOST_LINES, fragment, listing
 
 
 def html(programs: Programs) -> str:
-    """The beginning of its text."""
+    """Return the beginning of its text."""
     with programs.main.blocks.text.open() as handle:
         first = [_line(data) for data in itertools.islice(handle, MOST_LINES)]
         more = sum(1 for _ in handle)

@@ -29,7 +29,7 @@ class Page(str):
 
 
 def html(task: Task) -> str:
-    """The job, its kinds of block, and what an action chooses."""
+    """Return the job, its kinds of block, and what an action chooses."""
     low, high = task.action.speed_ends
     setup, dress = task.setup, task.dress
     said = [

@@ -31,7 +31,7 @@ class EntryKey(NamedTuple):
 
 
 def keys_of(kind: type[Entry]) -> list[EntryKey]:
-    """The keys of the entries of a kind."""
+    """Return the keys of the entries of a kind."""
     remarks = dict(_COMMENTED.findall(inspect.getsource(kind)))
     own = fields(kind)[len(fields(Entry)) :]
     defaults = {each.name: "" if each.default is MISSING else f"{each.default:g}" for each in own}

@@ -43,7 +43,7 @@ def dress_interval(simulation: Simulation, nominal: Given) -> int:
 
 
 def intervals(steps: int) -> list[int]:
-    """The intervals that are tried in an episode of that many steps; the last one never dresses."""
+    """Return the intervals that are tried in an episode of that many steps; the last one never dresses."""
     found = [1]
     while found[-1] < steps:
         found.append(min(max(found[-1] + 1, round(GROWTH * found[-1])), steps))

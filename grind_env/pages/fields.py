@@ -43,7 +43,7 @@ ROWS = (
 
 
 def fields_page() -> str:
-    """The page, Markdown."""
+    """Return the page, Markdown."""
     known = load_catalogue()
     lines = ["# Fields of jobs, catalogues and tasks", "## Job", JOB, *_tables(job_rows()), "## Catalogue", CATALOGUE]
     for kind, entry in KINDS.items():

@@ -30,7 +30,7 @@ HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 
 
 def prose(make: Callable[..., Any]) -> dict[str, str]:
-    """The text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
+    """Return the text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
     text = re.split(r"^(?:Args|Raises):$", inspect.cleandoc(make.__doc__ or ""), flags=re.MULTILINE)[0]
     first, *parts = HEADING.split(text)
     return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
@@ -66,7 +66,7 @@ OTHER_TABLES = (
 
 
 def page(env_id: str) -> str:
-    """The page of a registered id, Markdown.
+    """Return the page of a registered id, Markdown.
 
     Raises:
         PageError: if the id is not registered or has no notes.
@@ -225,7 +225,7 @@ COUNT = 4
 
 
 def example(about: TaskSheet) -> str:
-    """A session that makes the environment, takes one step, and makes the vector environment."""
+    """Return a session that makes the environment, takes one step, and makes the vector environment."""
     env: Any = about.env
     size, width = len(about.readings), env.action_space.shape[0]
     lines = [">>> import gymnasium as gym", ">>> import grind_env"]

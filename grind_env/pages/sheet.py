@@ -44,7 +44,7 @@ class TaskSheet:
 
 
 def page_ids() -> list[str]:
-    """The registered ids, the flagship first."""
+    """Return the registered ids, the flagship first."""
     ids = [name for name, spec in gym.registry.items() if spec.namespace == "grind"]
     return sorted(ids, key=lambda name: (name != "grind/PowerLimited-v0", name.lower()))
 

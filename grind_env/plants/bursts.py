@@ -32,7 +32,7 @@ owing, hold = replacer(None, "bursts_owed"), replacer(None, "bursts_threshold")
 
 @functools.cache
 def _bursting(inner: Process) -> Process:
-    """A process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
+    """Return a process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
     grind, sharpen = inner.stroke, inner.dress
 
     @inlined

@@ -87,24 +87,24 @@ class Family:
     anew: tuple[str, ...] = ()
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
-        """The numbers of a member, by field, of units as in `ranges`; the same on every machine."""
+        """Return the numbers of a member, by field, of units as in `ranges`; the same on every machine."""
         numbers = {each.field: each.at(share_of(seed, stream, each.field), stream) for each in self.ranges}
         own_seed = f"{self.name}{SEED}"
         return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
 
 
 def word_of(seed: int, stream: int, what: str) -> int:
-    """A random number of 32 bits for something, of a seed of as many."""
+    """Return a random number of 32 bits for something, of a seed of as many."""
     return philox(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
 
 
 def share_of(seed: int, stream: int, what: str) -> float:
-    """The same between 0 and 1."""
+    """Return the same between 0 and 1."""
     return uniform(word_of(seed, stream, what))
 
 
 def ranges_of(family: str) -> tuple[Range, ...]:
-    """The ranges of a family of the package."""
+    """Return the ranges of a family of the package."""
     return tuple(
         Range(
             field=f"{family}_{name}",

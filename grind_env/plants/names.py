@@ -54,16 +54,16 @@ class Plants:
     modules: bool = False
 
     def __reduce__(self) -> Any:
-        """By the name: what grinds is made of functions that no copy holds."""
+        """Pickle by name, because no copy holds the process functions."""
         return _named, (self.text, self.modules)
 
     @property
     def one(self) -> bool:
-        """Whether there is one only."""
+        """Return whether there is only one machine."""
         return self.text == self.first.name
 
     def seeded(self, seed: int) -> "Plants":
-        """The one machine with a seed of 32 bits where the name has none."""
+        """Return the one machine with a seed of 32 bits where the name has none."""
         if self.one:
             return self
         plant = find_plant(self.text, seed=seed, modules=self.modules)
@@ -120,7 +120,7 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
 
 
 def modules_of(text: str) -> list[str]:
-    """The modules that the name of a machine names."""
+    """Return the modules that the name of a machine names."""
     return [own["module"] for name in text.split("+") if (own := _own_part(name))]
 
 
@@ -172,13 +172,13 @@ def _part(name: str, seed: int | None) -> tuple[str, str] | None:
 
 
 def _own_part(name: str) -> re.Match[str] | None:
-    """A name of one's own, as of a module that is no family."""
+    """Return a name of one's own, as of a module that is no family."""
     found = _OWN.fullmatch(name)
     return found if found and found["module"] not in [each.name for each in FAMILIES] else None
 
 
 def _seed(digits: str, text: str) -> int:
-    """A seed of 32 bits."""
+    """Return a seed of 32 bits."""
     if len(digits) > len(str(WORD)) or int(digits) > WORD:
         raise PlantError(f"the seed in {quoted(text)} is too large: give one from 0 to {WORD}")
     return int(digits)

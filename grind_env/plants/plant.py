@@ -75,7 +75,7 @@ class Plant:
 
 
 def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float]) -> Plant:
-    """A machine of some families, with these numbers by field, in their units, and neutral ones for the others.
+    """Return a machine of some families, with these numbers by field, in their units, and neutral ones for the others.
 
     Raises:
         PlantError: what is drawn of a family of one's own is nothing that it remembers, or has the name of another's.

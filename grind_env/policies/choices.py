@@ -21,7 +21,7 @@ class Decision(NamedTuple):
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
-    """The E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
+    """Return the E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = np.array(task.action.speed_levels)

@@ -32,7 +32,7 @@ COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good",
 
 
 def episode_seeds(seeds: str, count: int) -> range:
-    """The first `count` seeds of one of `SEEDS`; no seed is in two of them.
+    """Return the first `count` seeds of one of `SEEDS`; no seed is in two of them.
 
     Raises:
         GrindError: if there are no seeds of that name, or fewer.
@@ -95,7 +95,7 @@ class Evaluation:
         )
 
     def first(self, count: int) -> "Evaluation":
-        """The same of the first `count` episodes."""
+        """Return the same of the first `count` episodes."""
         return Evaluation(*(getattr(self, each.name)[:count] for each in fields(self)))
 
     def score(self, fixed: "Evaluation", planner: "Evaluation") -> Interval:
@@ -107,7 +107,7 @@ class Evaluation:
 
 
 def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Episodes:
-    """The episodes of the seeds with contexts of a split, at their first block.
+    """Return the episodes of the seeds with contexts of a split, at their first block.
 
     Raises:
         ContextError: if there is no such split.
@@ -156,7 +156,7 @@ class Step(NamedTuple):
 def steps(
     policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None
 ) -> Iterator[Step]:
-    """The steps of the episodes from the first to the last, arguments as for `roll_out`; they are changed in place.
+    """Yield the steps of the episodes from first to last, arguments as for `roll_out`; the episodes change in place.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.

@@ -45,7 +45,7 @@ class Followed:
     cost: Array
 
     def to_dataframe(self) -> Any:
-        """A pandas data frame with a row for each block of each episode; columns have their units.
+        """Return a pandas data frame with a row for each block of each episode; columns have their units.
 
         Raises:
             MissingExtra: pandas is not installed.

@@ -75,7 +75,7 @@ class Guarded:
 
 
 def guarded(policy: Policy) -> Guarded:
-    """The policy with a guard.
+    """Return the policy with a guard.
 
     Example:
         >>> from grind_env.policies import guarded

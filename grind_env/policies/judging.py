@@ -70,7 +70,7 @@ class Judgement:
         return f"{self.policy} ({sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
-        """The figures by name, for JSON; a cost is None where no part is good."""
+        """Return the figures by name, for JSON; a cost is None where no part is good."""
         run = self.evaluation
         cost = [value if math.isfinite(value) else None for value in run.cost_per_good_part]
         found: dict[str, Any] = {

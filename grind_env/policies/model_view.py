@@ -17,7 +17,7 @@ from grind_env.policies.problem import Problem
 
 
 def on(problem: Problem, plant: str) -> Problem:
-    """The same problem on a machine by its name; without a seed in it, each episode draws one."""
+    """Return the same problem on a machine by its name; without a seed in it, each episode draws one."""
     others = tuple((key, value) for key, value in problem.arguments if key != "plant")
     return replace(problem, arguments=(*others, ("plant", plant)))
 
@@ -39,7 +39,7 @@ def training_machines(problem: Problem, plant: str | None) -> Problem:
 
 
 def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
-    """The problem as policies hold it: on one machine, by default on that which is the model."""
+    """Return the problem as policies hold it: on one machine, by default on that which is the model."""
     simulation: Any = on(problem, name).simulation()
     if not simulation.plants.one:
         raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
@@ -48,7 +48,7 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
 
 
 def model_beside(problem: Problem) -> Simulation | None:
-    """The problem as policies hold it that are run on it; None where its machine is the model."""
+    """Return the problem as policies hold it that are run on it; None where its machine is the model."""
     return None if problem.simulation().plants is None else model_of(problem)
 
 

@@ -77,7 +77,7 @@ def named_policy(
 
 
 def trained_file(name: str, task: str) -> Path:
-    """The file of a policy of `TRAINED` for a task.
+    """Return the file of a policy of `TRAINED` for a task.
 
     Raises:
         GrindError: none comes with the package.

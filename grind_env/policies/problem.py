@@ -38,7 +38,7 @@ class Problem:
     arguments: tuple[tuple[str, Any], ...] = ()
 
     def make(self, **arguments: Any) -> gym.Env[Any, Any]:
-        """The environment, with what is measured; further arguments as for `gym.make`.
+        """Return the environment, with what is measured; further arguments as for `gym.make`.
 
         Raises:
             GrindError: a file of it is faulty.
@@ -73,7 +73,7 @@ class Problem:
         return simulation
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """What another process is sent: it makes a simulation of its own."""
+        """Pickle the inputs: another process makes its own simulation."""
         return Problem, (self.name, self.id, self.arguments)
 
 

@@ -51,7 +51,7 @@ def cost_per_good_part(cost: Array, good: Array) -> Array:
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
-    """The score of the mean costs of an episode, along the last axis of shape (..., episodes); see `score_of_means`."""
+    """Return the score of mean episode costs, along the last axis of shape (..., episodes); see `score_of_means`."""
     return score_of_means(cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1))
 
 
@@ -88,7 +88,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
 
 
 def percentile_interval(value: float, draws: Array) -> Interval:
-    """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
+    """Return the interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
     # between two infinite draws lies no number
     method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"

@@ -67,7 +67,7 @@ def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
 
 
 def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
-    """The policies tuned for a task of the present version by name; empty if it has no file of that version yet.
+    """Return the policies tuned for a task of the present version by name; empty if it has no file of that version yet.
 
     Raises:
         ConfigError: if the file is not what `write_tuned` writes.
@@ -77,7 +77,7 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
 
 
 def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
-    """The task version of a file of parameters, None if it names none, and its policies."""
+    """Return the task version of a file of parameters, None if it names none, and its policies."""
     path = folder / f"{task}.toml"
     if not path.exists():
         return TASK_VERSION, {}

@@ -114,7 +114,7 @@ class Watch:
         self._row = KindRow(*self.simulation.kinds[rows].T)
 
     def said(self, machine: int) -> list[str]:
-        """The alarm of a machine in words; nothing where there is none."""
+        """Return the alarm of a machine in words; nothing where there is none."""
         found = []
         for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
             if not (self._beyond | self._run)[machine, k]:

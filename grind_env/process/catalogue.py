@@ -93,28 +93,28 @@ class Catalogue:
     calibrated: Calibrated | None = None
 
     def material(self, name: str) -> Material:
-        """The material of that name; CatalogueError if there is none, as for the other kinds."""
+        """Return the material of that name; CatalogueError if there is none, as for the other kinds."""
         return _find(Material, name, self.materials)
 
     def wheel(self, name: str) -> Wheel:
-        """The wheel of that name."""
+        """Return the wheel of that name."""
         return _find(Wheel, name, self.wheels)
 
     def dresser(self, name: str) -> Dresser:
-        """The dresser of that name."""
+        """Return the dresser of that name."""
         return _find(Dresser, name, self.dressers)
 
     def fluid(self, name: str) -> Fluid:
-        """The fluid of that name."""
+        """Return the fluid of that name."""
         return _find(Fluid, name, self.fluids)
 
     def machine(self, name: str) -> Machine:
-        """The machine of that name."""
+        """Return the machine of that name."""
         return _find(Machine, name, self.machines)
 
 
 def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = MappingProxyType({})) -> Catalogue:
-    """The built-in entries, then those of each file in turn, which add to or redefine what came before.
+    """Return the built-in entries, then those of each file in turn, which add to or redefine what came before.
 
     Args:
         paths: the files.
@@ -239,7 +239,7 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
 
 
 def entry_name(name: str, known: Mapping[str, Entry]) -> str:
-    """The name of the entry that a name or an alias means, however it is written; the text itself if there is none."""
+    """Return the entry name for a name or alias in any spelling; the text itself if unknown."""
     if name in known:
         return name
     meant = _folded(name)
@@ -247,7 +247,7 @@ def entry_name(name: str, known: Mapping[str, Entry]) -> str:
 
 
 def _folded(name: str) -> str:
-    """A name in small letters and digits alone: `16 MnCr 5` is `16MnCr5`."""
+    """Return a name in small letters and digits alone: `16 MnCr 5` is `16MnCr5`."""
     return "".join(filter(str.isalnum, name.casefold()))
 
 

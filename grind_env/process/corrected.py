@@ -57,7 +57,7 @@ EXPONENTS = ("power_depth_exponent", "power_speed_exponent", "power_volume_expon
 
 
 def exponents_of(material: Material) -> tuple[float, ...]:
-    """The exponents of a material, as the process remembers them."""
+    """Return the exponents of a material, as the process remembers them."""
     return tuple(float(getattr(material, name)) for name in EXPONENTS)
 
 

@@ -91,7 +91,7 @@ def survival(rise: float, torque: float, roughness: float, size_error: float, li
 
 
 def passed_limits(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
-    """The fields of `limits` that a part with these values is beyond; arguments as for `survival`.
+    """Return the fields of `limits` that a part with these values is beyond; arguments as for `survival`.
 
     `power` stands for a spindle that has stalled.
     """

@@ -87,7 +87,7 @@ class Entry:
                 raise CatalogueError(f"{self}: {lesser} is {low:g}, but must be below {greater}, {high:g}.")
 
     def ends(self, key: str) -> tuple[float, float]:
-        """The least and the greatest value that a field may have beside the others, in its unit."""
+        """Return the least and the greatest value that a field may have beside the others, in its unit."""
         quantity = quantities(type(self))[key]
         assert isinstance(quantity, Quantity)
         low, high = quantity.low, quantity.high

@@ -78,7 +78,7 @@ class Process(NamedTuple):
     """What of `own` goes with the part: where strokes come back to one, it is what that one has come to meanwhile."""
 
     def __reduce__(self) -> Any:
-        """As what is pickled: that of the package by its name, with the functions compiled there."""
+        """Pickle the package's process by name, with the functions compiled there."""
         return "PROCESS" if self is PROCESS else (Process, tuple(self))
 
 
@@ -164,7 +164,7 @@ PROCESS = Process(
 
 @functools.cache
 def composed(process: Process, *hooks: Hook) -> Process:
-    """A process with hooks before every block, one after the other, each with what those before have changed."""
+    """Return a process with hooks before every block, one after the other, each with what those before have changed."""
     for hook in hooks:
         before = hook.before if process.before is None else _chained(process.before, hook.before)
         process = process._replace(before=before, own=joined(process.own, hook.own))
@@ -181,7 +181,7 @@ def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
 
 
 def joined(*owns: type[Any]) -> type[Any]:
-    """The record of all that some of them remember; functions of one find its fields in it by their names."""
+    """Return the record of all that some of them remember; functions of one find its fields in it by their names."""
     return _joined(owns)
 
 

@@ -117,12 +117,12 @@ def check(table: Any, place: str, error: Error) -> None:
 
 
 def wrong(key: str, value: object, legal: str, error: Error) -> TableError:
-    """The error for a value that is not legal."""
+    """Return the error for a value that is not legal."""
     return error(f"{key} is {quoted(value)}, but must be {legal}", key, value, legal)
 
 
 def sub_table(parent: TomlTable, name: str, legal: Iterable[str], error: Error, place: str = "") -> TomlTable:
-    """A table without unknown keys; an empty one if it is missing."""
+    """Return a table without unknown keys; an empty one if it is missing."""
     place = place or name
     return checked(parent.get(name, {}), place, legal, error)
 

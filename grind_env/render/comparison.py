@@ -40,14 +40,14 @@ def same_words(record: GrindingRecord) -> dict[str, list[int]]:
 
 
 def blocks_named(record: GrindingRecord, lines: Sequence[int]) -> str:
-    """The first of the blocks in some lines, and how many more there are."""
+    """Return the first of the blocks in some lines, and how many more there are."""
     different = list(dict.fromkeys(lines))
     more = f" and {len(different) - 1} more" if len(different) > 1 else ""
     return f"{block_name(record, different[0])}{more}"
 
 
 def compared_dresses(record: GrindingRecord) -> list[str]:
-    """A sentence for each dress program that has dressed the wheel."""
+    """Return a sentence for each dress program that has dressed the wheel."""
     dressed = record.dresses[record.dresses["overlap"] > 0.0]
     said = []
     for number in dict.fromkeys(dressed["program"].tolist()):
@@ -63,7 +63,7 @@ def sharpening_texts(dress: np.void) -> tuple[str, ...]:
 
 
 def between(values: Array, form: str) -> str:
-    """The lowest and the highest value, or the one that all of them are as they are shown."""
+    """Return the lowest and the highest value, or the one that all of them are as they are shown."""
     low, high = form.format(values.min()), form.format(values.max())
     return low if low == high else f"{low} to {high}"
 

@@ -118,7 +118,7 @@ class Picture:
 
 
 def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
-    """The curves of a record; with its job those of size and the limits, too."""
+    """Return the curves of a record; with its job those of size and the limits, too."""
     strokes, parts = record.strokes, record.parts
     by_part = strokes.size > MOST_STROKES and parts.size >= MANY_PARTS
     values = _of_parts(record, job) if by_part else _of_strokes(record, job)
@@ -148,7 +148,7 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 
 
 def spans(record: GrindingRecord) -> list[Span]:
-    """The executions of blocks in the order in which they were run."""
+    """Return the executions of blocks in the order in which they were run."""
     rows = record.executions
     ends = (rows["first"] + rows["strokes"]).tolist()
     return [
@@ -158,7 +158,7 @@ def spans(record: GrindingRecord) -> list[Span]:
 
 
 def block_name(record: GrindingRecord, line: int) -> str:
-    """The block in a line as pictures and tables name it."""
+    """Return the block in a line as pictures and tables name it."""
     block = record.blocks.get(line, line)
     return f"line {line}" if block == line else f"N{block}"
 
@@ -257,7 +257,7 @@ def _loads(
 
 
 def _common_limits(job: Job) -> Limits:
-    """The limits of all parts, without those that parts of several kinds do not share."""
+    """Return the limits of all parts, without those that parts of several kinds do not share."""
     every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.met or job.parts) + 1))}
     return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
 
@@ -273,7 +273,7 @@ def _curve(title: str, unit: str, color: str, values: Array, limits: tuple[Limit
 
 
 def _grouped(curve: Curve, starts: Array) -> Curve:
-    """A curve with successive values together, from each of `starts` up to the next."""
+    """Return a curve with successive values together, from each of `starts` up to the next."""
     values = curve.mean
     if len(starts) == len(values):
         return curve

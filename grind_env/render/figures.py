@@ -41,7 +41,7 @@ def prepare_figure(path: Path) -> None:
 
 
 def new_figure(width: float, height: float) -> "Figure":
-    """An empty figure of that size in inches.
+    """Return an empty figure of that size in inches.
 
     Raises:
         MissingExtra: matplotlib is not installed.

@@ -53,7 +53,7 @@ def _of_stroke(
     scale: float,
     unit: str,
 ) -> str:
-    """The stroke of some parts that has come to `most` in a field, and how to ask less of it."""
+    """Return the stroke of some parts that has come to `most` in a field, and how to ask less of it."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
     line = int(stroke["line"])

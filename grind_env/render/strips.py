@@ -68,6 +68,6 @@ def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
 
 
 def _measured(name: str, unit: str, form: str, values: Sequence[float], limits: Sequence[float]) -> Strip:
-    """A strip from 0 to a little above its highest value or limit."""
+    """Return a strip from 0 to a little above its highest value or limit."""
     highest = HEADROOM * max((*values, *limits), default=1.0)
     return Strip(name, unit, form, values, limits, 0.0, highest)

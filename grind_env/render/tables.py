@@ -87,11 +87,11 @@ class PartsRow(NamedTuple):
 
     @property
     def number(self) -> str:
-        """Of the part or the parts."""
+        """Return the number of the part or parts."""
         return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
 
     def cells(self, fields: Sequence[str]) -> list[Cell]:
-        """The cells of all columns, which have these fields."""
+        """Return the cells of all columns, which have these fields."""
         texts = zip(fields, (self.number, *self.texts), strict=True)
         return [Cell(text, "bad" if field in self.red else "") for field, text in texts]
 
@@ -140,7 +140,7 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
 
 
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
-    """The limits that parts are beyond."""
+    """Return the limits that parts are beyond."""
     bad: dict[str, list[int]] = {}
     for words, part in _bad(record, job):
         bad.setdefault(words, []).append(part)
@@ -162,7 +162,7 @@ def parts_said(numbers: Sequence[int], job: Job) -> str:
 
 
 def _bad(record: GrindingRecord, job: Job) -> Iterator[tuple[str, int]]:
-    """The words for what keeps parts from being good, each with the number of one."""
+    """Return the words for what keeps parts from being good, each with the number of one."""
     for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True):
         for words in beyond(causes(part, job), stages, unjudged):
             yield words, int(part["part"])
@@ -248,7 +248,7 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
 
 
 def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
-    """The words for what keeps a part from being good: its `causes`, and the limits that it passed in its stages.
+    """Return the words for why a part is not good: its `causes`, and exceeded limits of its stages.
 
     Of a part that is not judged it is that alone, with the lines of the program.
     """
@@ -299,7 +299,7 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
 
 
 def _rows(table: Array) -> list[dict[str, Any]]:
-    """A table of a record as JSON objects."""
+    """Return a table of a record as JSON objects."""
     return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]
 
 

@@ -108,7 +108,7 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """The attribute of the vector environment, or of what it wraps, once for each index."""
+        """Return the attribute of the vector environment, or of what it wraps, once for each index."""
         return [getattr(self._owner(attr_name), attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -138,7 +138,7 @@ class SB3VecEnv(VecEnv):
         return list(pictures)
 
     def _owner(self, name: str) -> AnyVectorEnv:
-        """The outermost of the environment and what it wraps that has an attribute; else the innermost."""
+        """Return the outermost of the environment and what it wraps that has an attribute; else the innermost."""
         env = self.env
         while isinstance(env, VectorWrapper) and not hasattr(env, name):
             env = env.env

@@ -45,7 +45,7 @@ class Finding(NamedTuple):
 
 
 def findings() -> list[Finding]:
-    """All that is looked at, in the order in which it is told."""
+    """Return all that is looked at, in the order in which it is told."""
     return [*_installed(), _kernels(cache_folder()), *_speeds(), *map(_extra, EXTRAS)]
 
 

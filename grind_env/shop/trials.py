@@ -167,7 +167,7 @@ class Trials:
         return np.asarray(self.simulation.part_of_block // (self.simulation.parts // self.runs))
 
     def as_written(self, programs: Programs) -> JobSimulation:
-        """The simulation with its blocks as they stand in the program."""
+        """Return the simulation with its blocks as they stand in the program."""
         simulation = copy.copy(self.simulation)
         simulation.programs, simulation.blocks = programs, self.blocks
         return simulation
@@ -183,7 +183,7 @@ class Trials:
         return replace(self, simulation=self.simulation.with_spread(factor * self.simulation.spread))
 
     def asking(self, job: Job) -> "Trials":
-        """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+        """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
         simulation, script = self.simulation, self.simulation.script
         assert script is not None  # what the control executes depends on more than its program
         _, picks, spark_outs = script.ranges
@@ -368,7 +368,7 @@ def trials_of(
 
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
-    """A batch of all runs; where they are alike, of a few of them, and the script of all."""
+    """Return a batch of all runs; where they are alike, of a few of them, and the script of all."""
     if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
         few = batch_of(programs, FEW, job.variables)
         with suppress(GrindError):  # what is wrong is told of the batch of all runs

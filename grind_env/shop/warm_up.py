@@ -45,7 +45,7 @@ class Warmed(NamedTuple):
 
 
 def uses() -> list[Use]:
-    """A run of every example, a step of every id, alone and beside another, a search; some calibrated."""
+    """Return a run of every example, a step of every id, alone and beside another, a search; some calibrated."""
     programs = [examples.path(name) for name in examples.names()]
     runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
     steps = [Use(name, partial(step, name)) for name in page_ids()]
@@ -61,7 +61,7 @@ def uses() -> list[Use]:
 
 
 def calibrated(job: Job) -> Job:
-    """The job as after a calibration, which leaves open how forces follow depth, speed and volume: another process."""
+    """Return the job with a free power law of depth, speed and volume, as after a calibration: another process."""
     names = tuple(f"material.{each}" for each in EXPONENTS)
     correlation = tuple(map(tuple, np.eye(len(names)).tolist()))
     return replace(

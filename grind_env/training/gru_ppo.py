@@ -174,7 +174,7 @@ class ReturnScale:
 
     @property
     def deviation(self) -> Tensor:
-        """Of each signal."""
+        """Return the standard deviation of each signal."""
         return (self.square / max(self.count, 1)).sqrt().clamp(min=LEAST_DEVIATION)
 
 
@@ -290,7 +290,7 @@ def train(
     advance: Callable[[int], object] = nobody,
     checkpoint: Checkpoint | None = None,
 ) -> tuple[Agent, Standard]:
-    """An agent that has been trained, and how it scales its features.
+    """Return an agent that has been trained, and how it scales its features.
 
     Args:
         problem: as for `Training`, like the next two.
@@ -378,7 +378,7 @@ def train(
 
 
 def acting_part(agent: Agent, scale: Standard) -> Actor:
-    """The actor in NumPy; its first layer takes the scale of the features in, and its last what levels of E share."""
+    """Return the actor in NumPy; its first layer includes the scaling, its last the sharing of levels of E."""
     acts = {name: each for name, each in agent.state_dict().items() if name.startswith(("actor", "gru"))}
     state = {name: each.detach().double().numpy() for name, each in acts.items()}
     entries, mean = len(scale.mean), np.array(scale.mean)
@@ -417,6 +417,6 @@ def form_of(memory: Memory) -> LearnerForm:
 
 
 def shown(problem: Problem, memory: Memory) -> Problem:
-    """The problem as such an agent is shown it."""
+    """Return the problem as such an agent is shown it."""
     full = (("observation", "full"),) if memory == "state" else ()
     return replace(problem, arguments=(*problem.arguments, *full))

@@ -40,7 +40,7 @@ class Band:
         return self.low <= value <= self.high
 
     def __str__(self) -> str:
-        """The band: `0.4 to 0.7`, or one-sided `at most 0.15`."""
+        """Return the band: `0.4 to 0.7`, or one-sided `at most 0.15`."""
         if math.isinf(self.low):
             return f"at most {self.high:g}"
         if math.isinf(self.high):

@@ -21,7 +21,7 @@ WIDTH = 120
 
 
 def number(value: float) -> str:
-    """A number in three digits; a dash where there is none."""
+    """Return a number in three digits; a dash where there is none."""
     return "-" if math.isnan(value) else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
@@ -38,7 +38,7 @@ def reason(row: Row) -> str:
 
 
 def _described(row: Row) -> Cell:
-    """The number, its conditions, where its band is from, and what else is to be said of the row; a line each."""
+    """Return the number, its conditions, the source of its band, and remarks on the row; a line each."""
     why = f"why: {reason(row)}" if reason(row) else ""
     said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
     return Cell(row.check.what, "" if row.passed else "poor" if is_as_known(row) else "bad", said)
@@ -50,7 +50,7 @@ def outside(row: Row) -> str:
 
 
 def expected(row: Row) -> str:
-    """The band, and the number that was measured, published or remembered."""
+    """Return the band, and the number that was measured, published or remembered."""
     reference = "" if row.check.reference is None else f" ({number(row.check.reference)})"
     return f"{row.check.band}{reference}"
 

@@ -97,7 +97,7 @@ def fitted(runs: AlloyRuns, response: str) -> Array:
 
 
 def target(wheel: AlloyWheel, response: str, factor: str) -> tuple[float, float]:
-    """A measured exponent in INC751 and its standard error."""
+    """Return a measured exponent in INC751 and its standard error."""
     subset = f"{wheel.measured} vs={wheel.speed:g} {ALLOY}"
     return next(
         (float(row["value"]), float(row["std_err"]))

@@ -65,7 +65,7 @@ def _of_circles(first: Circle, second: Circle) -> list[Point]:
 
 
 def _symmetric(foot: Point, direction: Point, radius: float, distance: float) -> list[Point]:
-    """The points of a circle on its chord whose middle is `foot`, at `distance` from the centre."""
+    """Return the points of a circle on its chord whose middle is `foot`, at `distance` from the centre."""
     if distance > radius + NEGLIGIBLE_LENGTH:
         return []
     half = math.sqrt(max(radius - distance, 0.0) * (radius + distance))

@@ -217,7 +217,7 @@ class Compensation:
 
 
 def flat(path: Path, plane: str) -> Element:
-    """The projection of a path on the plane."""
+    """Return the projection of a path on the plane."""
     start, end = _point(path.start, plane), _point(path.end, plane)
     if isinstance(path, Straight):
         return PathSegment(start, end)
@@ -247,7 +247,7 @@ def _lifted(point: Point, position: Position, plane: str) -> Position:
 
 
 def _vector(command: Command) -> Point | None:
-    """The I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
+    """Return the I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
     letters = [INTEGRANDS[axis] for axis in PLANES[command.modes.plane]]
     if not any(letter in command.lengths for letter in letters):
         return None

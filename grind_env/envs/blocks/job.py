@@ -79,7 +79,7 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
 
 
 def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
-    """The job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
+    """Return the job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
     if task.cycle != "G82":
         return job(task, *task.kinds, first=0.0)
     first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)

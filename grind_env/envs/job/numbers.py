@@ -21,7 +21,7 @@ STROKES_AT_MOST = int(POWER_WINDOW)
 
 
 def kind_of(block: BlockOutline, job: Job) -> KindRow:
-    """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
+    """Return the numbers of a block that cost and gauges need; its loading is in the time of the script."""
     part = job.part
     return KindRow(
         stock=part.stock,
@@ -105,7 +105,7 @@ class Machines(NamedTuple):
 
 
 def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> Machines:
-    """The numbers of some jobs that differ from a nominal one in their entries, for the blocks of its program."""
+    """Return the numbers of jobs that differ from a nominal one in their entries, for the program's blocks."""
     limits = _rises(nominal, blocks)
     return Machines(
         jobs=tuple(jobs),
@@ -116,7 +116,7 @@ def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Jo
 
 
 def _by_block(job: Job, blocks: Sequence[BlockOutline]) -> list[Job]:
-    """The job of each block where its parts may differ, or the one of all."""
+    """Return the job of each block where its parts may differ, or the one of all."""
     return [job.of_part(block.part + 1) for block in blocks] if job.stations else [job]
 
 

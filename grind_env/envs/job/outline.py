@@ -68,7 +68,7 @@ class BlockOutline:
     counts_all: bool
 
     def words(self, choice: JobChoice) -> Words:
-        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
+        """Return the words that say a choice in this block; a G81, or a block without a dress program, takes no D.
 
         Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
         """
@@ -89,7 +89,7 @@ class BlockOutline:
 
 
 def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a script."""
+    """Return the cycle blocks of a script."""
     part, reached, blocks = -1, 0.0, []
     for block, numbers in zip(script.blocks, tables.blocks.tolist(), strict=True):
         row = BlockRow(*numbers)
@@ -116,7 +116,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 def outline_of_runs(
     programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a program that has to be run to know them, on parts as the job states them."""
+    """Return the cycle blocks of a program that has to be run to know them, on parts as the job states them."""
     episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:

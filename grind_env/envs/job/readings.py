@@ -61,7 +61,7 @@ HIDDEN = (
 
 
 def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[Reading, ...]:
-    """The observation of a job, entry by entry, the hidden ones last."""
+    """Return the observation of a job, entry by entry, the hidden ones last."""
     spread = task.spread.measurement
     wheel_noise = f"{2.0 * SIZE_NOISE * spread:g} um" if spread > 0.0 else "to 1 um"
     ra_noise = f"{100.0 * ROUGHNESS_NOISE * spread:g} %, " if spread > 0.0 else ""
@@ -130,7 +130,7 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDAr
 
 
 def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *, picks: bool) -> dict[str, float]:
-    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a job.
+    """Return the measured readings, with values, that no choice, draw or context changes in a job.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """

@@ -263,7 +263,7 @@ class JobSimulation(Simulation):
             episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, job, course_of(self.blocks))]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
-        """What the parts of episode i are like."""
+        """Return the conditions of the parts of episode i."""
         stated = self.job.parts[: self.parts]
         return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
@@ -277,7 +277,7 @@ class JobSimulation(Simulation):
         return said, executions * self._takes_dresses[number]
 
     def words(self, block: int, speed: float, executions: float) -> Words:
-        """The words that say a choice in a block."""
+        """Return the words that say a choice in a block."""
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def _rows(self, episodes: Episodes) -> Numbers:

@@ -42,7 +42,7 @@ _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
 
 def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]]) -> str:
-    """The text of the main program's file with other numbers in the words of blocks that have been run."""
+    """Return the text of the main program's file with other numbers in the words of blocks that have been run."""
     with programs.main.blocks.text.open() as handle:
         lines = _LINE.findall(readable(handle.read().decode("utf-8-sig", "surrogateescape")))
     changed: dict[tuple[int, int], tuple[str, str]] = {}
@@ -78,7 +78,7 @@ class Batch(NamedTuple):
     """Blocks of the program itself, by the line at which each stands in the one program; empty if it is the same."""
 
     def origin(self, block: Block) -> Block:
-        """A block as it stands in the program itself."""
+        """Return a block as it stands in the program itself."""
         source = self.origins.get(block.source.line) if block.source.file == self.programs.name else None
         return block if source is None else read_block(source)
 
@@ -88,7 +88,7 @@ Written: TypeAlias = tuple[str, SourceText | None]
 
 
 def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Programs:
-    """A program that is run for many parts; arguments and errors as of `batch_of`."""
+    """Return a program that is run for many parts; arguments and errors as of `batch_of`."""
     return batch_of(programs, parts, variables).programs
 
 
@@ -168,7 +168,7 @@ def _taken_words(start: CycleStart, remembered: ModalWords) -> dict[str, str]:
 
 
 def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], parts: int) -> Iterator[list[Written]]:
-    """All runs but the last one of a program that jumps, each with N numbers of its own to which its jumps lead."""
+    """Return all runs but the last of a program with jumps, each with new N numbers for their targets."""
     labels = {label for source in main if (label := label_of(source.text)) is not None}
     targets = sorted({target for source in main if (target := _target(source, parts)) in labels})
     others = (number for number in range(1, MOST_LABELS) if number not in labels)
@@ -195,12 +195,12 @@ def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], p
 
 
 def _led(number: int, match: re.Match[str]) -> str:
-    """The GOTO of a block led elsewhere; a comment as it is."""
+    """Return the GOTO of a block led elsewhere; a comment as it is."""
     return match[1] or f"{match[2]}{number}"
 
 
 def _target(source: SourceText, parts: int) -> int | None:
-    """The N number to which a block jumps; None if it does not jump."""
+    """Return the N number to which a block jumps; None if it does not jump."""
     if not jumps(source):
         return None
     match = _LITERAL.search(_COMMENTS.sub("", source.text))
@@ -223,7 +223,7 @@ def _local_variables(programs: Programs, variables: Mapping[int, float]) -> Iter
 
 
 def _others(programs: Programs) -> Iterator[Written]:
-    """The programs behind the main one."""
+    """Return the programs behind the main one."""
     for program in [*programs][1:]:
         yield f"O{program.number}", None
         yield from ((source.text, source) for source in program.blocks)
@@ -243,5 +243,5 @@ def _ends(text: str) -> bool:
 
 
 def _without_end(text: str) -> str:
-    """A block without the word that ends the program."""
+    """Return a block without the word that ends the program."""
     return _END.sub(lambda match: match[1] or "", text)

@@ -226,7 +226,7 @@ class Task:
 
     @cached_property
     def _parameters(self) -> dict[tuple[str, float, float], StrokeParameters]:
-        """Those that have been asked for, by material, width and height."""
+        """Return the parameters computed so far, by material, width and height."""
         return {}
 
     def limits(self, kind: Kind) -> Limits:

@@ -86,7 +86,7 @@ DERIVED = {
 
 
 def load_task(source: str) -> Task:
-    """A task of blocks by its name, or the one in a file of the user.
+    """Return a task of blocks by its name, or the one in a file of the user.
 
     Args:
         source: name of a task that `GrindEnv` steps, or the path of a file, which ends in `.toml`.
@@ -100,7 +100,7 @@ def load_task(source: str) -> Task:
 
 
 def read_task(source: str) -> Task:
-    """As `load_task`; the tasks of environments with classes of their own have names, too.
+    """Return a task as `load_task` does, also of environments with classes of their own.
 
     Raises:
         TaskError: if a file cannot be read, lacks a key, or has one that is unknown or illegal; the message names file,
@@ -145,7 +145,7 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """A task file and its bases, each with what it says itself."""
+    """Return a task file and its bases, each with what it says itself."""
     document, seen = _parsed(path), [path.resolve()]
     yield path, document
     while "base" in document:
@@ -161,7 +161,7 @@ def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def _base(source: object, path: Path) -> Path:
-    """The file of a base that the file at `path` names."""
+    """Return the file of a base that the file at `path` names."""
     if isinstance(source, str) and is_file(source):
         return path.parent / source
     try:
@@ -195,7 +195,7 @@ def _drop_alternatives(document: dict[str, Any], own: TomlTable) -> None:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
-    """The document of a file; names of catalogue files in it are made paths, which do not depend on where it lies."""
+    """Return the document of a file; names of catalogue files in it become absolute paths."""
     try:
         document = read_toml(path)
         refuse_unknown(document, LEGAL, TaskError)
@@ -242,7 +242,7 @@ def _kind(number: int, table: object) -> Kind:
 
 
 def _table(kind: type[Any], value: object, place: str) -> Any:
-    """An instance of a dataclass from a table of a task file."""
+    """Return an instance of a dataclass from a table of a task file."""
     table = checked(value, place, keys(kind), TaskError)
     refuse_missing(table, kind, place, TaskError)
     return kind(**{key: _unchanging(value) for key, value in table.items()})

@@ -68,7 +68,7 @@ class SchemaRow:
 
 
 def rows() -> list[SchemaRow]:
-    """All keys of a task file but those of catalogue entries, which `process.entries` has."""
+    """Return all keys of a task file but those of catalogue entries, which `process.entries` has."""
     tables = {**TABLES, "kind": Kind}
     return [
         SchemaRow("", "base", Content(str, str), BASE),
@@ -79,7 +79,7 @@ def rows() -> list[SchemaRow]:
 
 
 def rows_of(table: str, kind: Any) -> Iterator[SchemaRow]:
-    """The keys of a table, from the annotations and the docstring of its dataclass."""
+    """Return the keys of a table, from the annotations and the docstring of its dataclass."""
     known, said = contents(kind), meanings(kind, "Attributes")
     for item in fields(kind):
         if item.name not in known:
@@ -91,7 +91,7 @@ def rows_of(table: str, kind: Any) -> Iterator[SchemaRow]:
 
 
 def schema_text() -> str:
-    """All keys with type, unit, range, default and meaning, table by table."""
+    """Return all keys with type, unit, range, default and meaning, table by table."""
     lines = ["Above all tables"]
     for table, listed in itertools.groupby(rows(), key=lambda row: row.table):
         if table:
@@ -108,7 +108,7 @@ def schema_text() -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """The same as a JSON Schema (2020-12) of the document, catalogue entries included."""
+    """Return the same as a JSON Schema (2020-12) of the document, catalogue entries included."""
     listed = rows()
     tables = {name: _object([row for row in listed if row.table == name]) for name in {row.table for row in listed}}
     top = tables.pop("")
@@ -168,7 +168,7 @@ def _item_schema(content: Content) -> dict[str, Any]:
 
 
 def document(task: Task) -> dict[str, Any]:
-    """The document of a task with nothing left out: read again, it is the same task."""
+    """Return the document of a task with nothing left out: read again, it is the same task."""
     known = load_catalogue()
     own = {
         kind: {

@@ -78,7 +78,7 @@ class Mount:
         self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
-        """A cycle block begins, with parameters and the reversal dwell of the control, s: what then holds in it."""
+        """Begin a cycle block with parameters and reversal dwell of the control, s; return what holds in it."""
         self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
         drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
         self.wheel, self._known = WheelState(*self._row[0, :OWN_FROM].tolist()), False
@@ -132,7 +132,7 @@ def first_diameter(job: Job) -> float:
 
 
 def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """The wheel as the job finds it: dressed by the program's dress `plan` unless the job says otherwise."""
+    """Return the wheel as the job finds it: dressed by the program's dress `plan` unless the job says otherwise."""
     start = job.wheel
     wheel = _dressed(first_diameter(job), start.diamond_flat, plan, p)
     if start.wear_flat_area is not None:
@@ -143,7 +143,7 @@ def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelS
 
 
 def new_wheel(job: Job, worn: WheelState, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """The wheel that comes in place of a worn one, dressed by `plan` with the same diamond."""
+    """Return the wheel that comes in place of a worn one, dressed by `plan` with the same diamond."""
     return _dressed(job.setup.wheel.diameter, worn.wd, plan, p)
 
 

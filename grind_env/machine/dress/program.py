@@ -186,7 +186,7 @@ def measure_dress(
 
 
 def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
-    """The first pass of a dress that leaves some of the wheel undressed by the diamond; None if none does."""
+    """Return the first pass of a dress that leaves some of the wheel undressed by the diamond; None if none does."""
     for motion in (run.motions[k] for k in run.strokes):
         depth, passed = over_diamond(tip, motion, run.axis, radius, width)
         if depth <= 0.0 or passed < width - STEP:

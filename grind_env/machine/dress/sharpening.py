@@ -22,7 +22,7 @@ NO_SHARPENING = Sharpening(0.0, 0.0, 0.0)
 
 
 def sharpening_of(depth: float, lead: float, wd: float, dresser: Dresser, p: StrokeParameters) -> Sharpening:
-    """How coarse a dress is.
+    """Return the coarseness of a dress.
 
     Args:
         depth: infeed of a pass, mm.

@@ -45,6 +45,6 @@ def rise(radius: float, distance: float) -> float:
 
 
 def position_at(start: Position, end: Position, share: float) -> Position:
-    """The position that a straight way has come to at a share of it."""
+    """Return the position that a straight way has come to at a share of it."""
     x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
     return x, y, z

@@ -53,7 +53,7 @@ FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 
 def job_beside(program: Path) -> Path:
-    """The job of a program for which none is named: the file of its name with `.toml`.
+    """Return the job of a program for which none is named: the file of its name with `.toml`.
 
     Raises:
         JobError: there is none.
@@ -68,7 +68,7 @@ def job_beside(program: Path) -> Path:
 
 
 def job_of(program: Path, job: str | Path | Job | None, *, plant: "Plant | None" = None) -> Job:
-    """The job by its file or as it is held; that beside a program if None. Arguments and errors as of `load_job`."""
+    """Return the job of a file or object; None: the one beside a program. Errors as of `load_job`."""
     if isinstance(job, Job):
         return job if plant is None else job.on(plant)
     return load_job(job_beside(program) if job is None else job, plant=plant)

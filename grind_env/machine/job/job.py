@@ -158,7 +158,7 @@ class Station:
             )
 
     def on_machine(self, axis: int) -> "Station":
-        """The same with the place of its part in machine coordinates, where the table goes along an axis."""
+        """Return the same with the place of its part in machine coordinates, where the table goes along an axis."""
         part, along, across, down = self.part, *(self.origin[k] for k in (axis, cross_axis(axis), plunge_axis(axis)))
         placed = replace(
             part,
@@ -203,7 +203,7 @@ class PartConditions:
                 raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
 
     def forced(self, factor: float) -> "PartConditions":
-        """The same with a factor on all forces besides its own factors."""
+        """Return the same with a factor on all forces besides its own factors."""
 
         def times(factors: Mapping[str, float]) -> Mapping[str, float]:
             return {**factors, **{name: factors.get(name, 1.0) * factor for name in FORCES}}
@@ -212,7 +212,7 @@ class PartConditions:
         return replace(self, factors=times(self.factors), new_wheel_factors=spare)
 
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
-        """The parameters that hold for this part, under the first wheel or after a change of it."""
+        """Return the parameters that hold for this part, under the first wheel or after a change of it."""
         factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
         changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
         return nominal._replace(**changed) if changed else nominal
@@ -418,22 +418,22 @@ class Job:
             raise JobError(PART_AT_STATION, "parts.part")
 
     def on(self, plant: "Plant") -> "Job":
-        """The job on another machine."""
+        """Return the job on another machine."""
         return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
     def of_part(self, number: int) -> "Job":
-        """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""
+        """Return the job of a part by its number, from 1: another one for another kind or station."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
         if own is None and number <= len(self.met):
             own = self.met[number - 1].part
         return self if own is None else self._of_kind(own)
 
     def at_station(self, number: int, axis: int) -> "Job":
-        """The job of the part at a station by its number, from 0, where the table goes along an axis."""
+        """Return the job of the part at a station by its number, from 0, where the table goes along an axis."""
         return self._of_kind(self.lying(axis)[number].part)
 
     def lying(self, axis: int) -> tuple[Station, ...]:
-        """The stations as they lie on the machine, where the table goes along an axis."""
+        """Return the stations as they lie on the machine, where the table goes along an axis."""
         if axis not in self._lying:
             self._lying[axis] = tuple(each.on_machine(axis) for each in self.stations)
         return self._lying[axis]
@@ -526,5 +526,5 @@ def require_conditions(conditions: Sequence[PartConditions], parts: int, program
 
 
 def wrong(key: str, value: object, legal: str) -> TableError:
-    """The error for a value that is not legal."""
+    """Return the error for a value that is not legal."""
     return tables.wrong(key, value, legal, JobError)

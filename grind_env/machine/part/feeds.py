@@ -28,7 +28,7 @@ SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
 
 
 def speed_word(plan: CyclePlan) -> str:
-    """The word that says how fast the strokes of a cycle are, or that of a feed move."""
+    """Return the word that says how fast the strokes of a cycle are, or that of a feed move."""
     return FEED_WORD if plan.code == FEED else "E"
 
 
@@ -67,7 +67,7 @@ def keeps_across(start: Position, end: Position, axis: int) -> bool:
 
 
 def feed_stroke(move: Line, axis: int, job: Job, before: CyclePlan | None) -> CycleStrokes | None:
-    """A feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
+    """Return a feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
 
     Its E is the feed along the table, mm/min. The dress program of the strokes `before` stays known.
     """

@@ -56,7 +56,7 @@ write_dressed = column_writer(Dressed)
 
 @functools.cache
 def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]]:
-    """The compiled strokes of a process over a part, `grind_passes`."""
+    """Return the compiled strokes of a process over a part, `grind_passes`."""
     dress_wheel, idle, grind_strips = process.dress, idle_of(process), strips_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
 

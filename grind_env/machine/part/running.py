@@ -36,7 +36,7 @@ class Speed:
         return self.surface if self.constant else self.surface * diameter / new
 
     def word(self, new: float) -> str:
-        """The S that commands it for a wheel of the diameter `new`, mm."""
+        """Return the S that commands it for a wheel of the diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
     def beside(self, other: "Speed", new: float) -> str:

@@ -52,7 +52,7 @@ def sweep_between(start: Position, end: Position, axis: int) -> Swept:
 
 
 def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """The stations whose parts strokes come down on, by their numbers from 0."""
+    """Return the stations whose parts strokes come down on, by their numbers from 0."""
     found, radius = [], 0.5 * first_diameter(job)
     for number, station in enumerate(job.lying(sweep.axis)):
         depth = station.part.surface - sweep.lowest
@@ -62,7 +62,7 @@ def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def met(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """The stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
+    """Return the stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
     found = touched(job, sweep)
     if found:
         return found
@@ -79,7 +79,7 @@ def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
 
 
 def alone(event: Stroke) -> CycleStrokes:
-    """A stroke that has come by itself, as strokes of which there is one."""
+    """Return a stroke that has come by itself, as strokes of which there is one."""
     axis = event.axis
     return CycleStrokes(
         time=event.finish,

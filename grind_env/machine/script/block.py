@@ -84,7 +84,7 @@ class ScriptBlock:
 
 
 def script_error(programs: Programs, line: int, reason: str) -> ScriptError:
-    """The error for a program of which there is no script."""
+    """Return the error for a program of which there is no script."""
     place = f"{programs.name}:{line}" if line else programs.name
     return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
 
@@ -100,7 +100,7 @@ def edge_of(position: Position, plan: CyclePlan) -> float:
 
 
 def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
-    """The job of the part of each block, of a job with the stations that are met."""
+    """Return the job of the part of each block, of a job with the stations that are met."""
     number = 1
     for block in blocks:
         yield job.of_part(number)
@@ -108,7 +108,7 @@ def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
 
 
 def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
-    """The stations that parts lie at, one after the other; the blocks learn where one ends and the next one begins."""
+    """Return the stations of the parts in turn, and write into the blocks where each ends and the next begins."""
     if not job.stations:
         return ()
     found = list[Station]()

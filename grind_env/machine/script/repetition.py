@@ -36,7 +36,7 @@ def _is_straight(source: SourceText) -> bool:
 
 
 def repeated(script: Script, runs: int) -> Script | None:
-    """The script of so many runs of a program, from that of `FEW`; None if it may do something else in one of them.
+    """Return the script of many runs of a program, from the script of `FEW`; None if a run may differ.
 
     Programs in files beside it are known only once they have been executed, so that the text is looked at here.
     """
@@ -52,7 +52,7 @@ def repeated(script: Script, runs: int) -> Script | None:
 
 
 def with_job(script: Script, job: Job) -> Script:
-    """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+    """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
     return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
 
 

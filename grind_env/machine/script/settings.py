@@ -51,7 +51,7 @@ E, D, J, L, DRESS_PASSES, DRESS_FEED, DRESS_DEPTH, DRESS_SECONDS = range(SETTING
 
 
 def own_settings(plan: CyclePlan, dress: DressPlan | None) -> BlockSettings:
-    """Those that a block has in its program."""
+    """Return the settings of a block in its program."""
     dress = dress or NO_DRESS
     return BlockSettings(
         E=plan.feed,

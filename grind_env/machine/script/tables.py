@@ -136,7 +136,7 @@ class ScriptTables(NamedTuple):
 
 
 def tables_of(script: Script) -> ScriptTables:
-    """A script in numbers."""
+    """Return a script in numbers."""
     motions: list[FeedMotion] = []
     rows: list[BlockRow] = []
     depths: list[float] = []
@@ -259,7 +259,7 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
-    """The motions beside the table, in depth from the zero of the axes, and the rest after them, if there are any."""
+    """Return the motions beside the table, in depth from the zero of the axes, and the rest after them."""
     plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.beside)
 
     def leg(begin: float, seconds: float, start: Position, end: Position, rate: float, after: float) -> FeedMotion:
@@ -309,7 +309,7 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
 
 
 def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow]) -> Array:
-    """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
+    """Return a new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
     part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
     for block, row in zip(blocks, rows, strict=True):

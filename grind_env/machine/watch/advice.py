@@ -37,7 +37,7 @@ def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
 
 
 def feed_for(length: float, seconds: float, acceleration: float) -> float | None:
-    """The least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
+    """Return the least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
     # length/v + v/acceleration = seconds, the inverse of rules.motion_time
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length
@@ -56,7 +56,7 @@ def crash(depth: float, move: Motion, part: str = "the part") -> str:
 
 
 def named_move(move: Motion) -> str:
-    """A move as messages call it."""
+    """Return a move as messages call it."""
     kind = "rapid" if isinstance(move, Rapid) else "feed move"
     if move.source is Source.RETRACE:
         return f"a {kind} on the way back from the dress"

@@ -63,7 +63,7 @@ def pass_depths(part: PartRun, motion: Motion, axis: int, radius: float, *, foun
 
 
 def _chords(motion: Motion) -> list[tuple[Position, Position]]:
-    """A move as straight ones that keep within `CRASH` of it."""
+    """Return a move as straight ones that keep within `CRASH` of it."""
     if not isinstance(motion, Arc):
         return [(motion.start, motion.end)]
     path = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
@@ -74,7 +74,7 @@ def _chords(motion: Motion) -> list[tuple[Position, Position]]:
 
 
 def _over(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> tuple[Position, Position] | None:
-    """The ends of what a straight move leads of the wheel over the part, below its surface; None if it is nothing."""
+    """Return the ends of a straight move's path over the part, below its surface; None for no path."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     lying, width = part.job.part, part.job.setup.wheel.width
     lowest = min(start[plunge], end[plunge])

@@ -108,7 +108,7 @@ class Cuts:
 
 
 def _deepest_within(speed: float) -> float:
-    """The deepest cut at a table speed, mm/min, within the limits of validity of the process model, mm."""
+    """Return the deepest cut at a table speed, mm/min, within the limits of validity of the process model, mm."""
     low, high = TABLE_SPEEDS
     return DEEPEST_CUT if low <= speed <= high else 0.0
 

@@ -105,18 +105,18 @@ class Actor:
         self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
 
     def __repr__(self) -> str:
-        """The same for the same weights, in every run: what was found with a policy is kept by its repr."""
+        """Return the same for the same weights, in every run: what was found with a policy is kept by its repr."""
         digest = hashlib.sha256(repr(self.network).encode())
         for values in self.tensors.values():
             digest.update(np.ascontiguousarray(values).tobytes())
         return f"Actor({digest.hexdigest()[:16]})"
 
     def begin(self, n: int) -> Numbers:
-        """The output of the GRU of N episodes before their first block, shape (N, units)."""
+        """Return the output of the GRU of N episodes before their first block, shape (N, units)."""
         return np.zeros((n, self.network.lstm))
 
     def outputs(self, features: Tensor, state: Numbers) -> tuple[Tensor, Numbers]:
-        """What the network says, shape (N, outputs), and the next state; rows do not depend on each other.
+        """Return the outputs of the network, shape (N, outputs), and the next state; rows are independent.
 
         Args:
             features: shape (N, entries).
@@ -178,6 +178,6 @@ class LearnedPolicy:
 
 
 def best_actions(space: spaces.MultiDiscrete, values: Tensor) -> NDArray[np.int64]:
-    """The actions that logits of shape (N, outputs) stand for: the choices with the largest ones."""
+    """Return the actions that logits of shape (N, outputs) stand for: the choices with the largest ones."""
     parts = np.split(values, np.cumsum(space.nvec)[:-1], axis=1)
     return np.stack([part.argmax(axis=1) for part in parts], axis=1)

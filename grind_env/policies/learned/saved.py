@@ -87,14 +87,14 @@ class Description:
 
     @property
     def form(self) -> LearnerForm:
-        """How it sees and acts."""
+        """Return the observations and actions of the agent."""
         return LearnerForm(self.memory)
 
 
 def load_policy(
     path: Path, *, simulation: Simulation | None = None, name: str | None = None, other_part: bool = False
 ) -> LearnedPolicy:
-    """The agent in a file.
+    """Return the agent in a file.
 
     Args:
         path: file that `grind train` wrote.
@@ -237,7 +237,7 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
     """
 
     def sums(layer: str, largest: Sizes, suffix: str = "") -> Sizes:
-        """The largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
+        """Return the largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
         weight, bias = (np.abs(tensors[f"{layer}.{part}{suffix}"].astype(np.float64)) for part in ("weight", "bias"))
         found: Sizes = weight @ largest + bias
         return found
@@ -260,7 +260,7 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
 
 
 def read_description(path: Path, text: str | None) -> Description:
-    """The description in the metadata of a file.
+    """Return the description in the metadata of a file.
 
     Args:
         path: the file, for messages.

@@ -71,7 +71,7 @@ class BeliefPlanner:
         return best
 
     def _left(self, seen: dict[str, Table]) -> CostLeft:
-        """What is left behind the coming part, from the readings before it."""
+        """Return the remaining cost after the coming part, from the readings before it."""
         branches, table = self.simulation.branches, self.table
         part, rows = branches.part_from(self.block), table.course.number[self.belief.rows]
         margin = np.zeros(len(rows))
@@ -94,7 +94,7 @@ class BeliefPlanner:
         return CostLeft(table.after(part[-1]), rows, margin)
 
     def _cheapest(self, wheels: Episodes, choices: Decision, left: CostLeft) -> Decision:
-        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        """Return the cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
         task, table, (n, count) = self.simulation.task, self.table, choices.speeds.shape
         branches = wheels.pick(np.repeat(np.arange(n * self.members), count))
         rows, margin = (

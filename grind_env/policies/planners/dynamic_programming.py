@@ -48,7 +48,7 @@ NO_SURCHARGE = Surcharge()
 
 
 def surcharges(task: Task) -> list[Surcharge]:
-    """The surcharges that are worth trying in a task."""
+    """Return the surcharges that are worth trying in a task."""
     seconds = (0.04, 0.08, 0.15) if task.due is not None else (0.0,)
     executions = (6.0, 12.0) if task.wheel_change is not None else (0.0,)
     return [Surcharge(second, execution) for second in seconds for execution in executions]

@@ -98,7 +98,7 @@ def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions
 
 
 def moves(task: Task, plan: Decision, rng: np.random.Generator) -> Decision:
-    """The plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
+    """Return the plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
     n, blocks = plan.speeds.shape
     low, high = task.action.speed_ends
     E, D = [plan.speeds], [plan.executions]

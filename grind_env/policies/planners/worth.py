@@ -112,7 +112,7 @@ class Coming(NamedTuple):
 
 
 def course(simulation: Simulation) -> Coming:
-    """What may come."""
+    """Return the frequencies of coming blocks."""
     start = simulation.start([np.random.default_rng(k) for k in range(EPISODES)])
     tape, numbers = start.tape, simulation.branches.rows_of(start.tape)
     rows = np.unique(numbers)
@@ -191,7 +191,7 @@ class Worth:
     cheapest: Numbers
 
     def ahead(self, block: int) -> Array:
-        """What is left after a block, by its row and that of the next one: shape (rows, rows, nodes of each axis)."""
+        """Return the cost after a block, by its row and the next block's: shape (rows, rows, nodes of each axis)."""
         later = self.before[block + 1]
         unknown = np.einsum("gp,rgpxz->rxz", self.lots, later)[:, None, None]
         anew = self.course.anew[:, :, None, None, None, None]
@@ -201,7 +201,7 @@ class Worth:
         return np.asarray(left)
 
     def after(self, block: int) -> Array:
-        """The same where the next row is not known yet, shape (rows, nodes of each axis)."""
+        """Return the same where the next row is not known yet, shape (rows, nodes of each axis)."""
         return np.asarray(np.einsum("qr,qrgpxz->qgpxz", self.course.follows, self.ahead(block)))
 
     def places(
@@ -215,7 +215,7 @@ class Worth:
         )
 
     def choose(self, block: int, rows: Numbers, *places: AxisPlace) -> Decision:
-        """The best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
+        """Return the best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
         above = (np.where(each.share > 0.0, each.below + 1, each.below) for each in places)
         ends = zip(above, self.before.shape[2:], strict=True)
         best = self.cheapest[(block, rows, *(np.minimum(k, n - 1) for k, n in ends))]
@@ -223,7 +223,7 @@ class Worth:
 
 
 def worth(simulation: Simulation) -> Worth:
-    """The table of a simulation whose steps are compiled blocks."""
+    """Return the table of a simulation whose steps are compiled blocks."""
     task, found, model = simulation.task, course(simulation), MemberModel(simulation)
     growth, pressure = (
         np.unique(np.round(np.quantile(values, levels), 6))
@@ -297,7 +297,7 @@ def dulling(model: MemberModel, rows: Numbers) -> Array:
 def _tried(
     model: MemberModel, found: Coming, k: int, wheels: Array, choices: Decision, *states: Array
 ) -> tuple[Array, ...]:
-    """The fields of `Tried` for the row of index k."""
+    """Return the fields of `Tried` for the row of index k."""
     shape = (*states[0].shape, SCENARIOS)
     growth, pressure, wheel, choice = (np.repeat(each.ravel(), SCENARIOS) for each in states)
     n = len(growth)

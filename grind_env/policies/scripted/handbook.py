@@ -42,7 +42,7 @@ class Handbook:
 
 
 def handbook_speeds(task: Task) -> Array:
-    """The E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
+    """Return the E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
     usual = 1000.0 * USUAL_SPEEDS.get(task.name, USUAL_SPEED)
     area = np.array([kind.pick * kind.width for kind in task.kinds])
     strongest = 60.0 * SPINDLE_SHARE * task.machine.power_limit / (SPECIFIC_ENERGY * area)

@@ -58,7 +58,7 @@ class PowerLaw:
         self.known = self.known | read
 
     def removal(self, power: Array, volume: Array) -> Array:
-        """The removal rate, mm3/s, at which a wheel that has ground `volume` takes `power`, W; each shape (N,)."""
+        """Return the removal rate, mm3/s, at which a wheel after `volume` takes `power`, W; each shape (N,)."""
         level, rate, dulling = self.found.T
         wanted = (np.log(power) - level - dulling * np.log(volume + WORN_IN)) / np.maximum(rate, LEAST_EXPONENT)
         return np.asarray(np.exp(np.clip(wanted, -50.0, 50.0)))
@@ -91,6 +91,6 @@ class PartLaw:
         self._level[at] += (level - self._level[at]) / self._parts[at]
 
     def speed(self, kinds: Numbers) -> Array:
-        """The E at which parts of these kinds come as near their limit as they may, shape (N,); without one any."""
+        """Return the E at which parts of these kinds reach their permitted limit, shape (N,); any without a limit."""
         level = self._level[np.arange(len(kinds)), kinds]
         return np.asarray(np.exp((np.log(self._aim) - level) / self._exponent))

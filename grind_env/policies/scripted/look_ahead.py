@@ -144,7 +144,7 @@ class LookAhead:
         return self.simulation.branches.kind_of_row[self.belief.rows]
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
-        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        """Return the cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
         n, count = choices.speeds.shape
         m = len(wheels.block) // n
         branches = wheels.pick(np.repeat(np.arange(n * m), count))

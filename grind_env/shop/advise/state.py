@@ -71,7 +71,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
 
 
 def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
-    """The blocks that a file tells of; none if there is no file."""
+    """Return the blocks that a file tells of; none if there is no file."""
     if not is_file(path):
         return ()
     try:

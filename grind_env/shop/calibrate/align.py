@@ -231,7 +231,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 def _placed(
     scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
 ) -> list[tuple[Floats, Floats, float]]:
-    """The most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
+    """Return the most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
     reached = np.zeros(binned.size)  # the best score of all before, if they end by then
     came: Numbers = np.zeros(binned.size, np.int64)
     chains: list[tuple[Numbers, Numbers]] = []
@@ -282,7 +282,7 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 
 
 def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s."""
+    """Return the strokes of a program in a log, and the meter's time constant if it is long, else 0, s."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
         means = averaged(log, log.time, FINEST)
@@ -295,7 +295,7 @@ def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float
 
 
 def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float) -> tuple[Log, Alignment]:
-    """A log with the lag of its meter, and the strokes in it.
+    """Return a log with the lag of its meter, and the strokes in it.
 
     The lag is that with which the log is most like what such a meter shows of the program, of short ones or of those
     `about` a long one.
@@ -319,7 +319,7 @@ def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, abo
 
 
 def sharpened(log: Log) -> Floats:
-    """The power as a meter without lag shows it.
+    """Return the power as a meter without lag shows it.
 
     What a meter of first order shows, y, follows the power P by lag dy/dt = P - y: so y + lag dy/dt is the power.
     """

@@ -87,7 +87,7 @@ class Alignment:
         return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in found]
 
     def usual_override(self, pattern: Pattern) -> float:
-        """The one of most parts, where there are enough, else 1."""
+        """Return the one of most parts, where there are enough, else 1."""
         found = np.array(self._medians(pattern))
         usual = float(np.median(found))
         alike = np.mean(np.abs(np.log(found / usual)) < np.log(SAME_FEED)) >= MOST_PARTS
@@ -179,7 +179,7 @@ class Likeness:
         return itertools.product(range(len(self.begin)), range(self.pattern.runs))
 
     def around(self, row: int, run: int, more: float = 0.0) -> Around | None:
-        """What is around a run, with so many s more on either side; None where the log has no samples."""
+        """Return the log around a run, with so many s on either side; None without samples."""
         ends = self.begin + self.spans / self.override
         low, high = self.begin[row, run] - MARGIN - more, ends[row, run] + MARGIN + more
         first, last = np.searchsorted(self.log.time, (low, high))
@@ -256,7 +256,7 @@ def judged(
 
 
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """The same with begins and overrides between the steps, of a log in s."""
+    """Return the same with begins and overrides between the steps, of a log in s."""
     like = Likeness(log, pattern, expected, found.begin, found.override)
     for row, run in np.argwhere(np.isfinite(found.correlation)).tolist():
         like.refine(row, run)

@@ -215,7 +215,7 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
 
 
 def _bound(log: Log, said: Map, job: Path) -> Log:
-    """A log whose meter is bound to the rating that the map or the job states."""
+    """Return a log whose meter is bound to the rating that the map or the job states."""
     stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
     return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
 

@@ -78,7 +78,7 @@ def residuals(found: Calibration, kind: str) -> Graph:
 
 
 def named(kind: str) -> str:
-    """A kind of measurement with its unit."""
+    """Return a kind of measurement with its unit."""
     return f"{kind}, {UNITS[kind]}" if kind in UNITS else kind
 
 

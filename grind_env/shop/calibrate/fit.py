@@ -268,7 +268,7 @@ def _settled(
 
 
 def _linear(problem: FitProblem, place: _Place, of_prior: NDArray[np.bool_] | None = None) -> Linear:
-    """A fit as far as it is linear around its place."""
+    """Return a fit as far as it is linear around its place."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
     enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()]) * solver.data.error
@@ -361,7 +361,7 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
-    """The table as TOML."""
+    """Return the table as TOML."""
     left = fitted.left
     names = [each.name for each in left.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]

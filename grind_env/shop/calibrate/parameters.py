@@ -69,7 +69,7 @@ class Parameter:
 def chosen_parameters(
     job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
 ) -> tuple[Parameter, ...]:
-    """The constants that may be fitted."""
+    """Return the constants that may be fitted."""
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
     names_beside = [f"{kind}.{key}" for kind, key in beside]

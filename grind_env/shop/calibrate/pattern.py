@@ -58,7 +58,7 @@ class Forward:
 
 
 def scaled(event: Event, override: float) -> Event:
-    """An event as it is under a feed override, with which strokes are slower or faster."""
+    """Return an event as it is under a feed override, with which strokes are slower or faster."""
     if override != 1.0 and isinstance(event, (Stroke, CycleStrokes, Line)):
         return replace(event, feed=event.feed * override)
     return event
@@ -125,7 +125,7 @@ class Pattern(NamedTuple):
 
 
 def pattern_of(programs: Programs, job: Job) -> Pattern:
-    """The pattern of a program."""
+    """Return the pattern of a program."""
     strokes: list[Stroke] = []
     breaks, stops = [-math.inf], [-math.inf]
     for event in execute(programs, replace(job.control, whole_cycles=False)):

@@ -175,7 +175,7 @@ class Calibration:
 
 
 def catalogue_text(found: Calibration) -> str:
-    """A catalogue file that redefines the entries of the job, with what was found."""
+    """Return a catalogue file that redefines the entries of the job, with what was found."""
     lines = [
         f"# Calibrated by `grind calibrate` from {_comment(found.source)}"
         + (f" and {_comment(found.program)}." if found.program else "."),

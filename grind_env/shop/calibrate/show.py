@@ -75,7 +75,7 @@ def error_sentences(found: Calibration) -> list[str]:
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
-    """The same for `--json`."""
+    """Return the same for `--json`."""
     judged, idle = found.judged, found.idle
     same = "source", "program", "residual", "drift", "meter_scale", "by_stroke"
     return {

@@ -88,7 +88,7 @@ def bounded(x: Floats) -> Floats:
 
 
 def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
-    """The values of parameters by kind and key."""
+    """Return the values of parameters by kind and key."""
     changes: dict[str, dict[str, float]] = {}
     for each, place in zip(parameters, z.tolist(), strict=True):
         changes.setdefault(each.kind, {})[each.key] = each.value(place)

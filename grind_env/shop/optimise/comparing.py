@@ -58,7 +58,7 @@ def compared(
 
 
 def front(tried: Mapping[Point, Trade], quantity: str, beyond: Sequence[float] = ()) -> list[Point]:
-    """The cheapest program that keeps all, the cheapest ones that keep more and more than that, then ones beyond."""
+    """Return the cheapest program within all limits, then the cheapest at stricter levels, then those beyond."""
     cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
     shares = [tried[point].share for point in cheap]
     least = min(shares)
@@ -117,7 +117,7 @@ def freed_of(
 
 
 def without(job: Job, limit: str) -> Job | None:
-    """The job without a limit; None if it has none."""
+    """Return the job without a limit; None if it has none."""
     machine = job.setup.machine
     if limit == "power":
         stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))

@@ -36,7 +36,7 @@ class Counting(NamedTuple):
         return f"#{self.due}" if executions == 1 else f"[{executions:f}*#{self.due}]"
 
     def edits(self, text: ProgramText) -> list[Edit]:
-        """The lines that count, before each of the blocks."""
+        """Return the lines that count, before each of the blocks."""
         found = _LINE_END.search(text.text)
         end = found[0] if found else "\n"
         lines = "".join(f"{line}{end}" for line in self.lines)
@@ -72,7 +72,7 @@ def counting_of(
 
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
-    """The blocks that dress where these are counted, else the first of the main program that says anything."""
+    """Return the blocks that dress where these are counted, else the first of the main program that says anything."""
     if interval.of == "block":
         return tuple(dict.fromkeys(blocks))
     return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)

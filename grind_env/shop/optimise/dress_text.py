@@ -92,7 +92,7 @@ class DressText:
         raise DressTextError(f"an infeed of {level:f} cannot be written into O{self.number}")
 
     def with_passes(self, text: ProgramText, passes: Decimal) -> ProgramText:
-        """The text with fewer passes, the last ones left out, or with more of them, the last two once again."""
+        """Return the text with fewer passes, the last ones left out, or with more of them, the last two once again."""
         ends = [self.run.motions[k].line for k in self.run.strokes]
         count, own, lines = int(passes), len(ends), text.lines
         if len(set(ends)) < own:
@@ -163,7 +163,7 @@ def _goes_on(run: DressRun) -> bool:
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
-    """A dress program as it is written."""
+    """Return a dress program as it is written."""
     programs = simulation.programs
     program = programs.find(number)
     if program is None or program.place.file != programs.name:

@@ -67,7 +67,7 @@ class ProgramText:
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
-        """The text with its words changed; no two edits overlap, and what comes last in one place stands first."""
+        """Return the text with its words changed; edits do not overlap, and the last one in a place comes first."""
         lines = list(self.lines)
         for line, column, length, text in sorted(edits, key=lambda edit: edit[:2], reverse=True):
             old = lines[line - 1]
@@ -75,7 +75,7 @@ class ProgramText:
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
     def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
-        """The text with blocks changed and a comment at the end of each of them, and with other edits."""
+        """Return the text with blocks changed and a comment at the end of each of them, and with other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
         for source, edit, each in dict.fromkeys(changes):
@@ -86,7 +86,7 @@ class ProgramText:
 
 
 def text_of(data: bytes) -> ProgramText:
-    """The text of a file, in UTF-8 or else one byte a character."""
+    """Return the text of a file, in UTF-8 or else one byte a character."""
     try:
         encoding, text = "utf-8", data.decode("utf-8")
     except UnicodeDecodeError:
@@ -96,12 +96,12 @@ def text_of(data: bytes) -> ProgramText:
 
 
 def word_of(source: SourceText, letter: str) -> Word | None:
-    """The word of a block with a letter; None if it has none."""
+    """Return the word of a block with a letter; None if it has none."""
     return next((word for word in read_block(source).words if word.letter == letter), None)
 
 
 def number_text(source: SourceText, word: Word) -> str:
-    """The number of a word as it is written, sign included."""
+    """Return the number of a word as it is written, sign included."""
     return _match(source, word)[2]
 
 
@@ -113,7 +113,7 @@ def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
 
 
 def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
-    """A word behind the last one of a block, in the case and with the blanks of that block."""
+    """Return a word behind the last one of a block, in the case and with the blanks of that block."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
@@ -125,7 +125,7 @@ def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
 
 
 def value_text(source: SourceText) -> str | None:
-    """The number that a block assigns to a variable, as it is written; None of other blocks."""
+    """Return the number that a block assigns to a variable, as it is written; None of other blocks."""
     match = _ASSIGNMENT.fullmatch(source.text)
     return match[2] if match else None
 
@@ -139,12 +139,12 @@ def other_value(source: SourceText, number: str) -> WordEdit:
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:
-    """A comment at the end of a block."""
+    """Return a comment at the end of a block."""
     return Edit(source.line, source.column + len(source.text), 0, f" ({text})")
 
 
 def like(value: Decimal, written: str) -> str:
-    """A number in the form of another one: its sign, its decimal point, its zero before the point."""
+    """Return a number in the form of another one: its sign, its decimal point, its zero before the point."""
     sign, old = ("-" if "-" in written else "+" if "+" in written else ""), written.strip("+- \t")
     digits = f"{value.normalize():f}"
     if "." in old and "." not in digits:
@@ -155,7 +155,7 @@ def like(value: Decimal, written: str) -> str:
 
 
 def sources_in(blocks: Iterable[SourceText], line: int) -> Sequence[SourceText]:
-    """The blocks that stand in a line."""
+    """Return the blocks that stand in a line."""
     return [source for source in blocks if source.line == line]
 
 
@@ -220,7 +220,7 @@ class Assignments:
             self._read.setdefault(number, Counter())[source] += times
 
     def place(self, variable: int, reader: SourceText) -> SourceText | None:
-        """The block that assigns what a block reads; None if that is not known from the text.
+        """Return the block that assigns what a block reads; None if that is not known from the text.
 
         It is the only one that assigns the variable, or the last one before, in a main program that runs straight on.
         """

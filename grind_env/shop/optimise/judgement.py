@@ -295,7 +295,7 @@ def on_machines(fleet: Fleet | None) -> list[str]:
 
 
 def not_freed(names: Sequence[str]) -> list[str]:
-    """A remark if there was no time to look at what some limits cost."""
+    """Return a remark if there was no time to look at what some limits cost."""
     said = ", ".join(names)
     return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
 
@@ -311,7 +311,7 @@ def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
 
 
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
-    """A warning if the wheel is no longer dressed."""
+    """Return a warning if the wheel is no longer dressed."""
     before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)
     if before.own[:, D].any() and not after.own[:, D].any() and not before_cycles:
         return [
@@ -329,7 +329,7 @@ def _bound(variable: SearchVariable, number: int) -> str:
 
 
 def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
-    """A point of the search as changes of words, and of the dress interval where it was searched."""
+    """Return a point of the search as changes of words, and of the dress interval where it was searched."""
     words = [_word_of(each, number) for each, number in zip(choices.variables, point, strict=False)]
     intervals, number = choices.intervals, point[-1]
     if intervals[-1].every > 1:
@@ -347,7 +347,7 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """A variable at the value of a number, as a change of its word."""
+    """Return a variable at the value of a number, as a change of its word."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(

@@ -107,7 +107,7 @@ class LimitUse:
 
     @property
     def kept(self) -> bool:
-        """Whether parts keep it so, with its margin, after the changes."""
+        """Return whether parts keep the limit, with its margin, after the changes."""
         return self.after <= self.margin
 
 
@@ -130,7 +130,7 @@ class Requirement(NamedTuple):
 
     @property
     def kept(self) -> bool:
-        """Whether it is kept after the changes."""
+        """Return whether the requirement is kept after the changes."""
         return self.after <= self.most
 
 

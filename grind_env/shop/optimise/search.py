@@ -84,7 +84,7 @@ class Budget:
 
 
 def time_said(seconds: float) -> str:
-    """A time as --budget takes it, rounded up."""
+    """Return a time as --budget takes it, rounded up."""
     return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 
 

@@ -85,7 +85,7 @@ def sentences(found: Optimised) -> list[str]:
 
 
 def as_data(found: Optimised) -> dict[str, Any]:
-    """All of it in JSON types."""
+    """Return all of it in JSON types."""
     same = (
         *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
         *("evaluations", "judged", "ended_early"),
@@ -204,7 +204,7 @@ def price_text(limit: LimitUse) -> str:
 
 
 def negative(change: Interval) -> Interval:
-    """A change the other way round."""
+    """Return a change the other way round."""
     return Interval(-change.value, -change.high, -change.low)
 
 

@@ -82,7 +82,7 @@ class SearchVariable:
         return COLUMNS[self.name]
 
     def setting(self, level: Decimal) -> float:
-        """A value in the units of `BlockSettings`."""
+        """Return a value in the units of `BlockSettings`."""
         value = float(level * self.unit)
         if isinstance(self.at, DressText):
             return self.at.setting(self.name, value)
@@ -168,7 +168,7 @@ def _intervals(
 def _words(
     name: str, simulation: JobSimulation, options: SearchOptions, assignments: Assignments, remarks: list[str]
 ) -> Iterator[SearchVariable]:
-    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
+    """Return the words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
 
     The number of a variable that words read holds for all of them.
     """
@@ -222,7 +222,7 @@ def _feed(simulation: JobSimulation, blocks: Sequence[int]) -> float:
 
 
 def _letter(name: str, outline: BlockOutline) -> str | None:
-    """The letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
+    """Return the letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
     plan = outline.plan
     if name == "E":
         return speed_word(plan)

@@ -105,11 +105,11 @@ class Variation(NamedTuple):
         return self.base.execution * (min(FEW, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
-        """The same with another job, other margins, shape (4,), and another time."""
+        """Return the same with another job, other margins, shape (4,), and another time."""
         return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     def on(self, job: Job) -> "Variation":
-        """The same with the job of another machine, which is known."""
+        """Return the same with the job of another machine, which is known."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
@@ -174,7 +174,7 @@ class Variation(NamedTuple):
         return counting_of(self.choices.intervals[point[-1]], self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
-        """The text with the words of a point, a comment at each block that has changed; all else stays."""
+        """Return the text with the words of a point, a comment at each block that has changed; all else stays."""
         chosen = [
             (twin, each.levels[number])
             for each, number in zip(self.choices.variables, point, strict=False)

@@ -56,12 +56,12 @@ def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
 
 
 def table(content: Table, caption: str = "") -> "Markup":
-    """A table."""
+    """Return a table."""
     return _block("table", _markup(content.html(_attributes)), printable(caption))
 
 
 def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
-    """A figure as wide as the page, of any texts, drawn as SVG.
+    """Return a figure as wide as the page, of any texts, drawn as SVG.
 
     Raises:
         MissingExtra: as of `page`.
@@ -72,12 +72,12 @@ def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
 
 
 def items(lines: Sequence[str]) -> "Markup":
-    """A list."""
+    """Return a list."""
     return _block("items", [printable(line) for line in lines])
 
 
 def paragraph(text: str) -> "Markup":
-    """A paragraph."""
+    """Return a paragraph."""
     return _block("paragraph", printable(text))
 
 
@@ -96,7 +96,7 @@ def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, n
 
 
 def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
-    """A whole page, HTML: title, facts such as the revision of a program by their names, and sections.
+    """Return a whole page, HTML: title, facts such as the revision of a program by their names, and sections.
 
     Its security policy forbids it to load anything and to run any script.
 

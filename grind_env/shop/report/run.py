@@ -58,7 +58,7 @@ class BlockSummary(NamedTuple):
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
-    """The page of a run, HTML.
+    """Return the page of a run, HTML.
 
     Raises:
         MissingExtra: as of `page`.
@@ -129,7 +129,7 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
 def _margin(
     name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
 ) -> Sequence[str | Cell]:
-    """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    """Return the row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
     worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))

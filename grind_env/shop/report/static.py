@@ -34,7 +34,7 @@ _LEFT_OUT = re.compile(
 
 
 def drawn(shown: Picture | Graph) -> str:
-    """The <svg> element of a figure, in which texts are escaped."""
+    """Return the <svg> element of a figure, in which texts are escaped."""
     figure = new_figure(WIDTH, EDGES + PANEL * len(shown.curves) if isinstance(shown, Picture) else shown.height / DPI)
     from matplotlib import rc_context
 
@@ -59,7 +59,7 @@ def drawn(shown: Picture | Graph) -> str:
 
 
 def _slim(tag: str) -> str:
-    """A tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
+    """Return a tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
     return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: _variable(found[0]), tag))
 
 

@@ -31,7 +31,7 @@ GAUGING = 12.0
 
 
 def sample_log(programs: Programs, job: Job) -> str:
-    """A log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
+    """Return a log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
     pressure = PRESSURE * job.part.material.ploughing_pressure
     truth = with_entries(job, {"material": {"ploughing_pressure": pressure}})
     pattern = pattern_of(programs, truth)

@@ -196,12 +196,12 @@ def _cost(point: SweepPoint) -> float:
 
 
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
-    """The cheapest of some points, of those that keep the limits if one does."""
+    """Return the cheapest of some points, of those that keep the limits if one does."""
     return min([point for point in points if point.keeps_limits] or points, key=_cost)
 
 
 def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, ...]:
-    """The cheapest point of each value that some points have of a setting, ascending."""
+    """Return the cheapest point of each value that some points have of a setting, ascending."""
     known = sorted({getattr(point, name) for point in points})
     return tuple(cheapest([point for point in points if getattr(point, name) == value]) for value in known)
 

@@ -82,7 +82,7 @@ def recommended(
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
-    """The variation with one level each, that of the best point."""
+    """Return the variation with one level each, that of the best point."""
     turns = variation.base.simulation.task.wheel_revolutions
     variables = variation.choices.variables
     dressed = any(each.name == "D" and each.own for each in variables)
