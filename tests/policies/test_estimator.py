@@ -133,7 +133,7 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     estimator.update(simulation.observe(episodes))
     stalled = np.zeros(200, bool)
     # the last one no finish block, in which heat feeds the wheel, and its power is that of another depth than its pick
-    for _ in range({"slot": 2, "job_shop": 6, "power_limited": 3, "wide_rails": 3, "blades": 5}[name]):
+    for _ in range({"slot": 2, "job_shop": 6, "power_limited": 2, "wide_rails": 3, "blades": 5}[name]):
         outcomes, _ = simulation.step(episodes, np.full(200, 5000.0), np.zeros(200))
         stalled |= outcomes[:, TORQUE] >= 1.0
         pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]
