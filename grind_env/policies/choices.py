@@ -22,7 +22,7 @@ class Decision(NamedTuple):
 
 
 def check_unit(policy: str, E: float | Sequence[float], task: Task) -> None:
-    """Refuse an E of a policy that the task has only if it was meant in m/min."""
+    """Refuse, by a `GrindError`, an E that the task has only if it was meant in m/min."""
     low, high = task.action.speed_ends
     for each in np.atleast_1d(E):
         if each < low <= 1000.0 * each <= high:
