@@ -167,7 +167,7 @@ class GrindingRecord:
 
     @property
     def executions(self) -> Array:
-        """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, ec).
+        """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, u_s).
 
         Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.
         """

@@ -32,7 +32,7 @@ class Followed:
         chosen: E in mm/min and D.
         beside: E and D of other policies in the same states, by name.
         wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        growth: true log of the factor on the dulling rate, of wheel and lot.
+        dulling: true log of the factor on the dulling rate, of wheel and lot.
         belief: belief of an ensemble filter before the block.
         cost: of the block, $.
     """
@@ -40,7 +40,7 @@ class Followed:
     chosen: Decision
     beside: Mapping[str, Decision]
     wear_flat: Array
-    growth: Array
+    dulling: Array
     belief: Belief
     cost: Array
 
@@ -56,10 +56,10 @@ class Followed:
         columns = {"episode": episode, "block": block + 1} | _decision("", self.chosen)
         columns |= {
             "wear-flat area": self.wear_flat,
-            "growth [ln]": self.growth,
+            "dulling rate [ln]": self.dulling,
             "believed wear-flat area": self.belief.wear_flat,
             "its spread": self.belief.wear_flat_spread,
-            "believed growth [ln]": self.belief.growth,
+            "believed dulling rate [ln]": self.belief.growth,
             "cost [$]": self.cost,
         }
         for name, decision in self.beside.items():
@@ -120,8 +120,8 @@ def follow(
         ]
         coming = state.coming()
         first, later = OF_WHEEL[0]
-        growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
-        before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]
+        dulling = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
+        before = [state.wheels[:, AREA].copy(), dulling, *filtered.update(seen)]
         chosen = Decision(*done(said[0], simulation, codec, state))
         outcomes, _ = simulation.step(state, *chosen, active=running)
         row = [*(values for decision in (chosen, *said[1:]) for values in decision), *before, outcomes[:, COST]]
@@ -130,12 +130,12 @@ def follow(
         rows.append([np.where(over, np.nan, values) for values in row])
     table = list(np.array(rows).transpose(1, 2, 0))
     decisions = [Decision(*table[2 * k : 2 * k + 2]) for k in range(len(all_of_them))]
-    wear_flat, growth, *believed, cost = table[2 * len(all_of_them) :]
+    wear_flat, dulling, *believed, cost = table[2 * len(all_of_them) :]
     return Followed(
         chosen=decisions[0],
         beside={each.name: said for each, said in zip(all_of_them[1:], decisions[1:], strict=True)},
         wear_flat=wear_flat,
-        growth=growth,
+        dulling=dulling,
         belief=Belief(*believed),
         cost=cost,
     )
