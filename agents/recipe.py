@@ -66,7 +66,7 @@ class RecipeRow:
     E: float
     D: float
     cpu_seconds: float
-    """Of imports, training and judging, on one core."""
+    """CPU-seconds of imports, training and judging, on one core."""
     wall_seconds: float
 
 
@@ -182,7 +182,7 @@ SHOWN = (
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
     Column("CPU-seconds of each", lambda runs: ", ".join(f"{each.cpu_seconds:.0f}" for each in runs)),
 )
-"""Of the page, a row for all seeds of a task and way."""
+"""Columns of the page, a row for all seeds of a task and way."""
 
 
 def page(found: Sequence[RecipeRow]) -> str:

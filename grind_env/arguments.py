@@ -22,7 +22,7 @@ from grind_env.toml import files_named
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 JOB_SUFFIX = ".toml"
-"""Of tasks, and of the job that a program has if none is named."""
+"""Job suffix of tasks, and of the job that a program has if none is named."""
 
 
 class Reads(NamedTuple):

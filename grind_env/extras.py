@@ -17,7 +17,7 @@ LIBRARIES = {
     "stable_baselines3": "Stable-Baselines3",
     "torch": "PyTorch",
 }
-"""Of the extras: names of what is imported, and of the library."""
+"""Libraries of the extras: names of what is imported, and of the library."""
 
 
 class MissingExtra(GrindError, ImportError):

@@ -23,7 +23,7 @@ AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
 LIKENESS = 0.8
-"""Of the name of a file to one that is not there, from which on it is suggested."""
+"""Least similarity of a file name to a missing one at which the name is suggested."""
 LONGEST_PATH = 200
 """Characters that a message shows of a path."""
 

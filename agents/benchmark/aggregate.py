@@ -39,7 +39,7 @@ class ScoredRuns(NamedTuple):
     scores: Array
     """Shape (runs, tasks)."""
     draws: Array
-    """Of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
+    """Draws of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
 
     def interval(self, measure: Callable[[Array], Array]) -> Interval:
         return percentile_interval(float(measure(self.scores)), measure(self.draws))

@@ -23,7 +23,7 @@ WIDTH = 9.0
 DPI = 110
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Of Okabe and Ito: told apart with any colour vision."""
+"""Colours of Okabe and Ito: told apart with any colour vision."""
 DASHES, LINE_MARKS = ("-", "--", ":", "-."), "os^DvPX"
 """Beside them, for grey prints: of these numbers none is a multiple of the other."""
 GREY = "#8a8a8a"

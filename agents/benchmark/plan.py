@@ -28,7 +28,7 @@ RECIPE = "ppo"
 """The kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
 KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
 LAST_SEED = 398
-"""Of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
+"""Last seed of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
 PUBLIC, HELD_OUT = "public", "held-out"
 """Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"

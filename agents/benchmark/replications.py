@@ -26,7 +26,7 @@ from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
-"""Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
+"""First seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
 PLACES = {"": "the model", PLANTS: "machines that are not the model"}
 """What is ground, by what the columns of a result begin with."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
@@ -54,7 +54,7 @@ class Replication(NamedTuple):
     """Training seed."""
     on: str
     first: int
-    """Of the other seeds."""
+    """First of the other seeds."""
     published: float
     low: float
     high: float

@@ -87,7 +87,7 @@ class Result:
     trained_on: str | None
     """Split that the contexts of the training were drawn from."""
     steps: int | None
-    """Of the training."""
+    """Steps of the training."""
     train_seconds: float | None
     """CPU time; of `bc` and of `ppo` before its recipe was that of the docs, wall time of one thread."""
     seconds_to_95: float | None = None
@@ -95,7 +95,7 @@ class Result:
     model: str | None = None
     """What of the simulator's equations it holds when it decides: `none`, `nominal` or `exact`."""
     blocks: int | None = None
-    """Of interaction that made it: of training or tuning, that of its teacher included, validation left out."""
+    """Blocks of interaction that made it: of training or tuning, that of its teacher included, validation left out."""
     making_calls: float | None = None
     """Blocks that were simulated to make it, beside these."""
     decision_calls: float | None = None

@@ -30,7 +30,7 @@ TRAINING = 256
 """Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
 best one, 128 up to 2.5 %, and 256 no worse ones than 1024 (WideRails)."""
 SCREENING = 48
-"""Of them, that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
+"""Episodes that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
 SPEEDS = 12
 INTERVALS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
@@ -39,7 +39,7 @@ LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
 PASSES = (1, 2, 3, 4, 6)
-"""Of the diamond in an execution."""
+"""Passes of the diamond in an execution."""
 DEPTH_DIGITS = 3
 """mm; a control reads no finer depth."""
 

@@ -87,4 +87,4 @@ COLUMNS = (
     Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
     Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
 )
-"""Of the page, a row a study."""
+"""Columns of the page, a row a study."""

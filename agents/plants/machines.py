@@ -18,7 +18,7 @@ from grind_env.plants.names import MODEL, PUBLIC_FAMILIES
 from grind_env.toml import files_named
 
 PARTS = 60
-"""Of a batch."""
+"""Parts of a batch."""
 
 
 class StudyProgram(NamedTuple):

@@ -54,7 +54,7 @@ class Gap:
     against: str
     """The policy on which it saves."""
     saving: Interval
-    """Of the mean cost of an episode, %."""
+    """Saving of the mean cost of an episode, %."""
     score: Interval
     """0 is the best fixed plan, 100 hindsight."""
 

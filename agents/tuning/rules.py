@@ -166,7 +166,7 @@ class TuningRun:
     policy: str
     seed: int
     folder: Path | None
-    """Of the cache; None of a run on a node, which cannot reach it."""
+    """Folder of the cache; None of a run on a node, which cannot reach it."""
     evaluations: int
     episodes: int
     fresh: bool

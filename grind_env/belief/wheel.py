@@ -47,7 +47,7 @@ class Model(Protocol):
     simulation: Any
     """Steps the members; `read` says observations in physical units, `clear` lets members begin."""
     branches: Any
-    """Of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
+    """Branches of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
     dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
 

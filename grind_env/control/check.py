@@ -16,7 +16,7 @@ from grind_env.control.trace import error_record
 from grind_env.control.words import read_block
 
 MOST_ERRORS = 1000
-"""Of reading that are told: a file that is no part program may have one in each line."""
+"""Most errors of reading that are told: a file that is no part program may have one in each line."""
 
 
 @dataclass(slots=True)

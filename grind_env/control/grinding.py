@@ -65,13 +65,13 @@ class Turns(NamedTuple):
     plunge: tuple[float, ...]
     """Coordinate of the plunge axis in the middle of each stroke, mm."""
     cross: tuple[float, ...]
-    """Of the third axis."""
+    """Cross of the third axis."""
     picks: tuple[tuple[float, ...], ...]
     """Times of the picks that follow each stroke, s."""
     dresses: tuple[int, ...]
     """Auto-dresses due after it."""
     end: Position
-    """Of the plunge axis and the third one after the last pick, mm; the table is where it was."""
+    """End of the plunge axis and the third one after the last pick, mm; the table is where it was."""
 
 
 @functools.lru_cache(maxsize=64)

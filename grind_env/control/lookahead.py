@@ -36,7 +36,7 @@ PRESET_CODES = ("G52", "G92", "G92.1")
 
 
 Arguments: TypeAlias = Mapping[int, Decimal] | None
-"""Of a macro, as of `Call`."""
+"""Arguments of a macro, as of `Call`."""
 
 
 class Barrier(Enum):

@@ -8,7 +8,7 @@ from grind_env.control.operator import Interrupt
 from grind_env.errors import shortened
 
 HIGHEST_ENTRY = 99
-"""Of the radius table, which two digits of a T word select from."""
+"""Highest entry of the radius table, which two digits of a T word select from."""
 
 TAKEN_BY = "grind check, trace, run or report"
 """Commands that have the options --max-blocks and --groove-retract, which errors recommend."""

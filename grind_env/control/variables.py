@@ -10,7 +10,7 @@ LOCALS = range(1, 34)
 COMMON = (range(100, 200), range(500, 1000))
 ALARM = 3000
 LARGEST_VALUE = 1e30
-"""Of a variable at the start."""
+"""Largest value of a variable at the start."""
 DEEPEST_MACRO = 4
 """Levels of macros called by G65 (20-13)."""
 

@@ -26,7 +26,7 @@ SPEEDS = 12
 INTERVALS = (1, 2, 3, 5, 8, 12, 20)
 """Blocks from one dress to the next; without any dress, too."""
 EPISODES = 16
-"""Of each plan."""
+"""Episodes of each plan."""
 COST = Outcome._fields.index("cost")
 
 

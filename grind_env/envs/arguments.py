@@ -9,7 +9,7 @@ from grind_env.envs.tasks import TaskError
 from grind_env.errors import quoted
 
 SHOWN = ("measured", "full")
-"""Of observation and info: what a shop knows, or what is hidden from it, too."""
+"""Values of `observation` and `info`: what a shop knows, or what is hidden, too."""
 
 
 def check_count(name: str, count: object, otherwise: str = "") -> int:

@@ -41,7 +41,7 @@ class Branches(ABC):
     change_seconds: float
     """What a wheel change takes, s."""
     second_price: float
-    """Of the machine, $/s."""
+    """Price of a second of the machine, $/s."""
     own_speeds: Table | None
     """E that a program says in blocks of each kind, mm/min, shape (kinds,); None where nothing is said."""
 

@@ -29,13 +29,13 @@ class Shop(NamedTuple):
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
     wheel_width: float
-    """Of the whole wheel, mm."""
+    """Width of the whole wheel, mm."""
     new_diameter: float
     change_seconds: float
     execution_depth: float = 0.0
     """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
     late_price: float = 0.0
-    """Of lateness, $/h."""
+    """Price of lateness, $/h."""
     change_price: float = 0.0
     materials: float = 1.0
     """Number of materials: each kind of blocks stands in a table once for each of them."""
@@ -96,7 +96,7 @@ class Found(NamedTuple):
     pick: float
     """By how much a stroke has gone deeper at most, mm."""
     taper: float = 0.0
-    """Of the part as gauged, um."""
+    """Taper of the part as gauged, um."""
 
 
 read_shop, write_outcome, read_found = column_reader(Shop), column_writer(Outcome), column_reader(Found)

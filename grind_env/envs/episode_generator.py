@@ -27,7 +27,7 @@ class Opening(NamedTuple):
     """Start of the episodes of a task."""
 
     diameter: float
-    """Of the wheel where nothing is drawn, mm."""
+    """Diameter of the wheel where nothing is drawn, mm."""
     least_diameter: float
     execution_depth: float
     """Diameter that one dress execution takes off, mm."""
@@ -35,7 +35,7 @@ class Opening(NamedTuple):
     """Fewest dress executions left; NaN if the diameter is not drawn."""
     most_left: float
     lead: float
-    """Of the dress before the first block, mm."""
+    """Lead of the dress before the first block, mm."""
     depth: float
     wear_flat_area: float
     """NaN for that of a dressed wheel."""

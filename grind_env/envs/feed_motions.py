@@ -29,7 +29,7 @@ class Infeed(NamedTuple):
     rate: float
     """F/60, mm/s."""
     acceleration: float
-    """Of the infeed, mm/s2."""
+    """Acceleration of the infeed, mm/s2."""
     target: float
     """Depth Y, mm; a whole number of um, like the ends of the infeed blocks."""
     requests: float

@@ -22,7 +22,7 @@ are many times as large. The seeds are the first of training."""
 JITTER = 0.1
 """By which E varies within an episode, of its geometric range."""
 LEAST_DEVIATION = 0.01
-"""Of an entry that hardly ever changes, in its unit of the observation."""
+"""Least deviation of an entry that hardly ever changes, in its unit of the observation."""
 DIGITS = 3
 """Behind the point: so much of means and deviations is the same on every machine."""
 

@@ -30,7 +30,7 @@ class EpisodeMemory(Protocol):
     """Memory of N episodes, as one flat observation each."""
 
     space: spaces.Box[np.float32]
-    """Of one episode."""
+    """Space of one episode."""
 
     def begin(self, n: int) -> None:
         """N episodes begin with the next observations."""

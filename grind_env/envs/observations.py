@@ -302,7 +302,7 @@ class Scaling(NamedTuple):
 
     layout: Layout
     offset: NDArray[np.float64]
-    """Of each entry, shape (entries,), like the next three."""
+    """Offset of each entry, shape (entries,), like the next three."""
     scale: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]

@@ -84,7 +84,7 @@ class Simulation(ABC):
     shops: Table
     whole_program: bool = False
     tables: ScriptTables
-    """Of its script."""
+    """Tables of its script."""
     _generator: Any
     _scaling: Scaling
     _lead: Table

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 RANGES = 10
-"""Of equal probability, into which the distribution of a factor is cut."""
+"""Ranges of equal probability, into which the distribution of a factor is cut."""
 
 
 @dataclass(frozen=True, slots=True)

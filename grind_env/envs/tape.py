@@ -64,9 +64,9 @@ class TapeRow(NamedTuple):
     mean_noise: float
     """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike; no unit."""
     first_noise: float
-    """Of the first power, likewise; no unit."""
+    """Noise of the first power; no unit."""
     peak_noise: float
-    """Of the peak power, likewise; no unit."""
+    """Noise of the peak power; no unit."""
     size_noise: float
     """Noise of the size gauge, likewise; no unit."""
     roughness_noise: float
@@ -117,7 +117,7 @@ class Origin(NamedTuple):
     drawn: float
     """Number of rows drawn so far."""
     ranges: float
-    """Of the split: bit k for the one of index k; 0 for all."""
+    """Ranges of the split: bit k for the one of index k; 0 for all."""
     reach: float
     """Factor on the logarithmic standard deviations of wear and pressure."""
     stocks: float
@@ -162,7 +162,7 @@ class Carried(NamedTuple):
     due: float
     """Next due date, s."""
     stock: float
-    """Of the part, mm."""
+    """Stock of the part, mm."""
 
 
 SOURCE = len(Origin._fields) + len(Carried._fields)

@@ -125,7 +125,7 @@ class Tables(NamedTuple):
     motions: Any
     zones: Any
     kinds: Any
-    """Of each row, shape (rows, fields of `KindRow`)."""
+    """Kinds of each row, shape (rows, fields of `KindRow`)."""
     base: Any
     """Parameters of each machine that this may be, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
     cooler: Any
@@ -175,7 +175,7 @@ class EpisodeArrays(NamedTuple):
     stages: Any
     """Shape (N, fields of `StageSoFar`)."""
     surfaces: Any
-    """Of parts in zones, shape (N, zones, fields of `Zone`)."""
+    """Surfaces of parts in zones, shape (N, zones, fields of `Zone`)."""
     machine: Any
     """Number of the machine on which each runs, shape (N,), int64."""
     forces: Any
@@ -246,7 +246,7 @@ class SurfaceStore(NamedTuple):
     surfaces: str
     """What of `EpisodeArrays` holds them."""
     blocks_of: Callable[[Process], Callable[..., None]]
-    """Of `machine.script.replay`."""
+    """Blocks of `machine.script.replay`."""
     lay: Callable[..., None]
     """`lay(surfaces, i, zones)`: puts a new part on machine i."""
     gauge: Callable[..., tuple[PartState, float]]

@@ -28,7 +28,7 @@ PANELS = {
 }
 """Heading, factor and limit (a field of `process.cost.Limits`) of each panel, by the field of `record.STROKE_ROW`."""
 HEIGHT = 0.85
-"""Of a panel, in."""
+"""Height of a panel, in."""
 
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:

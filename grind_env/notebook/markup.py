@@ -12,11 +12,11 @@ from grind_env.errors import printable
 from grind_env.table import Column, table_of
 
 MOST_ROWS = 30
-"""Of a table; of more the first and the last are shown."""
+"""Most rows of a table; of more the first and the last are shown."""
 MOST_ITEMS = 10
-"""Of a list, likewise."""
+"""Most items of a list; of more the first and the last are shown."""
 MOST_LINES = 60
-"""Of a listing; what follows is counted."""
+"""Most lines of a listing; what follows is counted."""
 LONGEST_LINE = 160
 """Characters of a line of a listing."""
 

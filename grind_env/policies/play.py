@@ -18,13 +18,13 @@ class Played:
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
     job: Job
-    """Of that program: with the wheel, lots and stocks of the episode."""
+    """Job of that program: with the wheel, lots and stocks of the episode."""
     requests: tuple[float, ...]
     """Times of the control, s, at which the operator asks for a dress while it runs."""
     cost: float
     """$."""
     handover: float
-    """Of it the price of the wheel as the last block leaves it, $: no run of the program shows that."""
+    """Part of it that is the price of the wheel after the last block, $: no run of the program shows it."""
     good: float
     """Expected number of good parts."""
     finished: int

@@ -20,9 +20,9 @@ from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml, toml_text
 
 CONFIGS = Path(__file__).with_name("parameters")
-"""Of what comes with the package."""
+"""Folder of the package's parameters."""
 OWN = Path("runs", "parameters")
-"""Of a user's files."""
+"""Folder of the parameters of a user's files."""
 
 HEADING = "# Parameters of the scripted policies for "
 VERSION = "task_version"

@@ -29,7 +29,7 @@ class Moment(NamedTuple):
     number: float
     """Number of them before it in the shift."""
     seconds: float
-    """Of the shift, s."""
+    """Seconds of the shift, s."""
     place: float
     """Coordinate of the middle of the part along the table, mm."""
     E: float
@@ -40,7 +40,7 @@ class Drive(NamedTuple):
     """True speed and dwell of the table in a cycle block."""
 
     share: float
-    """Of every commanded E that it reaches."""
+    """Share of every commanded E that it reaches."""
     dwell: float
     """At a reversal point, s."""
 

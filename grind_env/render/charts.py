@@ -8,7 +8,7 @@ from grind_env.render.view import EpisodePicture
 LABEL = 19.0
 """Height of the line of text above a strip, px."""
 WIDEST_BAR = 8.0
-"""Of a dress, px."""
+"""Widest bar of a dress, px."""
 
 
 def draw_charts(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:

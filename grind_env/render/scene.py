@@ -39,7 +39,7 @@ class Placement(NamedTuple):
 
     panel: Box
     centre: Point
-    """Of the wheel."""
+    """Centre of the wheel."""
     new_radius: float
     radius: float
     surface: float

@@ -25,7 +25,7 @@ class Strip(NamedTuple):
     """Format of a value."""
     values: Sequence[float]
     limits: Sequence[float]
-    """Of each value; 0 for none."""
+    """Limits of each value; 0 for none."""
     bottom: float
     """Value of the lower edge; if it is above 0, the scale is logarithmic."""
     top: float

@@ -13,7 +13,7 @@ FONT = 8.0
 """pt."""
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
-"""Of Okabe and Ito: told apart with any colour vision."""
+"""Colours of Okabe and Ito: told apart with any colour vision."""
 DASHES = ("-", "--", "-.", ":", "-", "--")
 """Beside them, for grey prints."""
 MARKS = ("o", "s", "^", "D", "v", "P")

@@ -72,7 +72,7 @@ SCALES = {"peak_power": 0.001, "survival": 100.0}
 
 
 MOST_ROWS = 60
-"""Of the table; of more the first and the last are printed."""
+"""Most rows of the table; of more the first and the last are printed."""
 
 
 class PartsRow(NamedTuple):
@@ -81,7 +81,7 @@ class PartsRow(NamedTuple):
     first: int
     last: int
     texts: tuple[str, ...]
-    """Of all columns but that of the number."""
+    """Texts of all columns but that of the number."""
     red: frozenset[str]
     """Fields of the columns whose limit they are beyond."""
 
@@ -100,7 +100,7 @@ class PartTable(NamedTuple):
     """A row for each part, or for successive ones that are alike."""
 
     fields: tuple[str, ...]
-    """Of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
+    """Fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
     rows: list[PartsRow]
 

@@ -28,7 +28,7 @@ class Extent:
     parts: int
     """Parts that these blocks finish."""
     new_diameter: float
-    """Of the wheel, mm."""
+    """New diameter of the wheel, mm."""
     lowest_speed: float
     """Lowest E, mm/min."""
     highest_speed: float
@@ -60,7 +60,7 @@ class GroundBlock:
     size_error: float
     """Stock that it left, um."""
     limits: Limits
-    """Of the part."""
+    """Limits of the part."""
     cost: float
     """$."""
     finished: bool

@@ -23,9 +23,9 @@ from grind_env.process.corrected import EXPONENTS
 from grind_env.shop.calls import optimise
 
 BUDGET = 1.0
-"""Of the search, s: its first runs have compiled all that it needs."""
+"""Budget of the search, s: its first runs have compiled all that it needs."""
 SPREAD = 0.02
-"""Of these exponents; any other above 0 compiles the same."""
+"""Spread of these exponents; any other above 0 compiles the same."""
 
 
 class Use(NamedTuple):

@@ -70,7 +70,7 @@ class Settings:
     alike: float = 1.0
     """Number of levels of E over which what is learned of one spreads."""
     norm: float = 0.5
-    """Of the gradient at most; a longer one is shortened by a factor."""
+    """Largest norm of the gradient; a longer one is shortened by a factor."""
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"

@@ -25,7 +25,7 @@ GROUPS = {
 
 Measure = Callable[[Rig], float]
 TREND = Basis(Evidence.OWN, "expected of the trend")
-"""Of a band that is the judgement of this project alone."""
+"""Basis of a band that is the judgement of this project alone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ class Passed(NamedTuple):
     """An element along which the wheel has run."""
 
     place: Place
-    """Of its block."""
+    """Place of its block."""
     programmed: Element
     centre: tuple[Element, ...]
     """The path of the wheel's centre along it, with what is generated behind it."""

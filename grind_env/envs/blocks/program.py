@@ -28,7 +28,7 @@ REQUEST = "OPERATOR ASKS FOR A DRESS"
 
 
 NO_WHEEL = WheelState(*[0.0] * len(WheelState._fields))
-"""Of a block of which the text alone counts."""
+"""Wheel of a block whose text alone counts."""
 
 
 class CycleBlock(NamedTuple):

@@ -39,7 +39,7 @@ STATED = [
 """Columns in which stated parts differ."""
 
 LEAST_STOCK = 0.4
-"""Of the nominal one; no part has less."""
+"""Least stock over the nominal stock."""
 
 
 def barred_factors(spread: float) -> dict[str, str]:

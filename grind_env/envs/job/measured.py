@@ -36,11 +36,11 @@ class Measured(NamedTuple):
     size_error: float | None = None
     """Stock left on the finished part, um."""
     Ra: float | None = None
-    """Of the finished part, um; the observation shows it one part later."""
+    """Ra of the finished part, um; the observation shows it one part later."""
     Ra_before: float | None = None
-    """Of the part before it, um, where it was not known yet."""
+    """Ra of the part before it, um, if unknown until now."""
     diameter: float | None = None
-    """Of the wheel, mm."""
+    """Diameter of the wheel, mm."""
     new_wheel: bool = False
     """Whether the wheel was changed after the block."""
     new_lot: bool = False

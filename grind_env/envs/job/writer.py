@@ -20,7 +20,7 @@ class RunBlock(NamedTuple):
     """A cycle block with what was chosen for it."""
 
     number: int
-    """Of the block, from 0."""
+    """Number of the block, from 0."""
     speed: float
     """E, mm/min."""
     executions: int

@@ -41,9 +41,9 @@ class DressPlan(NamedTuple):
     """One execution of a dress program."""
 
     passes: int
-    """Of the diamond over the wheel."""
+    """Passes of the diamond over the wheel."""
     feed: float
-    """Of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
+    """Feed of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
     depth: float
     """Infeed of a pass, mm, mean over the passes."""
     seconds: float
@@ -55,7 +55,7 @@ class DressPlan(NamedTuple):
 
 
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
-"""Of a cycle without one."""
+"""Dress of a cycle without one."""
 
 
 class DressRun(NamedTuple):

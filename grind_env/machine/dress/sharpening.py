@@ -11,7 +11,7 @@ class Sharpening(NamedTuple):
     """Coarseness of a dress; all 0 if it misses the diamond."""
 
     lead: float
-    """Of the diamond, mm per wheel revolution."""
+    """Lead of the diamond, mm per wheel revolution."""
     overlap: float
     """Overlap ratio Ud: active width of the diamond over the lead."""
     severity: float

@@ -117,4 +117,4 @@ def _wrong(key: str, message: str) -> CatalogueError:
 
 
 CERTAIN = Uncertainty(names=(), spread=(), correlation=(), source="the machine itself")
-"""Of a machine that is known."""
+"""Uncertainty of a known machine."""

@@ -39,7 +39,7 @@ class Stroking(NamedTuple):
     start: float
     """Depth at which the wheel stands when the cycle begins, mm."""
     surface: float
-    """Of the touched-off surface above the zero of `start`, mm; what is below it, is that with it added."""
+    """Height of the touched-off surface above the zero of `start`, mm; depths below it have it added."""
     bottom: float
     """Depth of a stroke at the full depth of the cycle, below the touched-off surface, mm."""
     full_plunge: float

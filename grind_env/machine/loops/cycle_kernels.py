@@ -87,4 +87,4 @@ CYCLE_KERNELS: Mapping[str, CycleKernel] = {
     "G82": course_of(RULES["G82"], PlungeCycle, PlungeProgress),
     "G83": course_of(RULES["G83"], TraverseCycle, TraverseProgress),
 }
-"""Of every cycle that plunges, by its code."""
+"""Cycle kernels of every cycle that plunges, by its code."""

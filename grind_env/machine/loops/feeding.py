@@ -34,7 +34,7 @@ class Feeding(NamedTuple):
     dwell: float
     """At a reversal point, s."""
     acceleration: float
-    """Of the motions, mm/s2."""
+    """Acceleration of the motions, mm/s2."""
     made: float
     """Strokes that the cycle has made before."""
     starts_elsewhere: float
@@ -89,7 +89,7 @@ class FeedProgress(NamedTuple):
     over: float
     """1 once there is no stroke to make any more."""
     begin: float
-    """Of that motion, like all that follow."""
+    """Begin of that motion, like all that follow."""
     end: float
     depth: float
     way: float

@@ -37,7 +37,7 @@ class Contact(NamedTuple):
     tip: float
     """Depth of the wheel face, mm."""
     strips: float
-    """Of the part."""
+    """Strips of the part."""
     S: float
     """Least stock removed under the wheel, mm; infinite where it is beside the part."""
     Rs: float

@@ -30,7 +30,7 @@ class Buffer(NamedTuple):
 
     lanes: int
     rows: int
-    """Of what is not of the surface."""
+    """Rows of everything but the surface."""
     stroking: Callable[..., Any]
     """`stroking(rows, lane)`: the strokes of its cycle."""
     wheel: Callable[..., Any]
@@ -90,7 +90,7 @@ BUNCH = 2
 more."""
 
 MOST_ZONES = 4096
-"""Of a surface in the lanes; a power of 2, see `get_zone`."""
+"""Most zones of a surface in the lanes; a power of 2, see `get_zone`."""
 
 NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
 """Fills the last bunch."""

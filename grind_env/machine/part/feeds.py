@@ -24,7 +24,7 @@ LEAST_PICK = 2.0 * DEPTH_TOLERANCE
 """mm; its J, for it counts as a plunge where it goes deeper at all; its L is 1."""
 
 SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
-"""Of the moves that may be strokes: those that an operator asks for in between are none."""
+"""Sources of the moves that may be strokes: those that an operator asks for in between are none."""
 
 
 def speed_word(plan: CyclePlan) -> str:

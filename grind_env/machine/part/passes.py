@@ -30,7 +30,7 @@ class Dressed(NamedTuple):
     removed: float
     """Wheel volume that it took off, mm3."""
     lead: float
-    """Of the diamond, mm per wheel revolution."""
+    """Lead of the diamond, mm per wheel revolution."""
     wd: float
     """Wear flat of the diamond before it, mm."""
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from grind_env.errors import GrindError
 
 MOST_RUNS = 4
-"""Of lines that are named; of more the first and the last line."""
+"""Most runs of lines that are named; of more the first and the last line."""
 
 
 class UnjudgedError(GrindError):
@@ -22,7 +22,7 @@ class Unjudged(NamedTuple):
     """Why a part is not judged."""
 
     lines: tuple[int, ...]
-    """Of the program, ascending."""
+    """Lines of the program, ascending."""
     why: str
     """What they do, and what to do about it."""
 

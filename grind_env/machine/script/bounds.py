@@ -13,7 +13,7 @@ from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
 from grind_env.machine.script.settings import Ranges
 
 ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
-"""Of a part: what may differ from one to the next in a script."""
+"""Requirements on a part that may differ from one to the next in a script."""
 
 
 def refuse_led_elsewhere(

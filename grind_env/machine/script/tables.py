@@ -26,7 +26,7 @@ from grind_env.process.cost import Limits
 
 NO_COURSE = 0.0
 NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
-"""Of the cycles that plunge."""
+"""Numbers of the cycles that plunge."""
 
 SINGLE = "G82"
 """The cycle as which a feed move is run: one that stands at its depth, of one stroke."""
@@ -73,9 +73,9 @@ class BlockRow(NamedTuple):
     reached: float
     """Depth to which strokes have led on the part when the block is over, mm."""
     width: float
-    """Of the part, mm."""
+    """Width of the part, mm."""
     length: float
-    """Of the part, mm."""
+    """Length of the part, mm."""
     place: float
     """Coordinate of its middle along the table, mm."""
     cross_start: float

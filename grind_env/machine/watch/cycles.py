@@ -39,7 +39,7 @@ class Cycle(NamedTuple):
     highest: float = math.inf
     """Depth of its highest stroke."""
     deepest: float = -math.inf
-    """Of its deepest one."""
+    """Depth of its deepest stroke."""
     over: bool = False
     """Whether one has passed over the part."""
     crossed: bool = False

@@ -28,7 +28,7 @@ Shape = tuple[int, ...]
 GRU = "gru"
 """Name of the GRU in the state of an agent of `grind_env.training.gru_ppo`."""
 GATES = 3
-"""Of each of its units; the candidate counts as one."""
+"""Gates of each of its units; the candidate counts as one."""
 ACTIVATION = "tanh"
 
 

@@ -34,7 +34,7 @@ GRID = "multidiscrete"
 """The form of the action of `grind_env.envs.actions`."""
 
 MEMBERS = 16
-"""Of the belief's ensemble."""
+"""Members of the belief's ensemble."""
 STACKED = 8
 """Observations in a stack."""
 FEATURE_BOUND = 30.0

@@ -26,7 +26,7 @@ class CostLeft(NamedTuple):
     """Remaining cost of N episodes after the coming part."""
 
     table: Array
-    """Of cost, $, shape (any, nodes of the axes of `Worth`)."""
+    """Table of cost, $, shape (any, nodes of the axes of `Worth`)."""
     number: NDArray[np.int64]
     """On its first axis, shape (N,)."""
     margin: Array

@@ -29,11 +29,11 @@ from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA
 
 EPISODES = 128
-"""Of which lots, stocks and the order of kinds are counted."""
+"""Episodes in which lots, stocks and the order of kinds are counted."""
 SPEEDS, DULL, SCENARIOS, MARGINS, DATES = 12, 16, 16, 9, 4
 """E tried; levels of dullness; stocks and roughnesses of a state; levels of the time in hand; dates that may come."""
 DOUBT = 0.6
-"""Of what lots differ in, what a belief leaves open: a table that took them for known would dress too late."""
+"""Share of the variation of lots that a belief leaves open: with known lots the table would dress too late."""
 GROWTH, PRESS = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.5, 1.0)
 """Quantiles of what is drawn at which lots are tried."""
 MARGIN = (-0.75, 1.25)
@@ -56,7 +56,7 @@ class AxisPlace(NamedTuple):
 
     below: Numbers
     share: Array
-    """Of the node above."""
+    """Share of the node above."""
 
 
 def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
@@ -96,7 +96,7 @@ class Coming(NamedTuple):
     """Frequencies of coming blocks in episodes of a simulation, counted in a sample."""
 
     rows: Numbers
-    """Of `Simulation.kinds`, in the order of the tables."""
+    """Rows of `Simulation.kinds`, in the order of the tables."""
     number: Numbers
     """Of every row of `Simulation.kinds` in that order; of one that does not come, that of the first of its kind."""
     follows: Array
@@ -149,7 +149,7 @@ class Tried(NamedTuple):
     cost: Array
     """Without that of the wheel left behind, $."""
     handover: Array
-    """Of that wheel where the episode ends, $."""
+    """Price of that wheel where the episode ends, $."""
     dull: Array
     """Log dullness afterwards."""
     seconds: Array

@@ -19,7 +19,7 @@ from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
 from grind_env.process.state import StrokeParameters
 
 SHARE = 0.88
-"""Of the power limit that is planned to be used."""
+"""Share of the power limit that is planned to be used."""
 INTERVAL = 4.0
 """Usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
 steel, 45 in a nickel alloy, which a dull wheel burns sooner."""
@@ -28,7 +28,7 @@ REGAINED = 1.02
 FAR = 1.2
 """Times the power limit at which two executions are made."""
 SMOOTH = 0.8
-"""Of its limit, below which the last Ra is no reason against a faster table."""
+"""Share of its limit below which the last Ra does not stop a faster table."""
 SLOWING, FLOOR = 0.9, 0.75
 """Of E, from block to block and at least of the first E, where two executions have not helped against power."""
 EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))

@@ -21,7 +21,7 @@ USUAL_SPEEDS = {"job_shop": 15_000.0, "rush": 15_000.0, "blades": 10_000.0, "CBN
 SPECIFIC_ENERGY = 40.0
 """J/mm3; usual in the conventional grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
 SPINDLE_SHARE = 0.8
-"""Of the spindle's power that is planned to be used."""
+"""Share of the spindle's power that is planned to be used."""
 
 
 @dataclass

@@ -8,15 +8,15 @@ from grind_env.arrays import Array, Numbers
 FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
 """Level and exponents of power before anything has been read, and how well they are known: the level not at all."""
 SCATTER = 0.05
-"""Of a reading about the law, in logarithms."""
+"""Scatter of a reading about the law, in logarithms."""
 FORGETTING = 0.97
 """Weight of a reading when the next one has come."""
 WORN_IN = 10.0
 """mm3/mm; a freshly dressed wheel is as dull as one that has ground so much."""
 LEAST_EXPONENT = 0.2
-"""Of the removal rate, when it is asked for."""
+"""Least exponent of the removal rate, when it is asked for."""
 AIM = 0.65
-"""Of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
+"""Aim of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
 
 
 class PowerLaw:

@@ -35,13 +35,13 @@ class Prices(NamedTuple):
     """Prices beside the cost of the coming block; each shape (N,)."""
 
     wheel: Array
-    """Of a wheel of reference dullness left behind, $."""
+    """Price of a wheel of reference dullness left behind, $."""
     growth: Array
     """Exponent of that price."""
     second: Array
-    """Of time that due dates lack, $/s."""
+    """Price of time that due dates lack, $/s."""
     execution: Array
-    """Of what a dress execution takes off a wheel that has to last, $."""
+    """Price of a dress execution on a wheel that has to last, $."""
 
 
 def member_roughness(task: Task, members: int) -> Array:

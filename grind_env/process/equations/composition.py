@@ -12,7 +12,7 @@ REFERENCE_GRIT = 0.25
 REFERENCE_GRADE, REFERENCE_GRADE_CBN = 1.2, 4.0
 """N; force per grain that breaks grain or bond, of alumina of grade J and of vitrified CBN, at the reference grit."""
 RENEWAL_EXPONENT = 1.35
-"""Of the wear that renews the face over the hardness [C]."""
+"""Renewal exponent of the wear that renews the face over the hardness [C]."""
 REFERENCE_FRACTION = 0.52
 """Grain volume fraction at which they do, about structure number 5."""
 

@@ -13,7 +13,7 @@ REFERENCE_LEAD, REFERENCE_DEPTH = 0.10, 0.020
 REFERENCE_SPEED_RATIO, LEAST_SPEED_RATIO = 0.6, 0.1
 """Of a rotary dresser over the wheel. One that runs against the wheel cuts as one at the least [C]."""
 LEAST_SEVERITY = 0.01
-"""Of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
+"""Least severity of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
 
 
 @inlined

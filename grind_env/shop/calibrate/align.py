@@ -43,11 +43,11 @@ LOWEST, HIGHEST = 0.5, 1.5
 USUAL_OVERRIDE = 0.2
 """Logarithmic spread of overrides: what else explains the log is preferred."""
 SHORTEST_PAUSE = 0.3
-"""Of the pause that the program makes between two runs."""
+"""Least share of the programmed pause between two runs."""
 NEEDED = 0.7
 """Median correlation of the runs of a log that is taken to be of the program."""
 WORTH = 0.03
-"""Of the likelihood that each execution before has added: what one more must add, or it is noise."""
+"""Share of the likelihood of each earlier execution that one more must add, or it is noise."""
 ALIKE = 2.0
 """Factor by which the power over that expected may differ of one execution from the most likely one."""
 SURE = 0.9

@@ -33,7 +33,7 @@ MARGIN = 2.0
 FEWEST = 5
 """Samples of which a correlation tells anything."""
 LEAST = 1e-9
-"""Of a value, what is none beside it."""
+"""Share of a value below which another counts as none."""
 PASSES = 4
 """Over all runs, in which each may move by a stroke."""
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))

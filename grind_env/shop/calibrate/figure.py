@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
-"""Of the kinds of measurement; forces and the others of a table have those of the table."""
+"""Units of the kinds of measurement; forces and the others of a table have those of the table."""
 MOST_TICKS = 12
 """Parts up to which each has its number at the axis."""
 

@@ -34,18 +34,18 @@ too, for other laws have no such shares."""
 FOLDS = 8
 """Groups of parts or settings that are left out in turn, at most."""
 ROUNDS = 2
-"""Of enlarging errors."""
+"""Rounds of enlarging errors."""
 DRIFT = 0.05
 """Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term. What is
 written is the level in its middle: what looks like a drift may be a wheel that dulls in another way."""
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
 CLEARLY = 0.8
-"""Of the mean square error on parts held out without it, below which the free term is worth it."""
+"""Share of the mean square error on held-out parts below which the free term is worth it."""
 FOLLOWED = 1.0
 """Mean square error on them, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
-"""Of the least mean square error: the smallest width with no more is taken."""
+"""Factor on the least mean square error: the smallest width with no more is taken."""
 ENOUGH_PARTS = 2
 WANDERING_PARTS = 4
 """From which on it can be told whether levels wander from part to part."""

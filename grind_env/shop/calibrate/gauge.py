@@ -19,16 +19,16 @@ from grind_env.shop.calibrate.solver import YES_OR_NO
 from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
 
 MOST_DIGITS = 18
-"""Of the number of a part; one with more of them is none."""
+"""Most digits of the number of a part; one with more of them is none."""
 MOST_DEVIATION = 1.0
 """mm; a size above that is one of the part and not its deviation."""
 
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
 """Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
 LEAST_WHEEL = 0.5
-"""Of the diameter of a new wheel, below which it is none of that wheel."""
+"""Least share of a new wheel's diameter that belongs to the same wheel."""
 BURN_WIDTH = 0.05
-"""Of the step in temperature rise at which burn is seen, of the rise that tempers."""
+"""Burn width of the step in temperature rise at which burn is seen, of the rise that tempers."""
 UNSEEN = 0.1
 """Share of burnt parts that pass for good ones where nobody has looked for burn."""
 

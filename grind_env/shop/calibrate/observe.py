@@ -24,7 +24,7 @@ TURNS = 0.2
 """s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses, and strokes
 that are short for it in all that the meter shows from the first of them until after the last."""
 LAGS = 2.0
-"""Of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
+"""Lags of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
 """Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2

@@ -38,7 +38,7 @@ HEAT = (("material", "heat_factor"),)
 SPREADS: Mapping[str, float] = {**USUAL_SPREADS, "material.heat_factor": math.log(2.0)}
 """Logarithmic standard deviations before measuring; what share of the heat enters the work is known to a factor 2."""
 OTHER_SPREAD = 0.3
-"""Of a field that is fitted only because it is named."""
+"""Spread of a field that is fitted only because it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
 """Over the value of the catalogue: no constant is fitted beyond."""
 

@@ -18,7 +18,7 @@ COLUMNS = (
     Column("unit", "parameter.unit"),
     Column("spread\nleft", "share", ".0f", "%", right=True, factor=100.0),
 )
-"""Of an `Estimate`."""
+"""Columns of an `Estimate`."""
 
 
 def told_table(found: Calibration) -> Table:

@@ -18,7 +18,7 @@ MOST_OUTLIERS = 0.1
 STEP, LONG_STEP = 0.03, 0.5
 """Of derivatives, in spreads of the prior; of a model with jumps, over which the long one takes the mean."""
 LOOSE = 0.01
-"""Of the root mean square of the power of all strokes."""
+"""Share of the root mean square of the power of all strokes."""
 HOPELESS = 1e3
 """Residual of constants with which the process model has no numbers."""
 NEAR = 0.25
@@ -29,7 +29,7 @@ taken anew."""
 LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
 """Of half the sum of squares, shares of it and itself: what a step must promise to be worth a run of the machine."""
 STEPS_WITHOUT = 2
-"""Of a fit to all parts but some."""
+"""Steps of a fit to all parts but some."""
 FARTHEST = 2.0
 """Spreads from its prior that a nuisance may be."""
 TINY = 1e-6

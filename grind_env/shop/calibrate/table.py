@@ -38,9 +38,9 @@ FORCES = ("Ft", "Fn")
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
 """Constants that settings tell and a log does not."""
 LEAST_SETTING = 1e-9
-"""Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
+"""Least setting of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
 MOST_STROKES = 100_000
-"""Of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
+"""Most strokes of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
 
 
 class _Row(NamedTuple):

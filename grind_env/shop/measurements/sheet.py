@@ -31,7 +31,7 @@ BEYOND, LATEST = 1e12, 1e19
 LOOKED_AT, HEAD = 200, 5000
 """Rows in which layout and marks are looked for, the last ones of so many lines at the beginning."""
 USUAL_SHARE = 0.6
-"""Of the lines that must have columns."""
+"""Usual share of the lines that must have columns."""
 BAD_SHARE, IN_A_ROW = 0.02, 3
 """Share of unreadable cells, and number of them in consecutive rows, from which on a column is refused."""
 MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")

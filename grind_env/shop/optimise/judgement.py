@@ -232,7 +232,7 @@ class Freed(NamedTuple):
     price: Interval
     """What they save of what is to become less, a part."""
     share: float
-    """Of the limit, that parts keep with them."""
+    """Share of the limit, that parts keep with them."""
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:

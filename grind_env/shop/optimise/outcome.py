@@ -142,7 +142,7 @@ class Trade(NamedTuple):
     seconds: float
     """Time, s."""
     share: float
-    """Of what is asked of limits and options, the highest share that it comes to."""
+    """Share of what is asked of limits and options, the highest share that it comes to."""
     beyond: tuple[bool, ...] = ()
     """Whether it is beyond each of `LIMITS`."""
 

@@ -35,7 +35,7 @@ COLUMNS = {
     "lead": settings.DRESS_FEED,
     "depth": settings.DRESS_DEPTH,
 }
-"""Of a table of `BlockSettings`, by what is varied."""
+"""Columns of a table of `BlockSettings`, by what is varied."""
 IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
 """What can be varied only where a program has a script."""
 INHERITED = ("E", "J")
@@ -55,7 +55,7 @@ STEPS = {
     "lead": (Decimal(1), Decimal(".1")),
     "depth": (Decimal(".001"), Decimal(".0001")),
 }
-"""Of which values are multiples, metric and in inches; of a lead those of its F."""
+"""Steps of which values are multiples, metric and in inches; of a lead those of its F."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

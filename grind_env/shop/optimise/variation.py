@@ -29,7 +29,7 @@ INFEASIBLE = 1e9
 LOOKING = 0.2
 """Share of the budget up to which it is looked at what machines this may be."""
 USUAL_RUNS = 50
-"""Of a batch; of shorter ones there are as many more."""
+"""Usual runs of a batch; of shorter ones there are as many more."""
 LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
 """On which programs are searched, compared and judged; more of short batches, and fewer of a program that the control
 executes."""

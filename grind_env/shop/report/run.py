@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
-"""Of a table; of more the first and the last are shown."""
+"""Most rows of a table; of more the first and the last are shown."""
 LONGEST_LINE = 200
 """Characters of a block in a table."""
 SAFE = 0.95

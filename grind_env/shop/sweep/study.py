@@ -38,7 +38,7 @@ FASTEST = 30_000.0
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
 MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
-"""Of `Measures`, what a point shows without an interval."""
+"""Means of `Measures`, what a point shows without an interval."""
 
 
 class SweepError(GrindError):

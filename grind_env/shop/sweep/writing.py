@@ -21,7 +21,7 @@ from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
 from grind_env.shop.trials import most_risk, risk
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
-"""Of which values are multiples, metric and in inches; of a lead its F."""
+"""Steps of which exact values are multiples, metric and in inches; of a lead its F."""
 NEAR = 0.01
 """Share by which a part may cost more or less as it is written, for E, F and infeeds are rounded."""
 ROUNDING = 0.001
