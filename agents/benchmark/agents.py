@@ -29,7 +29,7 @@ BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
 
 
 class AgentTraining(NamedTuple):
-    """How an agent was trained: environment steps, split of the contexts, and the CPU time that it took."""
+    """Training of an agent: environment steps, split of the contexts, and CPU time."""
 
     steps: int
     split: str
@@ -95,7 +95,7 @@ def training_of(path: Path) -> AgentTraining:
 
 
 def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:
-    """Stands for all that decides what a training ends in."""
+    """Return a fingerprint of all inputs of a training."""
     simulation = problem.simulation()
     parts = [
         bare(inspect.getsource(gru_ppo)),

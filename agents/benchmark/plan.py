@@ -80,7 +80,7 @@ class BenchmarkCell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """How cells are measured: on which episodes, with how many training steps, from and into which folders."""
+    """Options of measuring cells: episodes, training steps, and folders."""
 
     first: int = SEEDS["evaluation"]
     episodes: int = EPISODES

@@ -88,7 +88,7 @@ class Simulation(ABC):
     _generator: Any
     _scaling: Scaling
     _lead: Table
-    """As of `transition.Tables`, like the next ones."""
+    """As in `transition.Tables`, like the next ones."""
     _base: Table
     _cooler: Table
     _infeed: float = 0.0

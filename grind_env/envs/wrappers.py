@@ -40,13 +40,11 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
         self.observation_space = wrapped_space(env.observation_space, form, self.memory)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Reset, and forget."""
         observation, info = self.env.reset(seed=seed, options=options)
         self.memory.begin(1)
         return self.memory.take(observation[None], None, np.ones(1, bool))[0], info
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """Step, and remember."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         shown = self.memory.take(observation[None], np.asarray(action)[None], np.ones(1, bool))[0]
         return shown, reward, terminated, truncated, info
@@ -80,7 +78,6 @@ class VectorMemory(ArrayWrapper):
         return self.memory.take(observations, None, mask), info
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Step and remember; forget what ended."""
         observations, rewards, terminations, truncations, info = self.env.step(actions)
         begun = self.over if self.mode is AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
         ended = terminations | truncations
@@ -183,7 +180,6 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
         super().__init__(env, _standard(env, env.observation_space))
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """Step; the reward is eased."""
         observation, reward, terminated, truncated, info = super().step(action)
         return observation, float(ease_rewards(np.array(reward))), terminated, truncated, info
 
@@ -196,7 +192,6 @@ class VectorForLearning(VectorMemory):
         super().__init__(env, _standard(env, env.single_observation_space))
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
         ground = ~self.over if self.mode is AutoresetMode.NEXT_STEP else np.ones(self.num_envs, bool)
         observations, rewards, terminations, truncations, info = super().step(actions)
         return observations, np.where(ground, ease_rewards(rewards), rewards), terminations, truncations, info

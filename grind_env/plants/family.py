@@ -64,7 +64,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """Family of machines that differ from the package's in one thing.
+    """Machines that differ from the package's in one thing.
 
     Attributes:
         name: prefix of its memory fields.

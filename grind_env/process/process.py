@@ -86,7 +86,7 @@ class Hook(NamedTuple):
     """Something that happens before every cycle block, whatever grinds in it."""
 
     before: Callable[..., Any]
-    """As of `Process`."""
+    """As in `Process`."""
     own: type[Any] = Nothing
     """What it remembers, as of `Process`."""
 

@@ -238,7 +238,7 @@ class StrokeConstants(NamedTuple):
     per_vw: float
     """s/mm."""
     per_capacity: float
-    """As of `StrokeParameters`, K mm/J."""
+    """As in `StrokeParameters`, K mm/J."""
     w_1: float
     w_2: float
     w_3: float

@@ -41,7 +41,7 @@ Seeds: TypeAlias = Sequence[tuple[int, ...]]
 Lots: TypeAlias = NDArray[np.int64]
 """Numbers of some."""
 Ground: TypeAlias = tuple[Array, Array, Array]
-"""As of `Trials._ground`."""
+"""As in `Trials._ground`."""
 
 
 class LotUse(IntEnum):

@@ -268,7 +268,7 @@ class JobSimulation(Simulation):
         return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
+        # E is rounded as a word of the program; only some blocks take a D
         speeds, executions = choice
         number = self._rows(episodes)
         inches = np.round(speeds / INCH, 4) * INCH

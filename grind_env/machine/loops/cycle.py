@@ -23,13 +23,13 @@ class Stroking(NamedTuple):
     """
 
     speed: float
-    """As of `Pace`, mm/s."""
+    """As in `Pace`, mm/s."""
     slow: float
-    """As of `Pace`, mm/s."""
+    """As in `Pace`, mm/s."""
     slow_share: float
-    """As of `Pace`, a ratio."""
+    """As in `Pace`, a ratio."""
     slow_time: float
-    """As of `Pace`, a ratio."""
+    """As in `Pace`, a ratio."""
     first_seconds: float
     """Time of the first stroke, from the start point to the primary point, s."""
     stroke_seconds: float
@@ -93,9 +93,9 @@ class Zone(NamedTuple):
     strips: float
     """How many they are; 0 where there is no zone, which is then never under the wheel."""
     S_step: float = 0.0
-    """As of `PartState`, mm."""
+    """As in `PartState`, mm."""
     Rs_step: float = 0.0
-    """As of `PartState`, um."""
+    """As in `PartState`, um."""
 
 
 with_wear = replacer(WheelState, "W")

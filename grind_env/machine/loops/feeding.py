@@ -100,7 +100,7 @@ class FeedProgress(NamedTuple):
     last_begin: float
     acceleration: float
     gauged_at: float
-    """As of `Feeding`; infinite once it is past."""
+    """As in `Feeding`; infinite once it is past."""
     gauged: float
     """1 if the operator gauges the part before the coming stroke ends, else 0."""
 

@@ -57,7 +57,7 @@ class Contact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """What the slow node and the fast one do to the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
+    """Depths that both nodes remove from the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
 
     slow_ae: float
     ae: float

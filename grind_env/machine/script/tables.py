@@ -58,7 +58,7 @@ class BlockRow(NamedTuple):
     acceleration: float
     """mm/s2."""
     start: float
-    """As of `cycle.Stroking`, like the next two."""
+    """As in `cycle.Stroking`, like the next two."""
     surface: float
     bottom: float
     coverage: float
@@ -79,7 +79,7 @@ class BlockRow(NamedTuple):
     place: float
     """Coordinate of its middle along the table, mm."""
     cross_start: float
-    """As of `cycle.Stroking`, like the next one."""
+    """As in `cycle.Stroking`, like the next one."""
     cross_end: float
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""

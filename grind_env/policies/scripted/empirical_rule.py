@@ -36,7 +36,7 @@ EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("be
 
 @dataclass(kw_only=True)
 class EmpiricalRule:
-    """As fast as the readings of this machine allow; dresses by volume, by time or on an alarm.
+    """Rule on readings alone: as fast as they allow; dresses by volume, by time or on an alarm.
 
     The rule begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from
     block to block of a kind, until laws fitted to the readings expect `SHARE` of the spindle's power, or the limits of

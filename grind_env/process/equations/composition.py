@@ -1,4 +1,4 @@
-"""What grit size and structure make of a wheel; symbols, units and sources as in the package.
+"""Effects of grit size and structure on a wheel; symbols, units and sources as in the package.
 
 Computed once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1
 for a grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so a

@@ -1,4 +1,4 @@
-"""What a dress does to the wheel; symbols, units and sources as in the package.
+"""Effects of a dress on the wheel; symbols, units and sources as in the package.
 
 The severity of a dress decides the sharpness, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both sharpen.
 Roughness follows lead and depth of the tool; a rotary tool has other exponents (measured: Ra as Ud^-1.1 and qd^0.38).

@@ -106,9 +106,9 @@ class CostChange(NamedTuple):
     mean: Interval
     """In the mean over all, as far as chance has it."""
     risk: float
-    """As of `Variation.risk`."""
+    """As in `Variation.risk`."""
     most_risk: float
-    """As of `trials.most_risk`."""
+    """As in `trials.most_risk`."""
 
     @property
     def is_better(self) -> bool:
