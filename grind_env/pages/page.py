@@ -60,8 +60,7 @@ SECTIONS = (
 """Headings of a page, in their order."""
 
 OTHER_TABLES = (
-    "Tables of the benchmark are of other numbers of episodes, the first of which are these, and have trained agents"
-    " besides: a score there may differ from this one by what chance allows."
+    "The benchmark has other numbers of episodes, which include these, and trained agents: its scores differ by chance."
 )
 
 
@@ -109,10 +108,10 @@ def _facts(about: TaskSheet) -> str:
 def _example(about: TaskSheet) -> str:
     session = f"```python\n{example(about)}\n```"
     return (
-        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
-        f" standard deviation, as they usually are here, and gives one more than the reward, at least {WORST_REWARD:g}."
+        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` standardises the observation and raises the"
+        f" reward by one, at least to {WORST_REWARD:g}."
         ' With these, `action="multidiscrete"` and `SB3VecEnv` of `grind_env.sb3`, PPO of Stable-Baselines3 learns: the'
-        f" recipe stands in `docs/howto/train.md`.\n\n{session}"
+        f" recipe is in `docs/howto/train.md`.\n\n{session}"
     )
 
 
@@ -120,7 +119,7 @@ def _versions(about: TaskSheet) -> str:
     versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
-        " another one are not read.",
+        " other versions are not read.",
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
