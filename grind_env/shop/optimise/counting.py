@@ -56,10 +56,7 @@ class Counting(NamedTuple):
 
 
 def counting_of(
-    interval: DressInterval,
-    programs: Programs,
-    blocks: Sequence[SourceText],
-    taken: Collection[int] = (),
+    interval: DressInterval, programs: Programs, blocks: Sequence[SourceText], taken: Collection[int] = ()
 ) -> Counting | None:
     """Return the text of a dress interval; None if every run dresses."""
     if interval.every == 1:
