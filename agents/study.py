@@ -81,11 +81,12 @@ class Study:
         columns: of the table; by default the fields of trials and what is found in one.
         page: `page(found)`: Markdown below the title.
         rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds stand in every row.
+        episodes: evaluation episodes, whose seeds stand in every row; 0 for none.
         decides: `decides(trial)`: what else decides what is found, beside the code of `run`, the trial and its task.
         seconds: `seconds(trial)`: CPU-seconds that it takes, about.
         trains: versions of Stable-Baselines3 and torch stand in every row, too.
         prepare: what is done before the first trial.
+        draw: `draw(found, folder)`: writes the figures of the page.
         publish: `publish(found, folder)`: writes other files than these two, and gives what is printed.
         files: how the files begin that it writes, by their names, if there are others.
     """
@@ -102,6 +103,7 @@ class Study:
     seconds: Callable[[Any], float] = lambda trial: 0.0
     trains: bool = True
     prepare: Callable[[], object] = lambda: None
+    draw: Callable[[Found, Path], object] = lambda found, folder: None
     publish: Callable[[Found, Path], str] | None = None
     files: Mapping[str, str] | None = None
 
@@ -170,10 +172,13 @@ class Study:
         made = provenance(episode_seeds("evaluation", self.episodes))
         if not self.trains:
             made = {name: value for name, value in made.items() if name not in TRAINING}
+        if not self.episodes:
+            del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]
         text = f"{self.heading}\n\n{self.page(found)}\n"
         write_whole(folder / f"{self.name}.csv", csv_of([*self.columns, *made], rows))
         write_whole(folder / f"{self.name}.md", text)
+        self.draw(found, folder)
         return text
 
     def publish_to(self, folder: Path, options: Options) -> None:

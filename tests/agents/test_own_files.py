@@ -35,6 +35,8 @@ BY_COMMAND = {
     "replications.csv": "replicate --task oracle6 --results . --cache runs",
     "replications.md": "replicate --task oracle6 --results . --cache runs",
     "power_limited.csv": "scores --task power_limited --results . --cache runs",
+    "intervals.csv": "intervals --results . --cache runs",
+    "intervals.md": "intervals --results . --cache runs",
     "splits.csv": "splits --task oracle6 --episodes 2 --results . --cache runs",
     "splits.md": "splits --task oracle6 --episodes 2 --results . --cache runs",
     "scores.toml": "scores --task power_limited --results . --cache runs",
