@@ -75,5 +75,6 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
 
 @pytest.mark.parametrize("name", [name for name, of in COMMANDS.items() if not signature(of.own).parameters])
 def test_what_a_study_has_checked_in_is_known_for_its_own(name: str, tmp_path: Path) -> None:
-    study = import_module(COMMANDS[name].module).study(replace(asked(tmp_path, find_problem("rush")), results=RESULTS))
-    study.check(RESULTS)
+    of = COMMANDS[name]
+    study = import_module(of.module).study(replace(asked(tmp_path, find_problem("rush")), results=of.folder))
+    study.check(of.folder)

@@ -2,22 +2,27 @@
 
 import math
 import shutil
+from dataclasses import astuple
 
 import pytest
 
+from agents.cells import RESULTS
 from agents.dressing import unknowns
 from agents.dressing.unknowns import (
     ALL,
     NOMINAL,
+    PICTURE,
     UnknownTrial,
     answers,
     find,
     trials,
 )
+from agents.tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.shop import calls
 from grind_env.shop.sweep.study import SweepRanges
+from grind_env.task_version import TASK_VERSION
 
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
 
@@ -56,3 +61,12 @@ def test_what_the_nominal_plan_loses_by_hand():
     nominal, height = answers(found)
     assert (nominal.every, nominal.lost) == (1, 0.0)
     assert height[4:] == (9000, 2, 2.0, 4.0, 100.0, False)
+
+
+def test_the_table_in_the_repository_is_of_the_present_numbers():
+    rows = csv_rows(RESULTS / "intervals.csv")
+    assert [tuple(row[name] for name in ("program", "number", "end", "value")) for row in rows] == [
+        tuple(map(str, astuple(trial))) for trial in trials()
+    ], "run `python -m agents intervals`"
+    assert {row["task_version"] for row in rows} == {str(TASK_VERSION)}
+    assert (RESULTS / PICTURE).read_bytes().startswith(b"\x89PNG")
