@@ -169,7 +169,7 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes))
+        made = provenance(episode_seeds("evaluation", self.episodes or 1))
         if not self.trains:
             made = {name: value for name, value in made.items() if name not in TRAINING}
         if not self.episodes:
