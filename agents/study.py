@@ -81,11 +81,12 @@ class Study:
         columns: columns of the table; by default the fields of trials and results.
         page: `page(found)`: Markdown below the title.
         rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds are in every row.
+        episodes: evaluation episodes, whose seeds are in every row; 0 for none.
         decides: `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task.
         seconds: `seconds(trial)`: estimated CPU-seconds.
         trains: whether every row has the versions of Stable-Baselines3 and torch, too.
         prepare: called before the first trial.
+        draw: `draw(found, folder)`: writes the figures of the page.
         publish: `publish(found, folder)`: writes further files, and returns text to print.
         files: first characters of further files, by name.
     """
@@ -102,6 +103,7 @@ class Study:
     seconds: Callable[[Any], float] = lambda trial: 0.0
     trains: bool = True
     prepare: Callable[[], object] = lambda: None
+    draw: Callable[[Found, Path], object] = lambda found, folder: None
     publish: Callable[[Found, Path], str] | None = None
     files: Mapping[str, str] | None = None
 
@@ -167,13 +169,16 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes))
+        made = provenance(episode_seeds("evaluation", self.episodes or 1))
         if not self.trains:
             made = {name: value for name, value in made.items() if name not in TRAINING}
+        if not self.episodes:
+            del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]
         text = f"{self.heading}\n\n{self.page(found)}\n"
         write_whole(folder / f"{self.name}.csv", csv_of([*self.columns, *made], rows))
         write_whole(folder / f"{self.name}.md", text)
+        self.draw(found, folder)
         return text
 
     def publish_to(self, folder: Path, options: Options) -> None:

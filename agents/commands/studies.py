@@ -17,7 +17,6 @@ from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
-from grind_env.shop.commands.arguments import Plant
 from grind_env.terminal import table_console
 
 DRESSES = RESULTS / "dress_study"
@@ -70,10 +69,6 @@ def replicate(
     ] = RESULTS,
 ) -> None:
     """Options of replicate."""
-
-
-def dress_study(plant: Plant = None) -> None:
-    """Options of dress-study."""
 
 
 class StudyCommand(NamedTuple):
@@ -156,15 +151,21 @@ COMMANDS = {
     ),
     "dress-study": StudyCommand(
         "agents.dressing.trials",
-        "Measure cost over dress interval, lead, depth and passes.\n\n"
-        "With --plant, fixed plans are tuned for that machine; other policies stay those of the model.",
+        "Measure cost over dress interval, lead, depth and passes.",
         "--task power_limited",
         tasks="all",
         episodes=STUDY_EPISODES,
-        own=dress_study,
         without=("seeds", "steps", "configs"),
-        free=("plant", "tasks"),
+        free=("tasks",),
         folder=DRESSES,
+    ),
+    "intervals": StudyCommand(
+        "agents.dressing.unknowns",
+        "Find the best dress interval when one number of the machine is unknown.\n\n"
+        "Sweeps E and interval of two example programs with each number at a low and a high value.",
+        "--jobs 1",
+        tasks=None,
+        without=("tasks", "job", "parts", "episodes", "seeds", "steps", "configs"),
     ),
     "replicate": StudyCommand(
         "agents.benchmark.replications",
@@ -217,7 +218,7 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         if "seeds" not in own and not of.seeds and (usual["seeds"], usual["steps"]) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
-        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if given[key] != each.default]
+        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if usual[key] != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
         options = Options(jobs=usual["jobs"], ray=usual["ray"], runs=runs, fresh=fresh, console=table_console())
         asked = StudyOptions(

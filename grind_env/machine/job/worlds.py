@@ -50,7 +50,7 @@ is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
 def usual_uncertainty(job: Job) -> Uncertainty:
     """Return the uncertainty of a machine known only from the catalogue."""
     entries = entries_of(job)
-    names = [name for name in USUAL_SPREADS if _value(entries, name) > 0.0]
+    names = [name for name in USUAL_SPREADS if value_of(entries, name) > 0.0]
     return Uncertainty(
         names=tuple(names),
         spread=tuple(USUAL_SPREADS[name] for name in names),
@@ -77,12 +77,12 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
     changes: dict[str, dict[str, float]] = {kind: {} for kind in KINDS}
     for name, spread, step in zip(uncertainty.names, uncertainty.spread, steps, strict=True):
         kind, key = name.split(".")
-        value = _value(entries, name)
+        value = value_of(entries, name)
         quantity = quantities(KINDS[kind])[key]
         adds = isinstance(quantity, Quantity) and quantity.low < 0.0  # it may be below 0, and so has no logarithm
         changes[kind][key] = value + spread * step if adds else value * math.exp(spread * step)
     material = changes["material"]
-    factor = material.get("power_factor", _value(entries, "material.power_factor"))
+    factor = material.get("power_factor", value_of(entries, "material.power_factor"))
     material["power_factor"] = factor * math.exp(uncertainty.residual * force)
     within = {
         kind: {key: entries[kind].within(key, value) for key, value in values.items()}
@@ -98,6 +98,7 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
         ) from None
 
 
-def _value(entries: Mapping[str, Any], name: str) -> float:
+def value_of(entries: Mapping[str, Any], name: str) -> float:
+    """Return a number of some entries, by a name such as `material.chip_energy`."""
     kind, key = name.split(".")
     return float(getattr(entries[kind], key))
