@@ -147,7 +147,7 @@ COMMANDS = {
         "agents.track.study",
         "Measure how fast policies adapt to held-out machines.\n\n"
         "An adapter may change its policy after each shift; it is evaluated on separate episodes.",
-        "--machines public:1 --adapters bc --seeds 1",
+        "--machines public:1 --adapters plain_gru --seeds 1",
         tasks=None,
         episodes=TRACK_EPISODES,
         own=track,

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark.trained import from_file
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
@@ -16,9 +15,8 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.model_view import on
-from grind_env.policies.naming import SHIPPED
+from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -91,11 +89,11 @@ def decider(trial: DressTrial) -> Policy:
 
 
 def deciding(problem: Problem) -> list[Policy]:
-    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    """The policies of a problem that decide when to dress: scripted ones, planners, and the bundled agent."""
     simulation = problem.simulation()
     scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
-    shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"
-    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]
+    bundled = usual_name(simulation)
+    return [*scripted, *([named_policy(bundled, simulation)] if bundled != FALLBACK else [])]
 
 
 def on_plant(problem: Problem, plant: str) -> Problem:

@@ -60,7 +60,7 @@ def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 PLATE = str(Path(grind_env.__file__).with_name("examples") / "plate_g82.nc")
-AGENT = SHIPPED / "power_limited.safetensors"
+AGENT = SHIPPED / "plain_gru" / "power_limited.safetensors"
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ AGENT = SHIPPED / "power_limited.safetensors"
             ("look_ahead", "look_ahead"),
             ("guarded:adaptive_rule", "guarded:adaptive_rule"),
             (str(AGENT), "power_limited.safetensors"),
-            (None, "shipped"),
+            (None, "plain_gru"),
         ]
     ),
 )
