@@ -7,11 +7,10 @@ import gymnasium as gym
 import numpy as np
 
 import grind_env
-from agents.benchmark.plan import CORE
 from agents.benchmark.results import read_results
 from agents.benchmark.summary import summaries
 from agents.cells import RESULTS
-from grind_env.envs.names import environment_id
+from grind_env.envs.names import CORE, environment_id
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 

@@ -1,17 +1,17 @@
 """Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021)."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from agents.benchmark.judge import CLIP, Sampled, is_ratio
+from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.arrays import Array
 from grind_env.policies.statistics import (
     Interval,
+    ScoredRuns,
     improvement,
     interquartile_mean,
     mean_score,
@@ -31,18 +31,6 @@ MEASURES: dict[str, Callable[[Array], Array]] = {
     "mean": mean_score,
     "optimality gap": optimality_gap,
 }
-
-
-class ScoredRuns(NamedTuple):
-    """Clipped scores of a policy."""
-
-    scores: Array
-    """Shape (runs, tasks)."""
-    draws: Array
-    """Of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
-
-    def interval(self, measure: Callable[[Array], Array]) -> Interval:
-        return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
@@ -69,10 +57,9 @@ def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
             assert scores is not None
             columns.append(scores[0][numbers[:count]])
             draws.append(scores[1][:, numbers[:count]])
-        clipped = np.maximum(np.stack(draws, axis=-1), CLIP)
         # the runs of two policies are not paired, so each policy draws its own
-        drawn = resampled_runs(clipped, seed=1 + len(found))
-        found[policy] = ScoredRuns(np.maximum(np.stack(columns, axis=-1), CLIP), drawn)
+        drawn = resampled_runs(np.stack(draws, axis=-1), seed=1 + len(found))
+        found[policy] = ScoredRuns.clipped(np.stack(columns, axis=-1), drawn)
     return found
 
 

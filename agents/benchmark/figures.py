@@ -9,14 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from agents.benchmark.aggregate import MEASURES, ScoredRuns, aggregates, all_runs, improvements, profile, scored_tasks
-from agents.benchmark.judge import CLIP
+from agents.benchmark.aggregate import MEASURES, aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, PolicySummary, summaries, tasks_of
 from grind_env.files import write_atomically
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
-from grind_env.policies.statistics import Interval
+from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
 
 WIDTH = 9.0
 """Inches; at `DPI` a little wider than a page of a repository shows."""

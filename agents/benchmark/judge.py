@@ -22,9 +22,6 @@ from grind_env.policies.statistics import (
 )
 from grind_env.scores import find_reference
 
-CLIP = -100.0
-"""Lower scores count as this one in aggregates (scenarios, section 2)."""
-
 Draws = tuple[Array, Array]
 """Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
 

@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from agents.benchmark.aggregate import ScoredRuns, aggregates, all_runs, scored_tasks
+from agents.benchmark.aggregate import aggregates, all_runs, scored_tasks
 from agents.benchmark.figures import OVER, figure_names
-from agents.benchmark.judge import CLIP, Sampled, is_ratio
+from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import AT, LIMIT, LIMITED, ON_BELIEF, SWEEPS
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, PolicySummary, best, brief, columns_of, shown, summaries, tasks_of
@@ -14,7 +14,7 @@ from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.statistics import Interval
+from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
 from grind_env.table import NONE, table_of
 
 Lines = Mapping[str, Sequence[PolicySummary]]

@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from agents.cells import RUNS
-from grind_env.envs.names import task_names
+from grind_env.envs.names import CORE, task_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned import ConfigError
 
-CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic."""
 FLAGSHIP = "power_limited"
 EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"
 LONG = (REFERENCE, ON_BELIEF, "mpc")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
-from agents.benchmark.plan import CORE
 from agents.benchmark.results import INTERPOLATION, PLANTS, Result
+from grind_env.envs.names import CORE
 from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, Column, Table, table_of
 

@@ -8,15 +8,16 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
-from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
+from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
+from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
+from grind_env.scores import EPISODES as SCORE_EPISODES
 from grind_env.shop.commands.arguments import Plant
 from grind_env.terminal import table_console
 

@@ -22,6 +22,10 @@ PERFECT = 100.0
 """Score of the reference planner, from which the optimality gap is measured."""
 
 
+CLIP = -100.0
+"""Lower scores count as this one in aggregates (scenarios, section 2)."""
+
+
 class Interval(NamedTuple):
     """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of what is estimated."""
 
@@ -146,6 +150,27 @@ def resampled_runs(scores: Array, seed: int = 0) -> Array:
     """
     index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
     return np.take_along_axis(scores, index, axis=1)
+
+
+class ScoredRuns(NamedTuple):
+    """Scores of a policy, clipped at `CLIP`.
+
+    Attributes:
+        scores: shape (runs, tasks).
+        draws: of every resample of the runs and the episodes, shape (resamples, runs, tasks).
+    """
+
+    scores: Array
+    draws: Array
+
+    @classmethod
+    def clipped(cls, scores: Array, draws: Array) -> "ScoredRuns":
+        """Return the runs with these scores."""
+        return cls(np.maximum(scores, CLIP), np.maximum(draws, CLIP))
+
+    def interval(self, measure: Callable[[Array], Array]) -> Interval:
+        """Return an aggregate of the scores, such as `interquartile_mean`."""
+        return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 
 def interquartile_mean(scores: Array) -> Array:

@@ -9,7 +9,7 @@ from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import measure
 from agents.benchmark.page import page, verdict
-from agents.benchmark.plan import CORE, KINDS, LIMIT, PLAIN, chosen_problems, planned
+from agents.benchmark.plan import KINDS, LIMIT, PLAIN, chosen_problems, planned
 from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
@@ -17,6 +17,7 @@ from agents.benchmark.readme import section
 from agents.benchmark.results import merged, result_of
 from agents.benchmark.summary import NONE, summaries
 from agents.benchmark.trials import BenchmarkTrial, seconds
+from grind_env.envs.names import CORE
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate

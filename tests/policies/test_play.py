@@ -3,9 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.plan import CORE
 from grind_env.cli import main
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds
