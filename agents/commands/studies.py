@@ -12,7 +12,7 @@ from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
 from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
-from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.envs.names import CORE, MODULE_NAMES, task_names
@@ -117,7 +117,7 @@ COMMANDS = {
         "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
-        seeds=5,
+        seeds=10,
         steps=1_000_000,
     ),
     "scores": StudyCommand(
@@ -206,6 +206,7 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         configs: Configs = None,
         results: Results = None,
         fresh: Fresh = False,
+        hours: Hours = False,
     ) -> None: ...
 
     shared, own = (inspect.signature(function, eval_str=True).parameters for function in (common, of.own))
@@ -220,7 +221,8 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
         chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if given[key] != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
-        options = Options(jobs=usual["jobs"], ray=usual["ray"], runs=runs, fresh=fresh, console=table_console())
+        found = {key: usual[key] for key in ("jobs", "ray", "runs", "fresh", "hours")}
+        options = Options(**found, console=table_console())
         asked = StudyOptions(
             problems=() if of.tasks is None else chosen_problems(usual["tasks"] or of.tasks, job, parts),
             tasks=usual["tasks"],

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
@@ -62,6 +63,7 @@ def study(asked: StudyOptions, plant: str | None) -> Study:
         title="",
         trials=trials,
         run=find,
+        seconds=seconds,
         decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
         files={f"{problem.name}.csv": "task,question,policy," for problem in problems},
         publish=partial(write, episodes),
@@ -81,6 +83,14 @@ def find(trial: DressTrial) -> dict[str, object]:
     plan = best_plan(simulation, [interval for interval in trial.what if interval <= simulation.task.blocks])
     run = run_seeds(plan, simulation, seeds)
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
+
+
+def seconds(trial: DressTrial) -> float:
+    """Return the CPU-seconds of a trial, about: of a policy, or of plans on training episodes and on those that judge."""
+    blocks = trial.episodes * trial.problem.simulation().task.blocks
+    if isinstance(trial.what, str):
+        return blocks * DECISION.get(trial.what, USUAL_DECISION)
+    return 2 * blocks * len(trial.what) * USUAL_DECISION
 
 
 def decider(trial: DressTrial) -> Policy:

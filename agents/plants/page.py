@@ -27,8 +27,8 @@ machines of all these families; they are the words, too, where a calibration *re
 Logs have the gain and the idle power of a meter, and neither its lag nor the drift of a gauge. *Advise*: `floor` holds
 no model, and `trusting` is the adviser without its guard. *Robust*: an agent trained for the program on other machines
 of all these families."""
-HEADER = ("question", "program", "plant", "what", "value", "commit")
-BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
+HEADER = ("question", "program", "plant", "what", "value", "commit", "task_version")
+BEGINS = {CSV: ",".join(HEADER[:-1]), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"
 ASKED = (
     Column("question", lambda item: item[0]),
@@ -83,12 +83,13 @@ def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
 
 
 def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
-    """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
+    """Return what a table of the present task version has of the programs of the study, and the commit of each cell."""
     if not path.exists():
         return {}, {}
     found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
     for row in csv_rows(path):
-        if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
+        present = row.get("task_version") == str(TASK_VERSION)
+        if present and row["program"] in PROGRAMS and row["question"] in QUESTIONS:
             cell = PlantsTrial(row["question"], StudyMachine(row["plant"], PROGRAMS[row["program"]]))
             found.setdefault(cell, {})[row["what"]] = float(row["value"])
             commits[cell] = row["commit"]
@@ -100,7 +101,15 @@ def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, s
     return csv_of(
         HEADER,
         (
-            (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
+            (
+                cell.question,
+                cell.machine.program.name,
+                cell.machine.plant,
+                what,
+                f"{value:.6g}",
+                commits[cell],
+                TASK_VERSION,
+            )
             for cell, numbers in found.items()
             for what, value in numbers.items()
         ),

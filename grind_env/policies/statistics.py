@@ -2,9 +2,8 @@
 
 A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
 et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
-interquartile mean, optimality gap, probability of improvement, performance profile, and a bootstrap that is stratified
-over tasks. Here the episodes are resampled as well, the same ones for all policies of a task, so that a policy of one
-run has an interval, too.
+interquartile mean, optimality gap, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
+well, the same ones for all policies of a task, so that a policy of one run has an interval, too.
 """
 
 from collections.abc import Callable
@@ -193,27 +192,3 @@ def mean_score(scores: Array) -> Array:
 def optimality_gap(scores: Array) -> Array:
     """How far scores, shape (..., runs, tasks), fall short of `PERFECT` on average; what exceeds it does not count."""
     return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
-
-
-def improvement(ours: Array, theirs: Array) -> Array:
-    """Probability that a run of ours beats one of theirs on a task drawn at random; an equal score counts half.
-
-    The mean over tasks of the Mann-Whitney U over the number of pairs. Shapes (..., runs, tasks); the numbers of runs
-    may differ.
-    """
-    difference = ours[..., :, None, :] - theirs[..., None, :, :]
-    return np.asarray((0.5 * (np.sign(difference) + 1.0)).mean(axis=(-3, -2, -1)))
-
-
-def performance_profile(scores: Array, levels: Array) -> Array:
-    """Share of the runs whose score is above each level.
-
-    Args:
-        scores: shape (..., runs, tasks).
-        levels: shape (L,).
-
-    Returns:
-        Shape (..., L).
-    """
-    runs = scores.reshape(*scores.shape[:-2], 1, -1)
-    return np.asarray((runs > levels[:, None]).mean(axis=-1))

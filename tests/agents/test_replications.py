@@ -56,7 +56,7 @@ def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
     (verdict,) = verdicts_of(published, found)
     assert (verdict.agent, verdict.rule) == ("plain_gru", "adaptive_rule")
     assert verdict.over.value == pytest.approx(25.0) and verdict.score.value == pytest.approx(50.0)
-    best = row("plain_none", published[0].cost - 8.9, 0)  # is no longer kept
+    best = row("robust", published[0].cost - 8.9, 0)  # is no longer kept
     text = page([*published, best], {FIRST: found}, compared(published, {FIRST: found}))
     assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
 

@@ -7,14 +7,12 @@ from scipy import stats
 from grind_env.policies.statistics import (
     bootstrap,
     cost_per_good_part,
-    improvement,
     interquartile_mean,
     mean_score,
     median_score,
     normalised_score,
     optimality_gap,
     percentile_interval,
-    performance_profile,
     resampled_means,
     resampled_runs,
 )
@@ -98,16 +96,11 @@ def test_aggregates_by_hand():
     assert optimality_gap(SCORES) == pytest.approx(100.0 - (10.0 + 385.0 + 220.0) / 12.0)
 
 
-@given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
-def test_aggregates_are_those_of_scipy(n, m, tasks, seed):
+@given(st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
+def test_the_interquartile_mean_is_that_of_scipy(n, tasks, seed):
     rng = np.random.default_rng(seed)
-    ours, theirs = rng.integers(-9, 9, (n, tasks)).astype(float), rng.integers(-9, 9, (m, tasks)).astype(float)
+    ours = rng.integers(-9, 9, (n, tasks)).astype(float)
     assert interquartile_mean(ours) == pytest.approx(stats.trim_mean(ours, 0.25, axis=None))
-    pairs = [stats.mannwhitneyu(ours[:, k], theirs[:, k]).statistic / (n * m) for k in range(tasks)]
-    assert improvement(ours, theirs) == pytest.approx(np.mean(pairs))
-    levels = np.linspace(-10.0, 10.0, 7)
-    survival = 1.0 - stats.ecdf(ours.ravel()).cdf.evaluate(levels)
-    assert performance_profile(ours, levels) == pytest.approx(survival)
 
 
 @pytest.mark.parametrize("measure", [interquartile_mean, median_score, mean_score, optimality_gap])
