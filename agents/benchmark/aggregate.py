@@ -15,20 +15,13 @@ from grind_env.policies.statistics import (
     ScoredRuns,
     interquartile_mean,
     mean_score,
-    median_score,
-    optimality_gap,
     resampled_runs,
 )
 
 SINGLE_KIND = {"constant_per_kind": "constant"}
 """What stands for a policy in a task with one kind of block, where the two are the same."""
 
-MEASURES: dict[str, Callable[[Array], Array]] = {
-    "IQM": interquartile_mean,
-    "median": median_score,
-    "mean": mean_score,
-    "optimality gap": optimality_gap,
-}
+MEASURES: dict[str, Callable[[Array], Array]] = {"IQM": interquartile_mean, "mean": mean_score}
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:

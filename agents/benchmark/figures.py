@@ -58,7 +58,7 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 
 def aggregate_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tasks: int) -> Figure:
-    """Interquartile mean, median, mean and optimality gap of every policy."""
+    """Interquartile mean and mean of every policy."""
     found = aggregates(runs)
     names = list(found)
     figure = Figure(figsize=(WIDTH, 1.0 + 0.24 * len(names)), dpi=DPI, layout="constrained")

@@ -19,7 +19,7 @@ MEASUREMENTS, STATE, _ = KNOWLEDGE
 ON_STATE = "mpc"
 """The planner on the true state."""
 PICTURES = {
-    "iqm": "Interquartile mean, median, mean and optimality gap of the score",
+    "iqm": "Interquartile mean and mean of the score over tasks",
     "curves": "Score on validation seeds over the steps of the training",
 }
 HEAD = """\
@@ -154,8 +154,8 @@ def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str
     rows = [[policy, *(shown(of[measure], ratio=False) for measure in measures)] for policy, of in found.items()]
     return (
         f"Over {', '.join(scored_tasks(results))}; scores below {CLIP:g} count as {CLIP:g}. IQM: mean of the middle"
-        " half of all runs. Optimality gap: how far scores fall short of 100. Bootstrap over episodes and, within each"
-        " task, over runs, as in rliable.\n\n" + table_of(("policy", *measures), rows, left=1).markdown()
+        " half of all runs. Bootstrap over episodes and, within each task, over runs, as in rliable.\n\n"
+        + table_of(("policy", *measures), rows, left=1).markdown()
     )
 
 

@@ -86,7 +86,7 @@ def find(trial: DressTrial) -> dict[str, object]:
 
 
 def seconds(trial: DressTrial) -> float:
-    """Return the CPU-seconds of a trial, about: of a policy, or of plans on training episodes and on those that judge."""
+    """Return the CPU-seconds of a trial, about; plans grind training episodes, too."""
     blocks = trial.episodes * trial.problem.simulation().task.blocks
     if isinstance(trial.what, str):
         return blocks * DECISION.get(trial.what, USUAL_DECISION)

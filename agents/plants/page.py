@@ -18,6 +18,7 @@ from grind_env.files import is_file
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.policies.tuned import write_whole
 from grind_env.table import Column, table_of
+from grind_env.task_version import TASK_VERSION
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
@@ -98,22 +99,12 @@ def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, st
 
 def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
     """What was found, a number a row, with the commit by which."""
-    return csv_of(
-        HEADER,
-        (
-            (
-                cell.question,
-                cell.machine.program.name,
-                cell.machine.plant,
-                what,
-                f"{value:.6g}",
-                commits[cell],
-                TASK_VERSION,
-            )
-            for cell, numbers in found.items()
-            for what, value in numbers.items()
-        ),
+    rows = (
+        (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
+        for cell, numbers in found.items()
+        for what, value in numbers.items()
     )
+    return csv_of(HEADER, ((*row, TASK_VERSION) for row in rows))
 
 
 def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:

@@ -2,7 +2,7 @@
 
 A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
 et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
-interquartile mean, optimality gap, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
+interquartile mean, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
 well, the same ones for all policies of a task, so that a policy of one run has an interval, too.
 """
 
@@ -17,8 +17,6 @@ RESAMPLES = 4000
 COVERAGE = 0.95
 AT_ONCE = 250_000
 """Values that are drawn at once: they stay in the cache of a processor."""
-PERFECT = 100.0
-"""Score of the reference planner, from which the optimality gap is measured."""
 
 
 CLIP = -100.0
@@ -179,16 +177,6 @@ def interquartile_mean(scores: Array) -> Array:
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
-def median_score(scores: Array) -> Array:
-    """Median over tasks of the mean over runs, shape (..., runs, tasks)."""
-    return np.asarray(np.median(scores.mean(axis=-2), axis=-1))
-
-
 def mean_score(scores: Array) -> Array:
     """Mean over runs and tasks, shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))
-
-
-def optimality_gap(scores: Array) -> Array:
-    """How far scores, shape (..., runs, tasks), fall short of `PERFECT` on average; what exceeds it does not count."""
-    return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
