@@ -57,7 +57,7 @@ class Result:
     scrap: float
     """Share of the parts."""
     E_mean: float
-    """m/min, over all blocks."""
+    """mm/min, over all blocks."""
     D_mean: float
     """Dress executions a block."""
     interpolation_episodes: int
@@ -173,7 +173,7 @@ def result_of(
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
-        E_mean=run.speed / 1000.0,
+        E_mean=run.speed,
         D_mean=run.dresses,
         cost=single(run, "cost"),
         good=single(run, "good"),

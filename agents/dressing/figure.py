@@ -46,7 +46,7 @@ def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:
     """Cost against the blocks from dress to dress, which are drawn at equal distances."""
     draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
     axes.set_title("one dress every N blocks", fontsize=TITLE)
-    axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
+    axes.set(xlabel="N, blocks, and the best E, mm/min", ylabel="$ per good part")
 
 
 def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:

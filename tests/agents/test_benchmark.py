@@ -119,7 +119,7 @@ def test_the_numbers_of_a_row():
     row = result_of(BenchmarkCell(SLOT, "ppo", 3), "measurements", run, steps=30, train_seconds=60.0)
     assert (row.kind, row.seed, row.episodes, row.seeds) == ("learned", 3, 2, "2000000..2000001")
     assert (row.interpolation_episodes, row.interpolation_scrap, row.interpolation_seeds) == (0, None, None)
-    assert (row.scrap, row.E_mean, row.D_mean) == (0.5, 6.5, 1.0)
+    assert (row.scrap, row.E_mean, row.D_mean) == (0.5, 6500.0, 1.0)
     assert (row.steps, row.train_seconds) == (30, 60.0)
     assert [found(name, 1.0).kind for name in ("handbook", "mpc", "hindsight")] == ["scripted", "planner", "planner"]
 
