@@ -92,7 +92,7 @@ def evaluate(
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
     if core:
-        for name in ("env", "job", "parts", "seeds", "split", "first_seed", "plant", "model"):
+        for name in ("env", "job", "parts", "seeds", "split", "first_seed", "plant", "model", "other_part"):
             if (source := ctx.get_parameter_source(name)) is None or source.name != "DEFAULT":
                 option = "task" if name == "env" else name.replace("_", "-")
                 raise GrindError(f"--core says which episodes of which tasks are ground: leave out --{option}")

@@ -65,14 +65,6 @@ class Sampled:
         """Costs per good part, $, likewise."""
         return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
 
-    def scale(self) -> Interval | None:
-        """What 100 points are, $ an episode: what hindsight saves over the best fixed plan."""
-        fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
-        if fixed is None or planner is None:
-            return None
-        (mean, draws), _ = self.of_first(self.lengths[[fixed, planner]].min())
-        return percentile_interval(float(mean[fixed] - mean[planner]), draws[:, fixed] - draws[:, planner])
-
     def gain(self, ours: str, theirs: str) -> Interval | None:
         """Points that one policy scores more than another, paired: over the same episodes, and the runs of each.
 

@@ -80,7 +80,7 @@ def room(task: str, of: Sampled) -> TaskRoom | None:
         return None
     plan, blocks = of.results[fixed].policy, of.results[of.runs(known)[0]].blocks
     score = of.gain(known, plan)
-    assert score is not None
+    assert score is not None, "a best policy has a score"
     searched = of.gain(MORE_SEARCH, REFERENCE)
     return TaskRoom(task, known, score, budget(blocks), of.gain(ON_STATE, plan), of.gain(ON_STATE, known), searched)
 
@@ -121,11 +121,10 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdi
     """Return the verdict on a task, by agent and rule that are best in `chosen`; None without these or a score."""
     agent = best(chosen or of, MEASUREMENTS, "learned", limited=True)
     rule, fixed = best(chosen or of, MEASUREMENTS, "scripted"), of.fixed()
-    if agent is None or rule is None or fixed is None or of.scale() is None or is_ratio(task):
+    if agent is None or rule is None or fixed is None or is_ratio(task):
         return None
     score, over = of.gain(agent, of.results[fixed].policy), of.gain(agent, rule)
-    assert score is not None and over is not None
-    return AgentVerdict(task, agent, score, rule, over)
+    return None if score is None or over is None else AgentVerdict(task, agent, score, rule, over)
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:

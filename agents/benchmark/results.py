@@ -188,28 +188,10 @@ def single(run: Evaluation | None, name: str) -> Episodes:
 
 
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
-    """New results in place of old ones.
-
-    Those of fewer or more episodes are compared on the ones that they share, the first; old ones of a task that begin
-    with another seed cannot be, and go.
-    """
+    """Return new results in place of old ones; those of fewer episodes are compared on the ones that they share."""
     replaced = {each.key for each in new}
-    first: dict[str, dict[str, str]] = {}
-    for each in new:
-        first.setdefault(each.task, {}).update(first_seeds(each))
-    kept = [
-        each
-        for each in old
-        if each.key not in replaced
-        and all(first.get(each.task, {}).get(of, seed) == seed for of, seed in first_seeds(each).items())
-    ]
+    kept = [each for each in old if each.key not in replaced]
     return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
-
-
-def first_seeds(result: Result) -> dict[str, str]:
-    """The first seeds that a result is of."""
-    names = [f"{prefix}seeds" for prefix in PREFIXES]
-    return {name: seeds.split("..")[0] for name in names if (seeds := getattr(result, name))}
 
 
 def read_results(folder: Path) -> list[Result]:

@@ -122,10 +122,6 @@ def benchmark(
             said = f"{title}: {episodes} paired episodes"
             table_of_task(table, problem.name, said, ON_SCREEN).print(console)
     console.print(printable(f"written to {folder}: benchmark.parquet and .csv"), highlight=False, markup=False)
-    if gone := sorted(
-        {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}
-    ):
-        print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     if full and not failed:
         rebuild(folder, console)
     if failed:

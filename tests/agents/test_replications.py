@@ -92,9 +92,8 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
 
 def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: Path) -> None:
     out, cost = io.StringIO(), np.full(4, 5.0)
-    published = [
-        replace(row(policy, cost, seed), task="oracle6") for policy, seed in (("handbook", None), ("plain_belief", 0))
-    ]
+    both = ("handbook", None), ("plain_belief", 0)
+    published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in both]
     options = Options(runs=tmp_path, console=Console(file=out, width=200))
     study = replicate(published, [ORACLE], [FIRST], 2, None, options)
     assert [trial.cell.policy for trial in study.trials] == ["handbook"]

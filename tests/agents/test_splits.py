@@ -43,12 +43,8 @@ def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interva
     def line(task: str, who: str, score: float, half: float = 1.0) -> SplitScore:
         return SplitScore(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
 
-    lines = [
-        line("a", "plain_gru", 9.0),
-        line("a", "robust", 5.0),
-        line("b", "robust", 9.0),
-        line("b", "plain_gru", 8.0),
-    ]
+    both = ("a", "plain_gru", 9.0), ("a", "robust", 5.0), ("b", "robust", 9.0), ("b", "plain_gru", 8.0)
+    lines = [line(*each) for each in both]
     lines += [line("c", "robust", 9.0), line("c", "look_ahead", 3.0), line("c", "mpc", 50.0)]
     one, other = leading(lines, EVERY).split(", ")
     assert one == "`robust` leads in 2 of 3 tasks (1 clear of all others)"

@@ -180,8 +180,7 @@ def test_checked_in_episodes_belong_to_no_training(checked_in):
         assert last - first + 1 == each.episodes == len(each.cost)
         if each.interpolation_seeds is not None:
             first, last = map(int, each.interpolation_seeds.split(".."))
-            # before the seeds of evaluation judged the split, too, it had seeds of its own
-            assert first in (2_000_000, 3_000_000)
+            assert first == 2_000_000
             assert last - first + 1 == each.interpolation_episodes == len(each.interpolation_cost)
         assert (each.trained_on is not None) == (each.kind == "learned")
 
