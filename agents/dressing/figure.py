@@ -96,10 +96,7 @@ def draw_dresser(axes: Axes, found: Sequence[DressFinding], own: DressFinding) -
     corner = leads.index(own.lead) - 0.5, depths.index(own.depth) - 0.5
     axes.add_patch(Rectangle(corner, 1.0, 1.0, fill=False, edgecolor=ORANGE, lw=2.5))
     axes.set_title("the dresser: $ per good part, overlap / best N", fontsize=TITLE)
-    axes.set(
-        xlabel="dress lead, mm per revolution",
-        ylabel="dress depth, mm a pass",
-    )
+    axes.set(xlabel="dress lead, mm per revolution", ylabel="dress depth, mm a pass")
     axes.figure.colorbar(image, ax=axes, extend="max")
 
 

@@ -134,12 +134,8 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
     if task.cycle != "G83":
         absent.add("taper")
     shown = (reading for reading in _table(task) if reading.name not in absent)
-    return measured_first((*shown, *_one_hot(task)))
-
-
-def measured_first(entries: Iterable[Reading]) -> tuple[Reading, ...]:
-    """The entries in their order, the hidden ones behind all others: a measured observation begins every full one."""
-    return tuple(sorted(entries, key=lambda entry: entry.noise == "hidden"))
+    # a measured observation begins every full one
+    return tuple(sorted((*shown, *_one_hot(task)), key=lambda entry: entry.noise == "hidden"))
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:

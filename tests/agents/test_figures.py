@@ -3,12 +3,8 @@ from dataclasses import replace
 import numpy as np
 from PIL import Image
 
+from agents.benchmark import figures
 from agents.benchmark.aggregate import MEASURES, aggregates, all_runs
-from agents.benchmark.figures import (
-    aggregate_figure,
-    curve_figure,
-    write_figures,
-)
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
 from grind_env.policies.problem import find_problem
@@ -42,16 +38,18 @@ def dots(panel):
 def test_the_figures_are_small_and_fit_a_page(tmp_path):
     curve = {"curve_steps": np.array([5e5, 1e6]), "curve_score": np.array([40.0, 60.0])}
     rows = [replace(each, **curve) if each.kind == "learned" else each for each in ROWS]
-    paths = write_figures(rows, tmp_path / "figures")
+    paths = figures.write_figures(rows, tmp_path / "figures")
     assert [path.name for path in paths] == ["iqm.png", "curves.png"]
     for path in paths:
         assert path.stat().st_size < 150_000
         assert 800 <= Image.open(path).width <= 1200
-    assert [path.read_bytes() for path in write_figures(rows, tmp_path / "again")] == [p.read_bytes() for p in paths]
+    assert [path.read_bytes() for path in figures.write_figures(rows, tmp_path / "again")] == [
+        p.read_bytes() for p in paths
+    ]
 
 
 def test_without_a_scored_task_nothing_is_drawn(tmp_path):
-    assert write_figures(results(["slot"]), tmp_path) == []
+    assert figures.write_figures(results(["slot"]), tmp_path) == []
 
 
 def test_a_learning_curve_is_the_mean_of_its_runs_between_the_least_and_the_most():
@@ -61,7 +59,7 @@ def test_a_learning_curve_is_the_mean_of_its_runs_between_the_least_and_the_most
         replace(each, curve_steps=steps, curve_score=np.array(scores[each.seed])) if each.kind == "learned" else each
         for each in ROWS
     ]
-    panels = [each for each in curve_figure(rows).axes if each.get_visible()]
+    panels = [each for each in figures.curve_figure(rows).axes if each.get_visible()]
     assert [each.get_title() for each in panels] == ["power_limited", "rush", "slot"]
     for panel in panels:
         line = panel.get_lines()[0]
@@ -73,7 +71,7 @@ def test_a_learning_curve_is_the_mean_of_its_runs_between_the_least_and_the_most
 def test_dots_stand_at_the_aggregates():
     runs = all_runs(ROWS)
     found = aggregates(runs)
-    figure = aggregate_figure(ROWS, runs, 2)
+    figure = figures.aggregate_figure(ROWS, runs, 2)
     for panel, measure in zip(figure.axes, MEASURES, strict=True):
         assert panel.get_title() == measure
         assert dots(panel) == {(of[measure].value, -k) for k, of in enumerate(found.values())}

@@ -69,8 +69,7 @@ def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
 def test_they_can_be_named_but_stand_in_no_list() -> None:
     assert not set(ABLATIONS) & set(policy_names(RUSH))
     with pytest.raises(
-        ConfigError,
-        match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress",
+        ConfigError, match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress"
     ):
         make_policy("adaptive", RUSH)
 

@@ -5,11 +5,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
-from grind_env.policies.planners.dynamic_programming import (
-    Surcharge,
-    forward_plans,
-    surcharges,
-)
+from grind_env.policies.planners.dynamic_programming import Surcharge, forward_plans, surcharges
 from grind_env.policies.planners.hindsight import Hindsight, cheapest_plans, moves, plan_cost, sweep
 from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
