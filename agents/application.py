@@ -12,7 +12,7 @@ class AgentCommands(HelpfulGroup):
 
     groups: ClassVar = {
         "Train and compare": "tune benchmark dataset video",
-        "Studies": "scores gaps splits recipe safety dress-study plants track replicate",
+        "Studies": "scores gaps splits recipe safety dress-study intervals plants track replicate",
     }
 
 

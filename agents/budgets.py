@@ -1,4 +1,4 @@
-"""How much work tuning and scoring do by default.
+"""Default amounts of work for tuning and scoring.
 
 It stands alone, so that the command line can show these numbers without loading the libraries that do the work.
 """

@@ -1,4 +1,4 @@
-"""The training recipe of `docs/howto/train.md`, run as printed, with other seeds, without belief, on other tasks."""
+"""The training recipe of `docs/howto/train.md`, as printed, and with other seeds, without belief, on other tasks."""
 
 import os
 import re
@@ -37,7 +37,7 @@ TITLE = "# The training recipe"
 
 @dataclass(frozen=True)
 class RecipeTrial:
-    """A training: of which task, what it sees, its seed, and its lines."""
+    """Training of a task: its observation, its seed, and its lines."""
 
     problem: Problem
     way: str
@@ -51,7 +51,7 @@ class RecipeTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecipeRow:
-    """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
+    """Result of a training on evaluation episodes, with a 95 % interval over them."""
 
     task: str
     sees: str
@@ -66,7 +66,7 @@ class RecipeRow:
     E: float
     D: float
     cpu_seconds: float
-    """Of imports, training and judging, on one core."""
+    """CPU-seconds of imports, training and judging, on one core."""
     wall_seconds: float
 
 
@@ -79,7 +79,7 @@ def recipe(page: str) -> str:
 
 
 def variant(text: str, trial: RecipeTrial) -> str:
-    """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
+    """Return the recipe changed to another task, seed or number of steps, or without the belief.
 
     Raises:
         GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
@@ -166,7 +166,7 @@ def write(found: Sequence[RecipeRow], results: Path) -> str:
 
 
 def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Whether two rows may stand in one table."""
+    """Return whether two rows may be in one table."""
     return one.keys() == other.keys() and all(
         one[name] == other[name] for name in ("steps", "episodes", "task_version")
     )
@@ -189,11 +189,11 @@ SHOWN = (
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
     Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
 )
-"""Of the page, a row for all seeds of a task and way."""
+"""Columns of the page, a row for all seeds of a task and way."""
 
 
 def page(found: Sequence[RecipeRow]) -> str:
-    """The table of all seeds, Markdown."""
+    """Return the table of all seeds, Markdown."""
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (

@@ -1,4 +1,4 @@
-"""A study as data: its trials run once, are cached by all that decides them, and become a table and a page."""
+"""A study as data: its trials run once, are cached with all their inputs, and become a table and a page."""
 
 import hashlib
 import json
@@ -45,7 +45,7 @@ Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cache
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """How trials are run."""
+    """Options of running trials."""
 
     jobs: int = 1
     ray: str | None = None
@@ -73,23 +73,24 @@ class StudyOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A study as data.
+    """Study as data.
 
     Attributes:
-        name: of its command and its files.
-        title: of its page.
-        trials: frozen dataclasses; a field `problem` or `task` says what is ground.
-        run: `run(trial)`: what is found in one, as JSON has it. A function of a module, which processes import.
-        columns: of the table; by default the fields of trials and what is found in one.
+        name: name of its command and files.
+        title: title of its page.
+        trials: frozen dataclasses; a field `problem` or `task` names the problem.
+        run: `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
+        columns: columns of the table; by default the fields of trials and results.
         page: `page(found)`: Markdown below the title.
         rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds stand in every row.
-        decides: `decides(trial)`: what else decides what is found, beside the code of `run`, the trial and its task.
-        seconds: `seconds(trial)`: CPU-seconds that it takes, about.
-        trains: versions of Stable-Baselines3 and torch stand in every row, too.
-        prepare: what is done before the first trial.
-        publish: `publish(found, folder)`: writes other files than these two, and gives what is printed.
-        files: how the files begin that it writes, by their names, if there are others.
+        episodes: evaluation episodes, whose seeds are in every row; 0 for none.
+        decides: `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task.
+        seconds: `seconds(trial)`: estimated CPU-seconds.
+        trains: whether every row has the versions of Stable-Baselines3 and torch, too.
+        prepare: called before the first trial.
+        draw: `draw(found, folder)`: writes the figures of the page.
+        publish: `publish(found, folder)`: writes further files, and returns text to print.
+        files: first characters of further files, by name.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Study:
     seconds: Callable[[Any], float] = lambda trial: 0.0
     trains: bool = True
     prepare: Callable[[], object] = lambda: None
+    draw: Callable[[Found, Path], object] = lambda found, folder: None
     publish: Callable[[Found, Path], str] | None = None
     files: Mapping[str, str] | None = None
 
@@ -117,7 +119,7 @@ class Study:
 
     @property
     def written(self) -> Mapping[str, str]:
-        """How the files that it writes begin, by their names."""
+        """Return the first characters of the written files, by name."""
         own = {f"{self.name}.csv": ",".join(self.columns), f"{self.name}.md": self.heading}
         return own if self.files is None else self.files
 
@@ -175,13 +177,16 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes))
+        made = provenance(episode_seeds("evaluation", self.episodes or 1))
         if not self.trains:
             made = {name: value for name, value in made.items() if name not in TRAINING}
+        if not self.episodes:
+            del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]
         text = f"{self.heading}\n\n{self.page(found)}\n"
         write_whole(folder / f"{self.name}.csv", csv_of([*self.columns, *made], rows))
         write_whole(folder / f"{self.name}.md", text)
+        self.draw(found, folder)
         return text
 
     def publish_to(self, folder: Path, options: Options) -> None:
@@ -197,7 +202,7 @@ class Study:
 
 @cache
 def of_problem(problem: Problem) -> tuple[str, float]:
-    """Stands for what a problem does, and for its prices."""
+    """Return a fingerprint of a problem's behaviour and prices."""
     return behaviour(problem.simulation()), problem.simulation().task.reference_cost
 
 

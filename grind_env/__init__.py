@@ -60,7 +60,7 @@ register()
 
 
 def __getattr__(name: str) -> Any:
-    """What is imported when it is asked for."""
+    """Import slow modules on first use."""
     if name == "examples":
         return import_module("grind_env.examples")
     if name in LAZY:
@@ -70,5 +70,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """With what is imported when it is asked for, so that a notebook can complete it."""
+    """Return all public names, including slow modules, so that notebooks can complete them."""
     return sorted({*globals(), *__all__})

@@ -322,7 +322,7 @@ def _control(
     groove_retract: float | None,
     variables: list[str] | None,
 ) -> "Control":
-    """The settings that the options of `check` and `trace` ask for."""
+    """Return the settings that the options of `check` and `trace` ask for."""
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError

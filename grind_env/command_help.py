@@ -1,4 +1,4 @@
-"""The help of commands, which fits on a screen: one line, options in groups, examples; and options with new names."""
+"""The help of commands on one screen: one line, options in groups, examples; and renamed options."""
 
 import re
 from typing import Any, ClassVar

@@ -1,4 +1,4 @@
-"""The agents of a benchmark, trained once and cached: those of `gru_ppo`, and that of the training recipe."""
+"""Agents of the benchmark, trained once and cached: kinds of `gru_ppo`, and the training recipe."""
 
 import hashlib
 import inspect

@@ -1,4 +1,4 @@
-"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021)."""
+"""Aggregates of scores over tasks and runs, computed like rliable (Agarwal et al. 2021)."""
 
 from collections.abc import Callable, Sequence
 
@@ -25,7 +25,7 @@ MEASURES: dict[str, Callable[[Array], Array]] = {"IQM": interquartile_mean, "mea
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
-    """The tasks that have a score: those with both anchors, which do not cost nearly the same."""
+    """Return the tasks that have a score: those with both anchors, which do not cost nearly the same."""
     tasks = {name: Sampled(each for each in results if each.task == name) for name in tasks_of(results)}
     return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
 

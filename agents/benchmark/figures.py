@@ -125,7 +125,7 @@ def plain(panel: Axes, axis: str) -> None:
 
 
 def _legend(figure: Figure, results: Sequence[Result]) -> None:
-    """What colours and marks mean."""
+    """Return the meaning of colours and marks."""
     panel = figure.axes[0]
     kinds = dict.fromkeys(each.kind for each in results)
     handles = [panel.plot([], [], "o", color=colour, ms=5, label=f"sees {sees}")[0] for sees, colour in SEES.items()]

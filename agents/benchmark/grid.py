@@ -1,4 +1,4 @@
-"""The grid: which cells remake all results, and how long cells take."""
+"""The full grid: the cells that remake all results, and their durations."""
 
 from collections.abc import Sequence
 

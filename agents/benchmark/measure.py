@@ -1,4 +1,4 @@
-"""Measures one cell: makes the policy if there is none yet, and runs it through the episodes."""
+"""Measure one cell: build or train the policy if needed, and run it through the episodes."""
 
 from dataclasses import replace
 from typing import Any

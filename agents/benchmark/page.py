@@ -1,4 +1,4 @@
-"""The page of all results, from the checked-in ones."""
+"""The page of all results, from the checked-in results."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What a benchmark measures: a cell for each task, policy and training seed."""
+"""The plan of a benchmark: a cell for each task, policy and training seed."""
 
 import re
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ RECIPE = "ppo"
 """The kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
 KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
 LAST_SEED = 398
-"""Of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
+"""Last seed of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
 PUBLIC, HELD_OUT = "public", "held-out"
 """Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"
@@ -73,7 +73,7 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def variant(self) -> str:
-        """Which variant of that; empty for none."""
+        """Return the name of the variant; empty for none."""
         return self.policy.partition(AT)[2]
 
     @property
@@ -94,7 +94,7 @@ class BenchmarkCell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """How cells are measured: on which episodes, with how many training steps, from and into which folders."""
+    """Options of measuring cells: episodes, training steps, and folders."""
 
     first: int = SEEDS["evaluation"]
     episodes: int = EPISODES
@@ -154,6 +154,6 @@ def planned(
 
 
 def named(problem: Problem) -> list[str]:
-    """The policies of a problem, among them the planner on the belief, and the rule that holds no model."""
+    """Return the policies of a problem, among them the planner on the belief, and the rule that holds no model."""
     simulation = problem.simulation()
     return [*policy_names(simulation), *fitting([EMPIRICAL, ON_BELIEF], simulation)]

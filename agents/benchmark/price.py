@@ -24,7 +24,7 @@ RULE = {"mpc": "full_state_rule"}
 
 
 def model_of(cell: BenchmarkCell) -> str:
-    """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
+    """Return a policy's knowledge of the simulator's equations: `none`, `nominal` or `exact`."""
     if cell.trains:
         return "none" if PLAIN.get(cell.base) == "gru" else "nominal"
     return "nominal" if cell.base in NOMINAL else "exact" if cell.base in EXACT else "none"

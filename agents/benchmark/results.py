@@ -1,4 +1,4 @@
-"""The table of results: one row a cell, with all it was made with; Parquet holds the episodes, too, CSV does not."""
+"""The table of results: a row for each cell and its inputs. Parquet also holds the episodes, CSV does not."""
 
 import io
 import re
@@ -83,7 +83,7 @@ class Result:
     trained_on: str | None
     """Split that the contexts of the training were drawn from."""
     steps: int | None
-    """Of the training."""
+    """Steps of the training."""
     train_seconds: float | None
     """CPU time."""
     model: str | None = None
@@ -182,7 +182,7 @@ def result_of(
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:
-    """A number of every episode in single precision; of no episode if there is no run."""
+    """Return a number of every episode in single precision; of no episode if there is no run."""
     values: Array = np.zeros(0) if run is None else getattr(run, name)
     return values.astype(np.float32)
 

@@ -68,7 +68,7 @@ def brief(interval: Interval | None, ratio: bool) -> str:
 
 
 def tasks_of(results: Sequence[Result]) -> list[str]:
-    """The tasks of results, those of the core set first."""
+    """Return the tasks of results, those of the core set first."""
     found = dict.fromkeys(each.task for each in results)
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
@@ -90,7 +90,7 @@ def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) 
 
 
 def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
-    """The lines of a task, from those that know least to those that know most, and from poor to good."""
+    """Return the lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()

@@ -1,4 +1,4 @@
-"""The cells of a benchmark as trials of a study, and their rows as they are cached."""
+"""The cells of a benchmark as trials of a study, and their cached rows."""
 
 import hashlib
 from collections.abc import Mapping, Sequence

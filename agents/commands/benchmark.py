@@ -149,5 +149,5 @@ def rebuild(folder: Path, console: Console) -> None:
 
 
 def listed(names: str | None) -> list[str] | None:
-    """The names in a comma-separated list."""
+    """Return the names in a comma-separated list."""
     return None if names is None else [name.strip() for name in names.split(",") if name.strip()]

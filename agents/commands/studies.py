@@ -1,4 +1,4 @@
-"""Commands of `python -m agents` that are studies: one command each, all with the same options, some with more."""
+"""Study commands of `python -m agents`: common options, and the options of each study."""
 
 import inspect
 from collections.abc import Callable
@@ -73,15 +73,11 @@ def replicate(
     """Options of replicate."""
 
 
-def dress_study(plant: Plant = None) -> None:
-    """Options of dress-study."""
-
-
 class StudyCommand(NamedTuple):
-    """A study as a command: the module whose `study(asked, **own)` makes it, its help, example and defaults.
+    """Command of a study: the module whose `study(asked, **own)` makes it, its help, example and defaults.
 
-    `own` is a function whose parameters are options of its own, `without` names common options that it has not, and
-    `free` those of its own that choose no trials: a choice of trials is written into the folder of the cache.
+    The parameters of the function `own` are the command's own options. `without` names common options that it lacks.
+    `free` names own options that do not choose trials; a choice of trials becomes part of the cache folder.
     """
 
     module: str
@@ -157,15 +153,21 @@ COMMANDS = {
     ),
     "dress-study": StudyCommand(
         "agents.dressing.trials",
-        "Measure cost over dress interval, lead, depth and passes.\n\n"
-        "With --plant, fixed plans are tuned for that machine; other policies stay those of the model.",
+        "Measure cost over dress interval, lead, depth and passes.",
         "--task power_limited",
         tasks="all",
         episodes=STUDY_EPISODES,
-        own=dress_study,
         without=("seeds", "steps", "configs"),
-        free=("plant", "tasks"),
+        free=("tasks",),
         folder=DRESSES,
+    ),
+    "intervals": StudyCommand(
+        "agents.dressing.unknowns",
+        "Find the best dress interval when one number of the machine is unknown.\n\n"
+        "Sweeps E and interval of two example programs with each number at a low and a high value.",
+        "--jobs 1",
+        tasks=None,
+        without=("tasks", "job", "parts", "episodes", "seeds", "steps", "configs"),
     ),
     "replicate": StudyCommand(
         "agents.benchmark.replications",
@@ -219,7 +221,7 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         if "seeds" not in own and not of.seeds and (usual["seeds"], usual["steps"]) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
-        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if given[key] != each.default]
+        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if usual[key] != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
         found = {key: usual[key] for key in ("jobs", "ray", "runs", "fresh", "hours")}
         options = Options(**found, console=table_console())

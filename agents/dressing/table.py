@@ -16,7 +16,7 @@ THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "plain_gru", "hindsight"
 
 
 class DressStudy(NamedTuple):
-    """What was found for one task, on how many episodes, and in which version of the tasks."""
+    """Findings for one task, with the number of episodes and the task version."""
 
     found: Sequence[DressFinding]
     episodes: int
@@ -87,4 +87,4 @@ COLUMNS = (
     Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
     Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
 )
-"""Of the page, a row a study."""
+"""Columns of the page, a row a study."""

@@ -1,6 +1,5 @@
-"""The dress study as trials: a finding each, and their tables and pictures."""
+"""The dress study as trials, one finding each, with tables and pictures."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -45,14 +44,13 @@ class DressTrial:
         return f"{self.problem.name}, {self.question}: {what}"
 
 
-def study(asked: StudyOptions, plant: str | None) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
-    problems = [each if plant is None else on_plant(each, plant) for each in asked.problems]
-    for each in problems:
+    for each in asked.problems:
         if not is_file(asked.results / f"{each.name}.csv"):
             check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
     trials, episodes, runs = list[DressTrial](), asked.episodes, asked.options.runs.absolute()
-    for problem in problems:
+    for problem in asked.problems:
         every = tuple(intervals(problem.simulation()))
         trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]
         trials.append(DressTrial(problem, "plan", every, episodes))
@@ -65,7 +63,7 @@ def study(asked: StudyOptions, plant: str | None) -> Study:
         run=find,
         seconds=seconds,
         decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
-        files={f"{problem.name}.csv": "task,question,policy," for problem in problems},
+        files={f"{problem.name}.csv": "task,question,policy," for problem in asked.problems},
         publish=partial(write, episodes),
     )
 
@@ -106,19 +104,11 @@ def deciding(problem: Problem) -> list[Policy]:
     return [*scripted, *([named_policy(bundled, simulation)] if bundled != FALLBACK else [])]
 
 
-def on_plant(problem: Problem, plant: str) -> Problem:
-    """The problem on a machine, with a name of its own for what is cached and told."""
-    machine = re.sub(r"[^\w.+]+", "-", plant)
-    return replace(on(problem, plant), name=f"{problem.name}-{machine}")
-
-
 def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:
     """Write the table and the picture of each problem."""
     for problem in dict.fromkeys(trial.problem for trial in found):
         findings = [DressFinding(**each) for trial, each in found.items() if trial.problem == problem]
-        plant = dict(problem.arguments).get("plant")
-        title = problem.simulation().task.title + (f", on {plant}" if plant else "")
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))
-        picture = dress_figure(findings, title)
+        picture = dress_figure(findings, problem.simulation().task.title)
         write_atomically(folder / f"{problem.name}.png", partial(Path.write_bytes, data=picture))
     return f"tables and pictures: {folder}"

@@ -1,4 +1,4 @@
-"""The study, and its tables: as a page, and every number as CSV."""
+"""The page and the CSV table of the study."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -108,7 +108,7 @@ def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, s
 
 
 def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
-    """The tables, Markdown, below the figure if one is drawn."""
+    """Return the tables, Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,
         SAID,

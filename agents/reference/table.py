@@ -1,4 +1,4 @@
-"""The table of one task that the reference scores are printed and written in."""
+"""The table of reference scores of a task, for the terminal and files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
@@ -40,7 +40,7 @@ class ScoreRow:
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
-    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
+    """Return the table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
 
     Scores are of the episodes that the planner has planned, the first ones of the others.
     """
@@ -67,6 +67,6 @@ def spread_names(name: str) -> list[str]:
 
 
 def flat(row: Any) -> Iterator[object]:
-    """The values of a row, a dataclass, with intervals spread out."""
+    """Return the values of a row, a dataclass, with intervals spread out."""
     for value in astuple(row):
         yield from value if isinstance(value, tuple) else (value,)

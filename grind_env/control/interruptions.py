@@ -1,4 +1,4 @@
-"""What comes between the motions of a program and the strokes of the table: dresses and program interrupts."""
+"""Interruptions between motions of a program and strokes of the table: dresses and program interrupts."""
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
@@ -40,10 +40,10 @@ class Interruptions:
         self.changing_dress: int | None = None
 
     def nothing_comes_between(self, plan: motions.CyclePlan) -> bool:
-        """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
+        """Return whether only dresses without messages can come between the strokes of a cycle.
 
-        A dress program that has been executed, and has found and left the same tables, does so again. Under G96 the
-        wheel may turn faster after a dress, and below its minimum radius there is a message.
+        A dress program that has once left the tables unchanged does so again. Under G96 the wheel may turn faster after
+        a dress, and below its minimum radius there is a message.
         """
         control, panel = self.control, self.control.panel
         asked = self.timeline.requested or self.requests or panel.interrupts
@@ -142,7 +142,7 @@ class Interruptions:
             )
 
     def _immediate(self, finish: float) -> float | None:
-        """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""
+        """Return the time of an immediate interrupt between now and a time; during reciprocation it must wait."""
         timeline = self.timeline
         if self.mover.source is not motions.Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
             return None
@@ -150,7 +150,7 @@ class Interruptions:
         return first.at if first.immediate and timeline.time < first.at < finish else None
 
     def _due(self) -> deque[Interrupt] | None:
-        """The requests of which the first is due by now, those at the panel before those by time.
+        """Return the requests of which the first is due by now, those at the panel before those by time.
 
         An interrupt program is not interrupted.
         """

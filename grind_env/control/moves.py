@@ -188,7 +188,7 @@ class Mover:
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def feed_end(self, command: Command) -> Position | None:
-        """Where a G01 block of the program leads from rest, without compensation, mm; None for any other block."""
+        """Return the end of a G01 block from rest, without compensation, mm; None for any other block."""
         stands = self._reciprocating is None and self.recorder is None and self.detour is None
         compensated = command.modes.compensation != "G40" or self.compensation.programmed is not None
         if command.action != "G01" or not command.lengths or not stands or compensated:

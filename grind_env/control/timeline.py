@@ -39,19 +39,19 @@ class Moving:
 
 
 class Timeline:
-    """Where the axes are, and when.
+    """Positions of the axes over time.
 
     Attributes:
-        time: s; the program is executed up to here.
-        position: where the axes stand or, beside reciprocation, are commanded to.
+        time: time up to which the program is executed, s.
+        position: position of the axes or, beside reciprocation, their target.
         reciprocation: the reciprocating axis; None while none is, and during a dress.
-        held: an operator's request keeps the table at its reversal point until all axes stand.
-        owed: an operator's request waits for the end of a program motion.
+        held: whether an operator's request keeps the table at its reversal point until all axes stand.
+        owed: whether an operator's request waits for the end of a program motion.
         inch: units in force, for output.
-        infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
-        share: of every E that the table reaches.
-        dwell: of the table at a reversal point, s.
-        led_by_cycles: axes that reciprocate or cross, or did; where they end depends on the words of their cycles.
+        infeed_shift: sum that dresses of the cycle have added to its plunge coordinates, mm.
+        share: share of E that the table reaches.
+        dwell: dwell of the table at a reversal point, s.
+        led_by_cycles: axes that reciprocate or cross, or did; their end depends on the words of their cycles.
     """
 
     def __init__(self, control: Control, budget: BlockBudget) -> None:

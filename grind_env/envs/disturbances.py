@@ -1,4 +1,4 @@
-"""Random disturbances: the noise tape of each episode, drawn from its key, of tasks and of users' programs."""
+"""Random disturbances: the noise tape of each episode, drawn from its key, for tasks and part programs."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

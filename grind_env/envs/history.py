@@ -1,4 +1,4 @@
-"""The memory of the shop floor from block to block, and the measured part of it."""
+"""Memory of the shop floor from block to block, and the measured part of it."""
 
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ class History(NamedTuple):
     found_diameter: float
     """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
     taper: float
-    """Of the last finished part as gauged, um; 0 of one that the wheel covers."""
+    """Taper of the last finished part as gauged, um; 0 of one that the wheel covers."""
 
 
 read_memory, write_memory = column_reader(History), column_writer(History)

@@ -1,4 +1,4 @@
-"""Names of the tasks and ids of their environments: all that registration needs, and quick to import."""
+"""Names of tasks and ids of their environments: all that registration needs, quick to import."""
 
 from pathlib import Path
 
@@ -26,5 +26,5 @@ def shipped_names() -> list[str]:
 
 
 def environment_id(name: str) -> str:
-    """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
+    """Return the Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
     return f"grind/{''.join(word[:1].upper() + word[1:] for word in name.split('_'))}-v0"

@@ -1,4 +1,4 @@
-"""What an agent sees: named readings with unit, scale, noise and delay.
+"""Observations: named readings with unit, scale, noise and delay.
 
 A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at
 the range of its sensor. `HIDDEN` readings are only in `observation="full"`.
@@ -113,7 +113,7 @@ HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
-    """The observation of a task, entry by entry, the hidden ones last; what means or changes nothing is left out.
+    """Return the observation of a task, entry by entry, hidden ones last, without constant readings.
 
     Args:
         task: the task.
@@ -139,7 +139,7 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
-    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a task.
+    """Return the measured readings, with values, that no choice, draw or context changes in a task.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """
@@ -272,13 +272,13 @@ def _flag(name: str, meaning: str) -> Reading:
 
 
 def task_materials(task: Task) -> list[str]:
-    """Materials that are told apart: those of the kinds, if there are several."""
+    """Return the materials with a flag in the observation: the materials of the kinds, if there are several."""
     names = [name for name in task.materials if any(kind.material == name for kind in task.kinds)]
     return names if len(names) > 1 else []
 
 
 class Layout(NamedTuple):
-    """Where the entries of an observation come from."""
+    """Sources of the entries of an observation."""
 
     columns: NDArray[np.int64]
     """Index into `Readings` of every entry, shape (entries,); -1 for one that is none."""
@@ -291,27 +291,27 @@ class Layout(NamedTuple):
 
 
 class Scaling(NamedTuple):
-    """How readings become the entries of an observation.
+    """Scaling of readings to entries of an observation.
 
     `offset` and `scale` have the units of the readings; `low` and `high` have no unit.
     """
 
     layout: Layout
     offset: NDArray[np.float64]
-    """Of each entry, shape (entries,), like the next three."""
+    """Offset of each entry, shape (entries,), like the next three."""
     scale: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
 
 def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
-    """The scaling of an observation with these entries."""
+    """Return the scaling of an observation with these entries."""
     columns = (np.array([getattr(entry, name) for entry in entries]) for name in ("offset", "scale", "low", "high"))
     return Scaling(_layout(task, entries), *columns)
 
 
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """Where these entries come from; any that is neither a reading nor a flag reads 0, for the caller to write."""
+    """Return the sources of entries; the caller writes entries that are neither reading nor flag, which read 0."""
     names = [entry.name for entry in entries]
     first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(

@@ -1,4 +1,4 @@
-"""A script: a row for each cycle block, as it is run."""
+"""View of a machine script: a row for each cycle block."""
 
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.script.block import ScriptBlock

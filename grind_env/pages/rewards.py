@@ -1,4 +1,4 @@
-"""Bounds on the reward of a step, term by term, worked out from a task.
+"""Bounds on each reward term of a step, computed from a task.
 
 The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
 dress and as many as the task allows, no stall of the spindle and one, a good part and scrap. Two of them need an

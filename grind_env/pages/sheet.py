@@ -1,4 +1,4 @@
-"""What is known of a registered id: its environment, made with default arguments, and the notes on it."""
+"""Data of a registered id: its environment with default arguments, and its notes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from grind_env.pages.rewards import RewardSpan, cost_spans, infeed_times, reward
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSheet:
-    """What a page is made of; `full` has the readings with the hidden state, `reward` may have no lower bound."""
+    """Data of a task page; `full` has the readings with the hidden state, `reward` may have no lower bound."""
 
     id: str
     note: PageNote
@@ -44,7 +44,7 @@ class TaskSheet:
 
 
 def page_ids() -> list[str]:
-    """The registered ids, the flagship first."""
+    """Return the registered ids, the flagship first."""
     ids = [name for name, spec in gym.registry.items() if spec.namespace == "grind"]
     return sorted(ids, key=lambda name: (name != "grind/PowerLimited-v0", name.lower()))
 

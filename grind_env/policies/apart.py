@@ -1,4 +1,4 @@
-"""A policy in a process of its own, to which nothing comes but what is measured.
+"""A policy in a process of its own, which receives measurements only.
 
 Whatever its code looks for, in its arguments, in frames or among all objects: episodes, seeds and the machine that
 grinds are not there. The process is told environment, model, policy and number of episodes, and then sent observations

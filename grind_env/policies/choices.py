@@ -1,4 +1,4 @@
-"""What can be decided before a block: E and D, and all of them that a task has."""
+"""Possible choices before a block: E and D, and all of them for a task."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Decision(NamedTuple):
 
 
 def check_unit(policy: str, E: float | Sequence[float], task: Task) -> None:
-    """Refuse an E of a policy that the task has only if it was meant in m/min."""
+    """Refuse, by a `GrindError`, an E that the task has only if it was meant in m/min."""
     low, high = task.action.speed_ends
     for each in np.atleast_1d(E):
         if each < low <= 1000.0 * each <= high:
@@ -30,7 +30,7 @@ def check_unit(policy: str, E: float | Sequence[float], task: Task) -> None:
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
-    """The E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
+    """Return the E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = np.array(task.action.speed_levels)

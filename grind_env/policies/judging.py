@@ -1,4 +1,4 @@
-"""What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
+"""Evaluate a policy: cost per good part and score on fixed seeds, with intervals."""
 
 import math
 from collections.abc import Callable
@@ -36,14 +36,14 @@ REFERENCE_SEEDS = "evaluation"
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a policy is worth in an environment.
+    """Result of a policy in an environment.
 
     Attributes:
         policy: its name.
-        sees: what it is shown.
+        sees: information that the policy sees.
         problem: name of the environment.
-        seeds: of the episodes: their name, or the first and the last one of one's own.
-        split: that their contexts are drawn from.
+        seeds: name of the seeds, or first and last seed.
+        split: split of the contexts.
         evaluation: episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
         paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
@@ -71,7 +71,7 @@ class Judgement:
 
     @property
     def title(self) -> str:
-        """What was run, and on which episodes."""
+        """Return what was run, and on which episodes."""
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
         count = len(self.evaluation.cost)
         where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
@@ -79,7 +79,7 @@ class Judgement:
         return f"{self.policy} ({sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
-        """The figures by name, for JSON; a cost is None where no part is good."""
+        """Return the figures by name, for JSON; a cost is None where no part is good."""
         run = self.evaluation
         cost = [value if math.isfinite(value) else None for value in run.cost_per_good_part]
         found: dict[str, Any] = {
@@ -141,22 +141,22 @@ def evaluate(
     model: str | None = None,
     advance: Callable[[int], object] = nobody,
 ) -> Judgement:
-    """Run a policy on frozen seeds, and judge it.
+    """Evaluate a policy on fixed seeds.
 
-    On a machine that is not the model, and in a split that goes beyond what the task draws, there is no score: the
-    anchors are of the model and of the task.
+    There is no score on an out-of-model machine, nor in a split beyond the task, because the anchors hold for model and
+    task.
 
     Args:
-        policy: decides; or what `named_policy` finds: a name, a file, a constant.
-        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
+        policy: the policy, or a text for `named_policy`: a name, a file, a constant.
+        problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
         seeds: one of `SEEDS`; by default the evaluation seeds.
-        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
-        episodes: how many.
-        first_seed: of seeds of one's own instead.
-        plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
-            one.
-        model: name of the one machine that planners, beliefs and experts take it for, by default the model.
-        advance: called with the number of steps that have been made since it was called last.
+        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        episodes: number of episodes.
+        first_seed: first of your own seeds instead.
+        plant: name of the machine (`grind_env.plants`), by default the model; a name without a seed gives every episode
+            a machine.
+        model: name of the machine that planners, beliefs and experts compute with, by default the model.
+        advance: called with the number of steps since its last call.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the

@@ -1,4 +1,4 @@
-"""Policies as one names them on the command line."""
+"""Policies by their names on the command line."""
 
 import re
 import sys
@@ -38,16 +38,16 @@ def named_policy(
     modules: bool = False,
     other_part: bool = False,
 ) -> Policy:
-    """The policy that a text names.
+    """Return the policy of a name.
 
     Args:
-        text: one of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
-            `E12000D0` (mm/min), or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
-        simulation: what it is to grind.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
+        text: a name of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
+            `E12000D0` (mm/min), or `module:name` for your own; with `guarded:` before it, that policy with a guard.
+        simulation: simulation to grind.
+        configs: folder of the tuned parameters; by default from `tuned_folder`.
+        unzip: reads a trusted .zip of Stable-Baselines3; such a file can run code of its author.
         other_part: as for `load_policy`.
-        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
+        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
 
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
@@ -77,7 +77,7 @@ def named_policy(
 
 
 def trained_file(name: str, task: str) -> Path:
-    """The file of a policy of `TRAINED` for a task.
+    """Return the file of a policy of `TRAINED` for a task.
 
     Raises:
         GrindError: none comes with the package.
@@ -92,7 +92,7 @@ def trained_file(name: str, task: str) -> Path:
 
 
 def own_policy(module: str, name: str) -> Policy:
-    """What stands under a name in a module: a policy, or a class or function that makes one of nothing.
+    """Return the object of a name in a module: a policy, or the result of its class or function.
 
     Raises:
         GrindError: there is none, or its code fails.
@@ -124,9 +124,9 @@ def chosen_policy(
     *,
     other_part: bool = False,
 ) -> Policy:
-    """As `named_policy`; without a text the trained policy that comes with the package for the task.
+    """Return the policy of a name; without a name the bundled agent of the task.
 
-    Where there is none, `FALLBACK` stands in, as a sentence in the terminal says.
+    Without a bundled agent `FALLBACK` acts, and a sentence in the terminal says so.
     """
     name = text or usual_name(simulation)
     policy = named_policy(name, simulation, configs, unzip, modules=True, other_part=other_part)

@@ -83,7 +83,7 @@ def policy_names(simulation: Simulation) -> list[str]:
 
 
 def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
-    """Those of some names of policies that can decide in an environment."""
+    """Return the given policies that can decide in an environment."""
     unfit = {
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BRANCHING if not simulation.compiled else ()),
@@ -92,7 +92,7 @@ def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
 
 
 def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence[str]:
-    """The names, or those in the list of policies of the environment for None.
+    """Return the names, or those in the list of policies of the environment for None.
 
     Raises:
         ConfigError: if one is no policy of it.
@@ -116,7 +116,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
 
 
 def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -> Policy:
-    """The policy of that name, with the parameters tuned for the environment; `tuned_folder` says where they are.
+    """Return the policy of a name, with the parameters tuned for the environment; see `tuned_folder`.
 
     Raises:
         ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if its parameters
@@ -132,7 +132,7 @@ def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -
 
 
 def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
-    """The policy with what its file says."""
+    """Return the policy with what its file says."""
     place = f"{tuned_folder(task, folder) / task.name}.toml: [{name}.parameters]"
     try:
         policy: Any = TUNED[name](**tuned_arguments(name, task, folder))

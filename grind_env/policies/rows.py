@@ -45,14 +45,14 @@ class SubmittedRow:
     """Costs of a policy in the episodes of an environment.
 
     Attributes:
-        id: of the environment.
-        policy: as `named_policy` takes it; of a file the name without its folder.
-        sha256: of the policy file, hexadecimal digits; empty for a policy of the package.
-        plant: the machine, and `model`, what it was taken for, as `Judgement` has them.
-        split: that contexts were drawn from.
-        first_seed: of the episodes, whose seeds follow one another.
-        costs: of the episodes, $.
-        versions: of what it was made with.
+        id: id of the environment.
+        policy: name for `named_policy`; of a file the name without its folder.
+        sha256: hash of the policy file, hexadecimal digits; empty for a policy of the package.
+        plant: the machine; `model` is the machine the policy computes with, as in `Judgement`.
+        split: split of the contexts.
+        first_seed: first of the consecutive seeds.
+        costs: cost of each episode, $.
+        versions: versions of the libraries.
 
     Raises:
         FormError: nobody can run such a row.

@@ -1,4 +1,4 @@
-"""Estimates and their bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
+"""Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
 A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
 et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
@@ -52,7 +52,7 @@ def cost_per_good_part(cost: Array, good: Array) -> Array:
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
-    """The score of the mean costs of an episode, along the last axis of shape (..., episodes); see `score_of_means`."""
+    """Return the score of mean episode costs, along the last axis of shape (..., episodes); see `score_of_means`."""
     return score_of_means(cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1))
 
 
@@ -72,7 +72,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
         statistic: takes the samples and reduces their last axis.
         samples: values of the same episodes, each shape (episodes,); all are resampled together, so that the
             interval of a comparison is that of paired episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
 
     Raises:
@@ -89,7 +89,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
 
 
 def percentile_interval(value: float, draws: Array) -> Interval:
-    """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
+    """Return the interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
     # between two infinite draws lies no number
     method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"
@@ -98,16 +98,16 @@ def percentile_interval(value: float, draws: Array) -> Interval:
 
 
 def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """Where the mean of other episodes lies with 95 %, from those that are known: a bootstrap of both samples.
+    """Predict the mean of other episodes, as a 95 % interval, from known ones: a bootstrap of both samples.
 
-    From the values one sample is drawn for those that are known and one for the others. What their means differ by, in
-    standard deviations of the first, is taken for what the known mean will be off by: a sample that has missed rare and
-    dear episodes is too low, and its deviation with it (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
+    Both samples are drawn from the known values. The difference of their means, in standard deviations of the first,
+    estimates the error of the known mean: a sample that missed rare, expensive episodes is too low, and so is its
+    deviation (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
 
     Args:
-        values: shape (episodes,), in the unit of what comes back.
+        values: shape (episodes,), in the unit of the result.
         others: number of the other episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
     """
     rng, n = np.random.default_rng(seed), len(values)
@@ -139,11 +139,11 @@ def resampled_means(values: Array, *, seed: int = 0) -> Array:
 
 
 def resampled_runs(scores: Array, seed: int = 0) -> Array:
-    """Draw runs anew, with replacement, within each task: the stratified bootstrap of rliable.
+    """Resample runs with replacement within each task: the stratified bootstrap of rliable.
 
     Args:
-        scores: shape (resamples, runs, tasks), of every resample of the episodes, or the same ones repeated.
-        seed: of the resampling.
+        scores: shape (resamples, runs, tasks), for every resample of the episodes, or the same repeated.
+        seed: seed of the resampling.
     """
     index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
     return np.take_along_axis(scores, index, axis=1)

@@ -1,4 +1,4 @@
-"""Numbers by which engineers compare cycles on other wheels and machines; the process model computes with none of them.
+"""Numbers that compare cycles on different wheels and machines; the process model uses none of them.
 
 Units are mm and s, but the wheel speed `vs` in m/s. Sources: [M] Malkin, Grinding Technology; [B] Badger, The
 Grinding Doc, and Drazumeric, Badger, Roininen & Krajnik 2020, On geometry and kinematics of abrasive processes: the

@@ -200,7 +200,7 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--parts", "3"]
     assert status(*arguments, *LONG, "-o", output, "--json", "--csv", tmp_path / "out.csv") == 0
     told = json.loads(capsys.readouterr().out)
-    rows = {row[0]: row for row in csv.reader((tmp_path / "out.csv").read_text(encoding="utf-8").splitlines())}
+    rows = {row[0]: row for row in csv.reader((tmp_path / "out.csv").read_text(encoding="ascii").splitlines())}
     (seconds,) = (each for each in told["quantities"] if each["name"] == "seconds")
     sides = [seconds[side]["value"] for side in ("before", "after")]
     assert [float(value) for value in rows["seconds"][2:4]] == pytest.approx(sides, 1e-5)

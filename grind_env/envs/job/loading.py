@@ -1,4 +1,4 @@
-"""A user's own program and its job, from their files."""
+"""Load a part program and its job from files."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ def load_simulation(
     variables: Mapping[int, float] = {},
     plant: str | None = None,
 ) -> JobSimulation:
-    """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers."""
+    """Return the simulation of a program's file, as `grind_env.envs.ids.job.make`; `variables` by number."""
     check_file("program", program)
     check_file("job", job)
     check_number("spread", spread, 0.0, MOST_SPREAD)

@@ -5,17 +5,12 @@
     [setup]                    # optional like all but a kind: what is left out is as `grind tasks --schema` says
     wheel = "a60j"
 
-    [[kind]]                   # of cycle block; several are ground in turn
-    material = "aisi_52100"
-    stock = 0.2                # mm
-    pick = 0.01                # mm
-    width = 20                 # mm
-    length = 200               # mm
-    height = 20                # mm, above the chuck
+Above its tables a file may name a base: `base = "power_limited"` or `base = "shop.toml"`, a task of the package or a
+file beside it. Tables of the file change single keys of the base's tables; all other keys replace the base's keys.
+`title` and `reference_cost` never come from the base.
 
-Above its tables a file may say `base = "power_limited"` or `base = "shop.toml"`, the name of a task of the package or a
-file beside it. Its tables then change single keys of those of the base, and everything else of it replaces what the
-base says; `title` and `reference_cost` are a task's own and never the base's.
+A user's catalogue comes from `[catalogue] files = ["tools.toml"]`, or from tables of the task file such as
+`[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
 
 A catalogue of the user's own comes from `[catalogue] files = ["tools.toml"]`, or stands in the task file itself, in
 tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
@@ -79,7 +74,7 @@ DERIVED = {
 
 
 def load_task(source: str) -> Task:
-    """A task of blocks by its name, or the one in a file of the user.
+    """Return a task of blocks by its name, or the one in a file of the user.
 
     Args:
         source: name of a task that `GrindEnv` steps, or the path of a file, which ends in `.toml`.
@@ -93,7 +88,7 @@ def load_task(source: str) -> Task:
 
 
 def read_task(source: str) -> Task:
-    """As `load_task`; the tasks of environments with classes of their own have names, too.
+    """Return a task as `load_task` does, also of environments with classes of their own.
 
     Raises:
         TaskError: if a file cannot be read, lacks a key, or has one that is unknown or illegal; the message names file,
@@ -103,7 +98,7 @@ def read_task(source: str) -> Task:
 
 
 def is_file(source: object) -> bool:
-    """Whether a task is named by its file."""
+    """Return whether a task is named by its file."""
     return isinstance(source, str) and source.lower().endswith(SUFFIX)
 
 
@@ -129,7 +124,7 @@ def _from_file(path: Path) -> Task:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    """What a task file says, on top of what its base says."""
+    """Return the content of a task file merged with its base."""
     layers = [{key: value for key, value in document.items() if key != "base"} for _, document in _layers(path)]
     document = layers.pop()
     for own in reversed(layers):
@@ -138,7 +133,7 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """A task file and its bases, each with what it says itself."""
+    """Return a task file and its bases, each with what it says itself."""
     document, seen = _parsed(path), [path.resolve()]
     yield path, document
     while "base" in document:
@@ -156,7 +151,7 @@ def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def _base(source: object, path: Path) -> Path:
-    """The file of a base that the file at `path` names."""
+    """Return the file of a base that the file at `path` names."""
     if isinstance(source, str) and is_file(source):
         return path.parent / source
     try:
@@ -190,7 +185,7 @@ def _drop_alternatives(document: dict[str, Any], own: TomlTable) -> None:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
-    """The document of a file; names of catalogue files in it are made paths, which do not depend on where it lies."""
+    """Return the document of a file; names of catalogue files in it become absolute paths."""
     try:
         document = read_toml(path)
         refuse_unknown(document, LEGAL, tables.TaskError)
@@ -237,7 +232,7 @@ def _kind(number: int, table: object) -> tables.Kind:
 
 
 def _table(kind: type[Any], value: object, place: str) -> Any:
-    """An instance of a dataclass from a table of a task file."""
+    """Return an instance of a dataclass from a table of a task file."""
     table = checked(value, place, keys(kind), tables.TaskError)
     refuse_missing(table, kind, place, tables.TaskError)
     return kind(**{key: _unchanging(value) for key, value in table.items()})

@@ -1,7 +1,6 @@
-"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
+"""The dress programs of a run: the effect of each, checked to be the same wherever a cycle calls it.
 
-What the first execution at a station shows of a program holds for all, for a control that knows a dress need not go its
-way again.
+The effect of the first execution at a station holds for all, because a control need not repeat a known dress.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,16 +15,16 @@ from grind_env.machine.job import Job
 
 
 class DressPrograms:
-    """What is known of the dress programs of a run, by O number.
+    """Known dress programs of a run, by O number.
 
-    A program may do something else with other modes, tables or values of its `#` variables, so that it is run by itself
-    once for each of these. One that dresses the same with other modes or values keeps the time of its first run: only
-    its way to the diamond begins elsewhere.
+    Other modes, tables or values of `#` variables may change a program, so it is run by itself once for each of these.
+    A program with the same effect under other modes or values keeps the time of its first run: only its way to the
+    diamond begins elsewhere.
 
     Attributes:
-        plans: what each does by itself.
-        missed: of each the first pass that misses the diamond; None if none does.
-        under_way: the start of the execution under way; None while there is none.
+        plans: effect of each program run by itself.
+        missed: first pass of each that misses the diamond; None if none does.
+        under_way: start of the current execution; None without one.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
@@ -41,7 +40,7 @@ class DressPrograms:
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
     def run(self, number: int, position: Position, event: CycleStart) -> dress_program.DressRun:
-        """What a dress program does where a cycle begins at a position, mm."""
+        """Return the effect of a dress program if a cycle begins at a position, mm."""
         tables = number, tuple(event.origins.items())
         key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
@@ -82,9 +81,9 @@ class DressPrograms:
             self._motions.append(motion)
 
     def end(self, event: DressEnd, axis: int, station: int) -> tuple[dress_program.DressPlan, float, Sequence[Motion]]:
-        """End an execution: what it does, when it began, s, and its motions, if it is the first one at a station.
+        """End an execution, given its start, s, and its motions; return its effect if it is the first at a station.
 
-        The first one is compared with what the program does by itself.
+        The first execution is compared with the program run by itself.
         """
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
@@ -101,9 +100,9 @@ class DressPrograms:
         return plan, begun.time, self._motions if new else ()
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
-        """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.
+        """Yield each call of a dress program by M98: its line (0 outside the main program's file) and its number.
 
-        What a dress program calls is part of it.
+        Programs called by a dress program belong to it.
         """
         calls = tuple(dress_program.plain_calls(self.programs, block_delete=self.control.block_delete))
         parts = set(self.plans)

@@ -1,4 +1,4 @@
-"""Strokes that go on beside the motions of the program: those of a G81, and of any cycle that has come to its end.
+"""Strokes beside motions of the program: under G81, and after any cycle has finished.
 
 The table reciprocates on its own while the program moves the wheel, so that a stroke lies where the wheel stands as the
 table passes its middle. The motions of the program between two rests of the table are a leg; a leg ends with dresses at
@@ -34,7 +34,7 @@ class Feeding(NamedTuple):
     dwell: float
     """At a reversal point, s."""
     acceleration: float
-    """Of the motions, mm/s2."""
+    """Acceleration of the motions, mm/s2."""
     made: float
     """Strokes that the cycle has made before."""
     starts_elsewhere: float
@@ -73,7 +73,7 @@ class FeedMotion(NamedTuple):
 
 
 class FeedProgress(NamedTuple):
-    """How far the strokes have come."""
+    """Progress of the strokes."""
 
     reversal: float
     """Strokes that the cycle has made."""
@@ -89,7 +89,7 @@ class FeedProgress(NamedTuple):
     over: float
     """1 once there is no stroke to make any more."""
     begin: float
-    """Of that motion, like all that follow."""
+    """Begin of that motion, like all that follow."""
     end: float
     depth: float
     way: float
@@ -100,7 +100,7 @@ class FeedProgress(NamedTuple):
     last_begin: float
     acceleration: float
     gauged_at: float
-    """As of `Feeding`; infinite once it is past."""
+    """As in `Feeding`; infinite once it is past."""
     gauged: float
     """1 if the operator gauges the part before the coming stroke ends, else 0."""
 

@@ -1,7 +1,7 @@
-"""The compiled loops over strokes, made from the `CycleKernel` of a cycle and a `Process`: eight machines at once.
+"""The compiled loops over strokes, built from the `CycleKernel` of a cycle and a `Process`, eight machines at once.
 
-In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
-numbers for one machine are bit by bit the same, whatever runs beside it (tests/machine).
+When the cycle of a SIMD lane ends, its results are stored and the next machine is loaded. The numbers of one machine
+are the same, bit by bit, with any others beside it (tests/machine).
 """
 
 import functools

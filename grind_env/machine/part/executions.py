@@ -1,4 +1,4 @@
-"""The executions of blocks in a run, each with the numbers by which engineers compare cycles."""
+"""Executions of blocks in a run, with the numbers that compare cycles."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ EXECUTION_ROW = np.dtype(
 
 
 def executions_of(strokes: Array) -> Array:
-    """The executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
+    """Return the executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
     if not strokes.size:
         return np.zeros(0, EXECUTION_ROW)
     numbers = strokes["number"]  # 0 of a stroke between two cycles

@@ -1,4 +1,4 @@
-"""A part program as a script: what the control makes of it before a wheel has touched a part.
+"""A part program as a script: its blocks as the control plans them, before any grinding.
 
 The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
 cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
@@ -58,12 +58,12 @@ class Script:
 def script_of(
     programs: Programs, job: Job, ranges: Ranges = OWN_WORDS, variables: Mapping[int, float] | None = None
 ) -> Script:
-    """The script of a part program.
+    """Return the script of a part program.
 
     Args:
-        programs: what `control.read` or `control.read_file` returned.
+        programs: result of `control.read` or `control.read_file`.
         job: part, set-up and wheel.
-        ranges: with which its blocks may be run instead of their own words.
+        ranges: permitted ranges of its words.
         variables: values that `#` variables have at the start (`Control.variables`); those of the job if None.
 
     Raises:
@@ -101,10 +101,10 @@ def script_of(
 
 
 class _Writer(EventConsumer):
-    """Executes a program and writes its blocks down.
+    """Writer of the blocks of an executed program.
 
-    `dresses_asked` says in which blocks a dress is asked for beyond those of the program. With `elsewhere` the table
-    comes to rest at its other end at every stop, with `across` every crossover where it would with a traverse more.
+    `dresses_asked` names blocks with a dress beyond the program's. With `elsewhere` the table comes to rest at its
+    other end at every stop, with `across` every crossover where it would with one more traverse.
     """
 
     def __init__(

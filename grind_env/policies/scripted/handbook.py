@@ -1,4 +1,4 @@
-"""What a handbook would give, before anything was tuned or measured."""
+"""The handbook policy: usual values, before any tuning or measurement."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -21,7 +21,7 @@ USUAL_SPEEDS = {"job_shop": 15_000.0, "rush": 15_000.0, "blades": 10_000.0, "CBN
 SPECIFIC_ENERGY = 40.0
 """J/mm3; usual in the conventional grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
 SPINDLE_SHARE = 0.8
-"""Of the spindle's power that is planned to be used."""
+"""Share of the spindle's power that is planned to be used."""
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Handbook:
 
 
 def handbook_speeds(task: Task) -> Array:
-    """The E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
+    """Return the E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
     usual = USUAL_SPEEDS.get(task.name, USUAL_SPEED)
     area = np.array([kind.pick * kind.width for kind in task.kinds])
     strongest = 60.0 * SPINDLE_SHARE * task.machine.power_limit / (SPECIFIC_ENERGY * area)

@@ -1,4 +1,4 @@
-"""Scripted policies: what a shop can write into a program, and rules on measured signals.
+"""Scripted policies: fixed plans of a program, and rules on measured signals.
 
 E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
 """
@@ -91,11 +91,11 @@ class ConstantPerKind(Estimating):
 
 @dataclass
 class PowerThreshold:
-    """What a power monitor on the machine allows: dress on a threshold, slow down near the limit.
+    """Rule of a power monitor: dress on a threshold, slow down near the limit.
 
-    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to
-    dress, one execution a block, and goes on until the energy is below `lower` times `upper`. E is lowered in
-    proportion where the power at E would exceed `share` of the limit.
+    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to dress,
+    one execution a block, until the energy is below `lower` times `upper`. E is lowered in proportion if the power at E
+    would exceed `share` of the limit.
     """
 
     E: float

@@ -1,4 +1,4 @@
-"""The default adviser: the rule of readings, in place of which the model leads while its forecasts hold."""
+"""The default adviser: a rule on readings, replaced by the model while the model's forecasts hold."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar

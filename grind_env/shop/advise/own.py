@@ -1,4 +1,4 @@
-"""Files of an adviser, by which it knows them again: no other is replaced by it."""
+"""Recognise files of the adviser, so that no other file is replaced."""
 
 import re
 

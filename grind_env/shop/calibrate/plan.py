@@ -1,4 +1,4 @@
-"""What to grind so that a log of it tells the constants: a program of a few E and depths."""
+"""Write a test program with several E and depths, whose log identifies the constants."""
 
 import re
 from typing import NamedTuple
@@ -53,7 +53,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(programs: Programs, job: Job) -> Plan:
-    """The program with blocks of other words in place of its first one that plunges."""
+    """Return the program with blocks of other words in place of its first one that plunges."""
     first = next((event.plan for event in execute(programs, job.control) if isinstance(event, CycleStart)), None)
     block = None if first is None else _block(programs, first)
     if first is None or block is None or not first.plunges:
@@ -84,7 +84,7 @@ def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
 
 
 def _block(programs: Programs, plan: CyclePlan) -> Block | None:
-    """The block of a cycle, if its numbers stand in it."""
+    """Return the block of a cycle, if its numbers stand in it."""
     sources = [each for each in programs.main.blocks if each.line == plan.line]
     found = read_block(sources[0]) if len(sources) == 1 else None
     return found if found is not None and found.is_plain else None

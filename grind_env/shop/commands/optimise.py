@@ -1,4 +1,4 @@
-"""Better words for a program."""
+"""`grind optimise`: a cheaper version of a program."""
 
 import json
 from pathlib import Path

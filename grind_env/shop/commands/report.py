@@ -1,4 +1,4 @@
-"""What a program does, as one HTML file."""
+"""`grind report`: the result of a program as one HTML file."""
 
 from pathlib import Path
 from typing import Annotated

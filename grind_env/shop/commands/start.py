@@ -1,4 +1,4 @@
-"""A folder to start from, what a job file and the catalogue may say, and the installation."""
+"""First commands: a folder to start from, a job template, the catalogue, and a check of the installation."""
 
 import json
 from pathlib import Path

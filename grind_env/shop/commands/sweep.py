@@ -1,4 +1,4 @@
-"""A dress study of one's own part."""
+"""`grind sweep`: a dress study of a user's part."""
 
 import json
 from pathlib import Path

@@ -44,7 +44,7 @@ TRADE = (
 
 
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
-    """The page of an optimisation, HTML."""
+    """Return the page of an optimisation, HTML."""
     after = "after" if found.verdict.is_written else "best one tried"
     sections = [
         document.Section("Verdict", [document.paragraph(f"{heading(found)}."), _verdict(found)]),
@@ -118,7 +118,7 @@ def _shares(limits: list[LimitUse], after: str) -> Graph:
 
 
 def _program(found: Optimised) -> "list[Markup]":
-    """The new text, with what its changed lines were."""
+    """Return the new text, with what its changed lines were."""
     old, new = found.before.splitlines(), found.after.splitlines()
     notes: dict[int, list[document.Note]] = {}
     for kind, first, last, start, end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
-"""Of a table; of more the first and the last are shown."""
+"""Most rows of a table; of more the first and the last are shown."""
 LONGEST_LINE = 200
 """Characters of a block in a table."""
 SAFE = 0.95
@@ -47,7 +47,7 @@ class BlockSummary(NamedTuple):
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
-    """The page of a run, HTML.
+    """Return the page of a run, HTML.
 
     Raises:
         MissingExtra: as of `page`.
@@ -119,7 +119,7 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
 def _margin(
     name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
 ) -> Sequence[str | Cell]:
-    """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    """Return the row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
     worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))
@@ -132,7 +132,7 @@ def _margin(
 
 
 def block_rows(record: GrindingRecord) -> list[BlockSummary]:
-    """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
+    """Return the blocks that have ground, in order of first execution; equal blocks share a row."""
     every, sparks = spans(record), sparks_out(record)
     return [_block(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
 

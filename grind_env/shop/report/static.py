@@ -1,4 +1,4 @@
-"""Figures as SVG that matplotlib draws: text is text, and colours are those of the page, light, dark or printed."""
+"""matplotlib figures as SVG: text stays text, and colours follow the page, light, dark or printed."""
 
 import io
 import re
@@ -34,7 +34,7 @@ _LEFT_OUT = re.compile(
 
 
 def drawn(shown: Picture | Graph) -> str:
-    """The <svg> element of a figure, in which texts are escaped."""
+    """Return the <svg> element of a figure, in which texts are escaped."""
     figure = new_figure(WIDTH, EDGES + PANEL * len(shown.curves) if isinstance(shown, Picture) else shown.height / DPI)
     from matplotlib import rc_context
 
@@ -59,5 +59,5 @@ def drawn(shown: Picture | Graph) -> str:
 
 
 def _slim(tag: re.Match[str]) -> str:
-    """A tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
+    """Return a tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
     return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: VARIABLES.get(found[0], found[0]), tag[0]))

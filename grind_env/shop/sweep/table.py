@@ -47,7 +47,7 @@ VARIED = ("E", "every", "lead", "depth")
 
 
 def tables_of(found: Sweep) -> list[Table]:
-    """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
+    """Return the program as it is, the best point of each dress interval, and the grid of lead and depth."""
     tables = [_table("as it is", [found.own], found.counted)]
     grids = (
         (found.speeds, "every", "the best E of each dress interval", "over E"),
@@ -66,7 +66,7 @@ def points_table(found: Sweep) -> Table:
 
 
 def sentences(found: Sweep) -> list[str]:
-    """What is best, and how flat the valley is."""
+    """Return the best setting, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
     if found.plant:
         said.append(f"ground on {printable(found.plant)}, a machine that is not the model")
@@ -102,7 +102,7 @@ def sentences(found: Sweep) -> list[str]:
 
 
 def as_data(found: Sweep) -> dict[str, Any]:
-    """All of it in JSON types."""
+    """Return all of it in JSON types."""
     same = "program", "parts", "lots", "calibration", "most_risk", "counted"
     return {
         **{name: getattr(found, name) for name in same},
