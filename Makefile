@@ -66,11 +66,8 @@ benchmark: $(AGENTS)
 
 # All results, one after the other: of each what its code has not made before. The hours of each come first;
 # `make hours` says no more than these.
-FAMILIES := bursts drift fluid foreign graded meter soft table thermal
-RESULTS := 'benchmark --full' replicate gaps splits 'track --wide' safety plants \
-	recipe \
-	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' \
-	$(FAMILIES:%='dress-study --task power_limited --plant %:1 --results agents/results/dress_study/plants')
+RESULTS := 'benchmark --full' replicate gaps splits 'track --wide' safety plants recipe \
+	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' intervals
 
 hours: $(AGENTS)
 	for each in $(RESULTS); do $(BIN)/python -m agents $$each --hours; done | \

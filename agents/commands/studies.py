@@ -18,7 +18,6 @@ from grind_env.commands import Configs, JobFile, Parts
 from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.scores import EPISODES as SCORE_EPISODES
-from grind_env.shop.commands.arguments import Plant
 from grind_env.terminal import table_console
 
 DRESSES = RESULTS / "dress_study"

@@ -15,7 +15,6 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.model_view import on
 from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
