@@ -10,8 +10,6 @@ TUNING_EVALUATIONS = 700
 TUNING_STARTS = 4
 """CMA-ES runs of a rule."""
 
-SCORE_EPISODES = 256
-"""Evaluation episodes of the reference scores."""
 GAP_EPISODES = 256
 """Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256

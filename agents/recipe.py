@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from itertools import product
 from pathlib import Path
-from statistics import mean
+from statistics import mean, stdev
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -172,15 +172,22 @@ def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     )
 
 
+def scores(runs: Sequence[RecipeRow]) -> list[float]:
+    """Return the score of each seed."""
+    return [each.score for each in runs]
+
+
 COLUMNS = tuple(each.name for each in fields(RecipeRow))
 SHOWN = (
     Column("task", lambda runs: runs[0].task),
     Column("what it sees", lambda runs: WAYS[runs[0].sees]),
-    Column("mean score", lambda runs: mean(each.score for each in runs), ".1f"),
-    Column("least", lambda runs: min(each.score for each in runs), ".1f"),
-    Column("score of each seed", lambda runs: ", ".join(f"{each.score:.1f}" for each in runs)),
+    Column("mean score", lambda runs: mean(scores(runs)), ".1f"),
+    Column("standard deviation", lambda runs: stdev(scores(runs)) if len(runs) > 1 else None, ".1f"),
+    Column("least", lambda runs: min(scores(runs)), ".1f"),
+    Column("most", lambda runs: max(scores(runs)), ".1f"),
+    Column("seeds", len, "d"),
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
-    Column("CPU-seconds of each", lambda runs: ", ".join(f"{each.cpu_seconds:.0f}" for each in runs)),
+    Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
 )
 """Columns of the page, a row for all seeds of a task and way."""
 

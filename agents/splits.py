@@ -18,7 +18,7 @@ from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, table_of
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
-MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
+MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "plain_gru", "robust")
 WHO = (*MEASURED, "mpc")
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
 

@@ -39,6 +39,7 @@ Runs = Annotated[Path, typer.Option("--cache", help="Folder of the cache.", show
 Results = Annotated[
     Path | None, typer.Option(help="Folder of the tables; default the published ones or the cache."), Keeps()
 ]
+Hours = Annotated[bool, typer.Option("--hours", help="Only say how long it would take.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cached.")]
 
 
@@ -50,6 +51,7 @@ class Options:
     ray: str | None = None
     runs: Path = RUNS
     fresh: bool = False
+    hours: bool = False
     console: Console
 
 
@@ -123,6 +125,10 @@ class Study:
 
     def path(self, trial: Any, runs: Path) -> Path:
         """Return the file in which a trial is cached: its name has a hash of all that decides it."""
+        return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{self.digest(trial)}.json"
+
+    def digest(self, trial: Any) -> str:
+        """Return a hash of all that decides what is found in a trial."""
         name = getattr(trial, "problem", None) or getattr(trial, "task", None)
         problem = find_problem(name) if isinstance(name, str) else name
         decides = [
@@ -132,8 +138,7 @@ class Study:
             self.decides(trial),
             *map(installed, LIBRARIES),
         ]
-        digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
-        return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{digest}.json"
+        return hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
 
     def cached(self, trial: Any, runs: Path) -> Any:
         """Return what was found in a trial; None if nothing was."""
@@ -149,7 +154,10 @@ class Study:
         runs = options.runs.absolute()
         waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
         hours = sum(map(self.seconds, waiting)) / 3600.0
-        options.console.print(f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours")
+        said = f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours"
+        options.console.print(f"{self.name}: {said}", highlight=False)
+        if options.hours:
+            raise typer.Exit
 
         def done(trial: Any, found: Any) -> None:
             self.cache(trial, found, runs)
@@ -185,7 +193,8 @@ class Study:
         """Run the study and write its files."""
         folder.mkdir(parents=True, exist_ok=True)
         self.check(folder)
-        self.prepare()
+        if not options.hours:
+            self.prepare()
         text = self.write(self.found(options), folder)
         options.console.print(text, soft_wrap=True, highlight=False, markup=False)
         options.console.print(f"written to {folder}: {', '.join(self.written)}", highlight=False)

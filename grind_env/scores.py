@@ -20,6 +20,8 @@ from grind_env.toml import TomlError, read_toml, toml_text
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
 
+EPISODES = 256
+"""Evaluation episodes of the reference scores."""
 HEADING = "# Reference scores"
 REFERENCES = Own("file of reference scores", re.compile(HEADING.encode()).match)
 VERSION = "task_version"

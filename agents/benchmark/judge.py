@@ -22,9 +22,6 @@ from grind_env.policies.statistics import (
 )
 from grind_env.scores import find_reference
 
-CLIP = -100.0
-"""Lower scores count as this one in aggregates (scenarios, section 2)."""
-
 Draws = tuple[Array, Array]
 """Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
 
@@ -67,14 +64,6 @@ class Sampled:
     def costs(self) -> Draws:
         """Costs per good part, $, likewise."""
         return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
-
-    def scale(self) -> Interval | None:
-        """Return the cost of 100 points, $ an episode: the saving of hindsight over the best fixed plan."""
-        fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
-        if fixed is None or planner is None:
-            return None
-        (mean, draws), _ = self.of_first(self.lengths[[fixed, planner]].min())
-        return percentile_interval(float(mean[fixed] - mean[planner]), draws[:, fixed] - draws[:, planner])
 
     def gain(self, ours: str, theirs: str) -> Interval | None:
         """Points that one policy scores more than another, paired: over the same episodes, and the runs of each.

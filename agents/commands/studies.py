@@ -8,15 +8,16 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
-from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
+from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
+from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
-from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
+from grind_env.scores import EPISODES as SCORE_EPISODES
 from grind_env.terminal import table_console
 
 DRESSES = RESULTS / "dress_study"
@@ -111,7 +112,7 @@ COMMANDS = {
         "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
-        seeds=5,
+        seeds=10,
         steps=1_000_000,
     ),
     "scores": StudyCommand(
@@ -142,7 +143,7 @@ COMMANDS = {
         "agents.track.study",
         "Measure how fast policies adapt to held-out machines.\n\n"
         "An adapter may change its policy after each shift; it is evaluated on separate episodes.",
-        "--machines public:1 --adapters bc --seeds 1",
+        "--machines public:1 --adapters plain_gru --seeds 1",
         tasks=None,
         episodes=TRACK_EPISODES,
         own=track,
@@ -206,6 +207,7 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         configs: Configs = None,
         results: Results = None,
         fresh: Fresh = False,
+        hours: Hours = False,
     ) -> None: ...
 
     shared, own = (inspect.signature(function, eval_str=True).parameters for function in (common, of.own))
@@ -220,7 +222,8 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
         chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if usual[key] != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
-        options = Options(jobs=usual["jobs"], ray=usual["ray"], runs=runs, fresh=fresh, console=table_console())
+        found = {key: usual[key] for key in ("jobs", "ray", "runs", "fresh", "hours")}
+        options = Options(**found, console=table_console())
         asked = StudyOptions(
             problems=() if of.tasks is None else chosen_problems(usual["tasks"] or of.tasks, job, parts),
             tasks=usual["tasks"],

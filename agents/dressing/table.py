@@ -12,7 +12,7 @@ from grind_env.policies.tuned import ConfigError
 from grind_env.table import Column
 from grind_env.task_version import TASK_VERSION
 
-THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
+THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "plain_gru", "hindsight"
 
 
 class DressStudy(NamedTuple):
@@ -78,7 +78,7 @@ COLUMNS = (
     Column("best N", "plan.every"),
     Column("fixed plan, $", lambda study: study.cost(study.plan)),
     Column("power threshold, $", lambda study: study.cost(study.decider(THRESHOLD))),
-    Column("learned, $", lambda study: study.cost(study.decider(LEARNED))),
+    Column(f"{LEARNED}, $", lambda study: study.cost(study.decider(LEARNED))),
     Column("hindsight, $", lambda study: study.decider(KNOWS_ALL).cost, ".2f"),
     Column("best lead, mm", "dresser.lead", "g"),
     Column("depth, mm", "dresser.depth", "g"),

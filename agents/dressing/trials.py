@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark.trained import from_file
+from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
@@ -15,8 +15,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.naming import SHIPPED
+from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -61,6 +60,7 @@ def study(asked: StudyOptions) -> Study:
         title="",
         trials=trials,
         run=find,
+        seconds=seconds,
         decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
         files={f"{problem.name}.csv": "task,question,policy," for problem in asked.problems},
         publish=partial(write, episodes),
@@ -82,17 +82,25 @@ def find(trial: DressTrial) -> dict[str, object]:
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
 
 
+def seconds(trial: DressTrial) -> float:
+    """Return the CPU-seconds of a trial, about; plans grind training episodes, too."""
+    blocks = trial.episodes * trial.problem.simulation().task.blocks
+    if isinstance(trial.what, str):
+        return blocks * DECISION.get(trial.what, USUAL_DECISION)
+    return 2 * blocks * len(trial.what) * USUAL_DECISION
+
+
 def decider(trial: DressTrial) -> Policy:
     """Return the policy that decides in a trial."""
     return next(each for each in deciding(trial.problem) if each.name == trial.what)
 
 
 def deciding(problem: Problem) -> list[Policy]:
-    """Return the policies that decide when to dress: scripted ones, planners, and the bundled agent."""
+    """The policies of a problem that decide when to dress: scripted ones, planners, and the bundled agent."""
     simulation = problem.simulation()
     scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
-    shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"
-    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]
+    bundled = usual_name(simulation)
+    return [*scripted, *([named_policy(bundled, simulation)] if bundled != FALLBACK else [])]
 
 
 def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:

@@ -13,22 +13,21 @@ from agents.track.learning import CalibratedAdapter, Trim
 from grind_env.policies.guard import Guarded
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.model_view import model_of
-from grind_env.policies.naming import OWN, named_policy, own_policy, trained_file
+from grind_env.policies.naming import OWN, named_policy, own_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
+from grind_env.policies.registry import TRAINED
 
 PLANNER = "look_ahead"
 """The planner on the belief."""
-AGENTS = {"bc": "shipped", "robust": "robust"}
-"""The agents that come with the package for a task, and what `named_policy` calls them."""
-HEADLINE = (*AGENTS, PLANNER, f"{Guarded.PREFIX}{PLANNER}", CalibratedAdapter.name)
+HEADLINE = (*TRAINED, PLANNER, f"{Guarded.PREFIX}{PLANNER}", CalibratedAdapter.name)
 WIDE = ("adaptive_rule", RETUNED, "empirical_rule", Trim.name)
 BLOCKS = (0, 60, 300, 1200)
 
 
 @dataclass
 class Nominal:
-    """A policy that stays as it is from shift to shift; its text is one of `named_policy` or of `AGENTS`."""
+    """A policy that stays as it is from shift to shift; its text is one of `named_policy`."""
 
     text: str
 
@@ -38,9 +37,9 @@ class Nominal:
 
     def start(self, problem: Problem) -> Policy:
         model = model_of(problem)
-        path = trained_file(AGENTS[self.text], model.task.name) if self.text in AGENTS else Path(self.text)
-        is_file = path.suffix == SUFFIX
-        self.policy = from_file(path, model, self.name) if is_file else named_policy(self.text, model, modules=True)
+        is_file = self.text.endswith(SUFFIX)
+        path, text = Path(self.text), self.text
+        self.policy = from_file(path, model, self.name) if is_file else named_policy(text, model, modules=True)
         return self.policy
 
     def learn(self, shift: TrackShift) -> Policy:

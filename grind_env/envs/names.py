@@ -8,6 +8,9 @@ FOLDER = Path(__file__).with_name("tasks")
 MODULE_NAMES = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
 """Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
 
+CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
+"""Tasks of the benchmark, each of which asks something of its own; the others are diagnostic."""
+
 ANY_TASK = "grind/Task-v0"
 """The id of all tasks that are in files of the user."""
 

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count, repeat
 from typing import Any, get_args
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
@@ -17,7 +18,13 @@ from grind_env.policies.naming import agent_of, named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
-from grind_env.policies.statistics import Interval, bootstrap, normalised_score, percentile_interval
+from grind_env.policies.statistics import (
+    Interval,
+    normalised_score,
+    percentile_interval,
+    resampled_means,
+    score_of_means,
+)
 from grind_env.policies.tuned import ConfigError
 from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
@@ -39,12 +46,13 @@ class Judgement:
         split: split of the contexts.
         evaluation: episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
-        paired: whether the fixed plan ran on the same episodes and these have the reference scores; else the score uses
-            means of other episodes, and its interval leaves their error out.
-        plant: the machine, or the family of the machines; empty for the model.
-        model: the model of planners and beliefs.
-        first_seed: first of the consecutive seeds.
-        trained_on: training machines of an agent; empty for other policies, and if unknown.
+        paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
+            else the score stands on means of others, and its interval leaves their error out.
+        plant: the machine, or those of which every episode has one; empty for the model.
+        model: what planners and beliefs take it for.
+        first_seed: of the episodes, whose seeds follow one another.
+        trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
+        draws: the score of each resample of the episodes, shape (resamples,).
     """
 
     policy: str
@@ -59,6 +67,7 @@ class Judgement:
     model: str = ""
     first_seed: int = 0
     trained_on: str = ""
+    draws: Array | None = field(default=None, repr=False, compare=False)
 
     @property
     def title(self) -> str:
@@ -182,7 +191,7 @@ def evaluate(
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held, advance)
     anchored = machines is None and not SPLITS[split].leaves_task
-    known, score = find_reference(problem.id) if anchored else None, None
+    known, score, draws = find_reference(problem.id) if anchored else None, None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:
@@ -191,12 +200,13 @@ def evaluate(
         except ConfigError:
             fixed = None
         paired = paired and fixed is not None
-        score = _score(run, fixed, known, simulation.task.reference_cost)
+        score, draws = _score(run, fixed, known, simulation.task.reference_cost)
     said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
     of_machine = ("", "") if machines is None else (machines.text, taken_for)
     name, sees, agent = policy.name, policy.sees, agent_of(policy)
     trained_on = "" if agent is None else agent.machines
-    return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start, trained_on)
+    beside = (*of_machine, chosen.start, trained_on, draws)
+    return Judgement(name, sees, problem.name, said, split, run, score, paired, *beside)
 
 
 def check_policy(policy: Any) -> None:
@@ -214,8 +224,12 @@ def check_policy(policy: Any) -> None:
         raise GrindError(f"{policy.name} sees {quoted(sees)}, but must see one of {', '.join(get_args(Sees))}")
 
 
-def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:
-    """Return the score; the planner is too slow to run here, so its saving over the fixed plan is the reference's.
+def _score(
+    run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float
+) -> tuple[Interval, Array]:
+    """Return the score, and that of each resample.
+
+    What the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
 
     Without a fixed plan on the same episodes, the anchors are the means of the reference.
     """
@@ -224,7 +238,8 @@ def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, referenc
         index = np.random.default_rng(0).integers(0, len(run.cost), (4000, len(run.cost)))
         zero = -known.zero * reference_cost
         draws = 100.0 * (zero - run.cost[index].mean(axis=1)) / span
-        return percentile_interval(float(100.0 * (zero - run.cost.mean()) / span), draws)
+        return percentile_interval(float(100.0 * (zero - run.cost.mean()) / span), draws), draws
     share = span / (-known.zero * reference_cost)
     planner = fixed.cost * (1.0 - share)
-    return bootstrap(normalised_score, run.cost, fixed.cost, planner)
+    draws = score_of_means(*resampled_means(np.array([run.cost, fixed.cost, planner])).T)
+    return percentile_interval(float(normalised_score(run.cost, fixed.cost, planner)), draws), draws

@@ -16,7 +16,7 @@ from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed
 
 SHIPPED = Path(__file__).with_name("shipped")
-"""Folder of the trained policies that come with the package, one a task."""
+"""Folder of the bundled agents: a folder for each of `TRAINED`, a file a task in it."""
 FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
@@ -82,7 +82,7 @@ def trained_file(name: str, task: str) -> Path:
     Raises:
         GrindError: none comes with the package.
     """
-    path = SHIPPED / TRAINED[name] / f"{task}{SUFFIX}"
+    path = SHIPPED / name / f"{task}{SUFFIX}"
     if not path.is_file():
         raise GrindError(
             f"no policy {name!r} comes with the package for {task}: name a rule, or the file of an agent, which "
@@ -139,4 +139,5 @@ def chosen_policy(
 
 def usual_name(simulation: Simulation) -> str:
     """Return the name of the policy that is taken where none is named."""
-    return "shipped" if (SHIPPED / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK
+    agent = TRAINED[0]
+    return agent if (SHIPPED / agent / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK

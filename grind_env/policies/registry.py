@@ -68,9 +68,10 @@ stand in no list of policies: they are there to say what the other decision, and
 UNSCORED = ("empirical_rule", "belief_planner")
 """Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
 on a machine that is not the model, and the planner on the belief."""
-TRAINED = {"shipped": ".", "robust": "robust"}
-"""Names of the trained policies that come with the package, and their folders in that of all of them: trained on the
-model, or over public plants, one in every episode."""
+TRAINED = ("plain_gru", "robust")
+"""The bundled agents, trained on the model, or on public machines, one in every episode; each has a folder."""
+RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}
+"""Old names of policies, with the new ones."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
 """Policies that grind a block many times before they decide."""
 
@@ -100,6 +101,8 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
         name = min(unknown)
+        if name in RENAMED:
+            raise ConfigError(f"{name} was renamed to {RENAMED[name]}")
         if name in TRAINED:
             raise ConfigError(
                 f"{quoted(name)} is a trained agent and is read from a file: name it to grind_env.evaluate, or make it"

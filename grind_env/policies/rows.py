@@ -1,4 +1,4 @@
-"""A results row as a JSON file, and its re-run on seeds drawn later."""
+"""Rows of a table of results as a JSON file, and their re-run on seeds that nobody knew when it was written."""
 
 import json
 import re
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.names import MODULE_NAMES, environment_id, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, environment_id, task_names
 from grind_env.envs.splits import EVERY
 from grind_env.errors import quoted
 from grind_env.files import read_bytes, read_text, shown, write_atomically
@@ -125,27 +125,34 @@ def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
     )
 
 
-def write_row(path: Path, row: SubmittedRow) -> None:
-    """Write a row as JSON, whole or not at all."""
-    write_atomically(path, lambda partial: partial.write_text(json.dumps(asdict(row), indent=1), encoding="utf-8"))
+def write_rows(path: Path, rows: Sequence[SubmittedRow]) -> None:
+    """Write a row, or a list of rows, as JSON, whole or not at all."""
+    found = [asdict(row) for row in rows]
+    text = json.dumps(found if len(found) > 1 else found[0], indent=1)
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
-def read_row(path: Path) -> SubmittedRow:
-    """Return the row in a file of at most 64 MB; no name in it is opened, and no code of it is run.
+def read_rows(path: Path) -> list[SubmittedRow]:
+    """Return the rows in a file of at most 64 MB; no name in it is opened, and no code of it is run.
 
     Raises:
         ReadError: the file cannot be read.
-        FormError: it is no row, or one of another version.
+        FormError: it has no rows, too many, or one of another version.
     """
     try:
-        document = parsed(read_text(path))
-        if not isinstance(document, dict) or document.get("format") != FORMAT:
-            raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
-        if (found := document.get("task_version")) != TASK_VERSION:
-            raise FormError(f"it is {of_version(found)}: submit it anew")
-        row: SubmittedRow = formed(SubmittedRow, document, "row")
+        found = parsed(read_text(path))
+        listed = isinstance(found, list) and 1 < len(found) <= len(CORE)
+        return [_row(document) for document in (found if listed else [found])]
     except FormError as error:
         raise FormError(f"{shown(path)}: {error}") from None
+
+
+def _row(document: object) -> SubmittedRow:
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
+    if (found := document.get("task_version")) != TASK_VERSION:
+        raise FormError(f"it is {of_version(found)}: submit it anew")
+    row: SubmittedRow = formed(SubmittedRow, document, "row")
     return row
 
 

@@ -1,10 +1,9 @@
 """Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
-A run is one training seed; an untrained policy has one run. Aggregates of runs over tasks follow Agarwal et al., "Deep
-Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (library rliable): interquartile mean,
-optimality gap, probability of improvement, performance profile, and a bootstrap stratified over tasks. Here the
-episodes are resampled as well, the same ones for all policies of a task, so that a policy with one run has an interval,
-too.
+A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
+et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
+interquartile mean, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
+well, the same ones for all policies of a task, so that a policy of one run has an interval, too.
 """
 
 from collections.abc import Callable
@@ -18,8 +17,10 @@ RESAMPLES = 4000
 COVERAGE = 0.95
 AT_ONCE = 250_000
 """Values that are drawn at once: they stay in the cache of a processor."""
-PERFECT = 100.0
-"""Score of the reference planner, from which the optimality gap is measured."""
+
+
+CLIP = -100.0
+"""Lower scores count as this one in aggregates (scenarios, section 2)."""
 
 
 class Interval(NamedTuple):
@@ -148,6 +149,27 @@ def resampled_runs(scores: Array, seed: int = 0) -> Array:
     return np.take_along_axis(scores, index, axis=1)
 
 
+class ScoredRuns(NamedTuple):
+    """Scores of a policy, clipped at `CLIP`.
+
+    Attributes:
+        scores: shape (runs, tasks).
+        draws: of every resample of the runs and the episodes, shape (resamples, runs, tasks).
+    """
+
+    scores: Array
+    draws: Array
+
+    @classmethod
+    def clipped(cls, scores: Array, draws: Array) -> "ScoredRuns":
+        """Return the runs with these scores."""
+        return cls(np.maximum(scores, CLIP), np.maximum(draws, CLIP))
+
+    def interval(self, measure: Callable[[Array], Array]) -> Interval:
+        """Return an aggregate of the scores, such as `interquartile_mean`."""
+        return percentile_interval(float(measure(self.scores)), measure(self.draws))
+
+
 def interquartile_mean(scores: Array) -> Array:
     """Mean of the middle half of all runs, shape (..., runs, tasks); a quarter is rounded down."""
     runs = np.sort(scores.reshape(*scores.shape[:-2], -1), axis=-1)
@@ -155,40 +177,6 @@ def interquartile_mean(scores: Array) -> Array:
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
-def median_score(scores: Array) -> Array:
-    """Median over tasks of the mean over runs, shape (..., runs, tasks)."""
-    return np.asarray(np.median(scores.mean(axis=-2), axis=-1))
-
-
 def mean_score(scores: Array) -> Array:
     """Mean over runs and tasks, shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))
-
-
-def optimality_gap(scores: Array) -> Array:
-    """Return the mean shortfall of scores, shape (..., runs, tasks), below `PERFECT`; an excess does not count."""
-    return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
-
-
-def improvement(ours: Array, theirs: Array) -> Array:
-    """Probability that a run of ours beats one of theirs on a task drawn at random; an equal score counts half.
-
-    The mean over tasks of the Mann-Whitney U over the number of pairs. Shapes (..., runs, tasks); the numbers of runs
-    may differ.
-    """
-    difference = ours[..., :, None, :] - theirs[..., None, :, :]
-    return np.asarray((0.5 * (np.sign(difference) + 1.0)).mean(axis=(-3, -2, -1)))
-
-
-def performance_profile(scores: Array, levels: Array) -> Array:
-    """Share of the runs whose score is above each level.
-
-    Args:
-        scores: shape (..., runs, tasks).
-        levels: shape (L,).
-
-    Returns:
-        Shape (..., L).
-    """
-    runs = scores.reshape(*scores.shape[:-2], 1, -1)
-    return np.asarray((runs > levels[:, None]).mean(axis=-1))

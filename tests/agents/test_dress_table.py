@@ -69,13 +69,13 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
 
 
 def test_a_line_by_hand():
-    assert line(DressStudy([*FOUND, decider("learned", 4.2)], 64)) == {
+    assert line(DressStudy([*FOUND, decider("plain_gru", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",
         "best N": "4",
         "fixed plan, $": "6.00 (+50 %)",
         "power threshold, $": "4.40 (+10 %)",
-        "learned, $": "4.20 (+5 %)",
+        "plain_gru, $": "4.20 (+5 %)",
         "hindsight, $": "4.00",
         "best lead, mm": "0.14",
         "depth, mm": "0.01",
@@ -84,7 +84,7 @@ def test_a_line_by_hand():
         "fixed plan with it, $": "3.00 (-25 %)",
         "best passes": "3 5.00 (+25 %)",
     }
-    assert line(DressStudy(FOUND, 64))["learned, $"] == "–"
+    assert line(DressStudy(FOUND, 64))["plain_gru, $"] == "–"
 
 
 def test_a_program_says_itself_how_it_dresses():

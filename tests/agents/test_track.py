@@ -213,16 +213,16 @@ def test_adapters_stand_beside_others_on_the_same_machines_alone() -> None:
 
     found = {
         TrackTrial(PLATES, f"public:{k}", name, 0, (60,)): of(cost * k)
-        for name, cost, machines in ((FIXED, 200.0, 3), (PLANNER, 100.0, 3), ("bc", 150.0, 3), ("trim", 120.0, 2))
+        for name, cost, machines in ((FIXED, 200.0, 3), (PLANNER, 100.0, 3), ("robust", 150.0, 3), ("trim", 120.0, 2))
         for k in range(1, machines + 1)
     }
     tables = tables_of(found)
     assert [*tables] == ["power_limited, 3 machines", "power_limited, 2 machines"]
     whole, few = ({row.adapter: row for row in scored(runs)} for runs in tables.values())
-    assert [*whole] == [FIXED, PLANNER, "bc"] and [*few] == [FIXED, PLANNER, "bc", "trim"]
+    assert [*whole] == [FIXED, PLANNER, "robust"] and [*few] == [FIXED, PLANNER, "robust", "trim"]
     assert {row.machines for row in whole.values()} == {3} and {row.machines for row in few.values()} == {2}
-    assert few["trim"].score.value == pytest.approx(80.0) and few["bc"].score.value == pytest.approx(50.0)
-    assert page(found).count("| bc |") == 2 and page(found).count("| trim |") == 1
+    assert few["trim"].score.value == pytest.approx(80.0) and few["robust"].score.value == pytest.approx(50.0)
+    assert page(found).count("| robust |") == 2 and page(found).count("| trim |") == 1
 
 
 def test_by_hand() -> None:
@@ -268,5 +268,5 @@ def test_what_the_track_does_not_have_is_told(
 def test_adapters_by_name(module: str) -> None:
     assert made("guarded:look_ahead").name == "guarded:look_ahead"
     assert made(f"{module}:Mine").name == "mine"
-    policy = made("bc").start(PLATES)
-    assert policy.name == "bc" and "Actor(" in repr(policy)
+    policy = made("plain_gru").start(PLATES)
+    assert policy.name == "plain_gru" and "Actor(" in repr(policy)

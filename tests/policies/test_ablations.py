@@ -75,5 +75,7 @@ def test_they_can_be_named_but_stand_in_no_list() -> None:
 
 
 def test_a_trained_agent_is_said_to_be_one_and_not_a_misspelling() -> None:
-    with pytest.raises(ConfigError, match=r"^'shipped' is a trained agent and is read from a file: name it to"):
-        make_policy("shipped", RUSH)
+    with pytest.raises(ConfigError, match=r"^'plain_gru' is a trained agent and is read from a file: name it to"):
+        make_policy("plain_gru", RUSH)
+    with pytest.raises(ConfigError, match=r"^bc was renamed to plain_gru$"):
+        make_policy("bc", RUSH)

@@ -199,7 +199,7 @@ def test_it_guards_in_every_form_of_environment(env: str) -> None:
 def test_any_policy_is_guarded_by_its_name() -> None:
     simulation = find_problem("power_limited").simulation()
     assert named_policy("guarded:E6000D1", simulation).name == "guarded:E6000D1"
-    agent = "grind_env/policies/shipped/power_limited.safetensors"
+    agent = "grind_env/policies/shipped/plain_gru/power_limited.safetensors"
     assert named_policy(f"guarded:{agent}", simulation).name.startswith("guarded:")
     planner = named_policy("guarded:hindsight", simulation)
     assert planner.sees == "future"

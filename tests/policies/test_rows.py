@@ -15,7 +15,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_row, row_of, verify, write_row
+from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_rows, row_of, verify, write_rows
 from tests.command import Grind
 from tests.examples import few
 
@@ -52,15 +52,15 @@ def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) ->
 
 def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
     row = plates_row("look_ahead")
-    write_row(tmp_path / "row.json", row)
-    assert read_row(tmp_path / "row.json") == row
+    write_rows(tmp_path / "row.json", [row])
+    assert read_rows(tmp_path / "row.json") == [row]
     document = json.loads((tmp_path / "row.json").read_text())
     assert document["first_seed"] == 2_000_000 and len(document["costs"]) == 3
     assert document["versions"]["grind_env"] == grind_env.__version__
 
 
 PLATE = str(Path(grind_env.__file__).with_name("examples") / "plate_g82.nc")
-AGENT = SHIPPED / "power_limited.safetensors"
+AGENT = SHIPPED / "plain_gru" / "power_limited.safetensors"
 
 
 @pytest.mark.parametrize(
@@ -71,13 +71,13 @@ AGENT = SHIPPED / "power_limited.safetensors"
             ("look_ahead", "look_ahead"),
             ("guarded:adaptive_rule", "guarded:adaptive_rule"),
             (str(AGENT), "power_limited.safetensors"),
-            (None, "shipped"),
+            (None, "plain_gru"),
         ]
     ),
 )
 def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
     path = submit(*(["--policy", says] if says else []), episodes=6)
-    row = read_row(path)
+    (row,) = read_rows(path)
     assert row.policy == named
     assert row.sha256 == (hashlib.sha256(AGENT.read_bytes()).hexdigest() if says == str(AGENT) else "")
     file = ["--policy", AGENT] if row.sha256 else []
@@ -92,11 +92,11 @@ def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit:
 @pytest.mark.nightly
 def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grind) -> None:
     path = submit("--policy", "belief_rule", "--plant", "meter:7", "--model", "soft:3", episodes=16)
-    row = read_row(path)
+    (row,) = read_rows(path)
     assert (row.plant, row.model) == ("meter:7", "soft:3")
     status, out, err = grind("verify", path, "--seed", SEED)
     assert (status, err) == (0, ""), out
-    write_row(path, replace(row, model="model"))
+    write_rows(path, [replace(row, model="model")])
     assert grind("verify", path)[0] == 1
 
 
@@ -254,7 +254,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
 
 
 def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
-    write_row(tmp_path / "row.json", replace(plates_row("look_ahead", 6), policy="E3000D0"))
+    write_rows(tmp_path / "row.json", [replace(plates_row("look_ahead", 6), policy="E3000D0")])
     status, out, _ = grind("verify", tmp_path / "row.json", "--seed", SEED)
     assert status == 1 and "re-run: its 6 episodes cost" in out and "drawn" not in out
 
@@ -267,7 +267,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     (tmp_path / "knows.py").write_text(KNOWS)
     monkeypatch.chdir(tmp_path)
     row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=digest(tmp_path / "knows.py"))
-    write_row(tmp_path / "row.json", row)
+    write_rows(tmp_path / "row.json", [row])
     assert grind("verify", "row.json", "--policy", "knows:Knows")[0] == 0
     status, out, _ = grind("verify", "row.json", "--policy", "knows:Knows", "--seed", SEED)
     assert status == 1 and "6 drawn episodes cost" in out

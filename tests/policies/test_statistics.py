@@ -79,28 +79,17 @@ def test_aggregates_by_hand():
     # sorted: -20 0 10 | 20 40 50 60 70 90 | 95 100 110
     assert statistics.interquartile_mean(SCORES) == 55.0
     # means of the tasks: 2.5, 98.75, 55
-    assert statistics.median_score(SCORES) == 55.0
     assert statistics.mean_score(SCORES) == pytest.approx((2.5 + 98.75 + 55.0) / 3.0)
-    # 110 counts as 100
-    assert statistics.optimality_gap(SCORES) == pytest.approx(100.0 - (10.0 + 385.0 + 220.0) / 12.0)
 
 
-@given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
-def test_aggregates_are_those_of_scipy(n, m, tasks, seed):
+@given(st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
+def test_the_interquartile_mean_is_that_of_scipy(n, tasks, seed):
     rng = np.random.default_rng(seed)
-    ours, theirs = rng.integers(-9, 9, (n, tasks)).astype(float), rng.integers(-9, 9, (m, tasks)).astype(float)
+    ours = rng.integers(-9, 9, (n, tasks)).astype(float)
     assert statistics.interquartile_mean(ours) == pytest.approx(stats.trim_mean(ours, 0.25, axis=None))
-    pairs = [stats.mannwhitneyu(ours[:, k], theirs[:, k]).statistic / (n * m) for k in range(tasks)]
-    assert statistics.improvement(ours, theirs) == pytest.approx(np.mean(pairs))
-    levels = np.linspace(-10.0, 10.0, 7)
-    survival = 1.0 - stats.ecdf(ours.ravel()).cdf.evaluate(levels)
-    assert statistics.performance_profile(ours, levels) == pytest.approx(survival)
 
 
-@pytest.mark.parametrize(
-    "measure",
-    [statistics.interquartile_mean, statistics.median_score, statistics.mean_score, statistics.optimality_gap],
-)
+@pytest.mark.parametrize("measure", [statistics.interquartile_mean, statistics.mean_score])
 def test_every_resample_is_aggregated_by_itself(measure):
     stack = np.stack([SCORES, SCORES + 3.0, SCORES[::-1] * 0.5])
     assert measure(stack) == pytest.approx(np.array([measure(each) for each in stack]))
