@@ -94,7 +94,8 @@ def find(trial: UnknownTrial) -> dict[str, Any]:
     job = load_job(examples.path(f"{trial.program}.toml"))
     kind, _, key = trial.number.partition(".")
     if kind == "part":
-        job = replace(job, part=replace(job.part, **{key: trial.value}))
+        changed: Any = {key: trial.value}
+        job = replace(job, part=replace(job.part, **changed))
     elif key:
         job = with_entries(job, {kind: {key: trial.value}})
     job = job if trial.end == ALL else replace(job, uncertainty=CERTAIN)
@@ -110,8 +111,8 @@ def answers(found: Found) -> list[Answer]:
     for trial, each in found.items():
         E, every, cost, _ = each["points"][each["best"]]
         *_, plan_cost, keeps = each["points"][plans[trial.program]]
-        lost = round(100.0 * (plan_cost / cost - 1.0), 1)
-        rows.append(Answer(*astuple(trial), round(E), every, round(cost, 4), round(plan_cost, 4), lost, keeps))
+        numbers = round(E), every, round(cost, 4), round(plan_cost, 4), round(100.0 * (plan_cost / cost - 1.0), 1)
+        rows.append(Answer._make((*astuple(trial), *numbers, keeps)))
     return rows
 
 
