@@ -67,7 +67,7 @@ benchmark: $(AGENTS)
 # All results, one after the other: of each what its code has not made before.
 OTHERS := reciprocation,wide_plates,wide_rails,blades,rush,job_shop
 FAMILIES := bursts drift fluid foreign graded meter soft table thermal
-RESULTS := 'benchmark --full --seeds 3' replicate gaps splits 'track --wide' safety plants \
+RESULTS := 'benchmark --full --seeds 3' replicate gaps splits track safety plants \
 	recipe 'recipe --tasks $(OTHERS) --seeds 3 --results agents/results' \
 	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' \
 	$(FAMILIES:%='dress-study --task power_limited --plant %:1 --results agents/results/dress_study/plants')

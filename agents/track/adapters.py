@@ -1,6 +1,7 @@
 """The adapters of the track by name."""
 
 from collections.abc import Callable
+from copy import deepcopy
 
 from agents.track.learning import Calibrated
 from grind_env.envs.simulation import Simulation
@@ -13,4 +14,5 @@ ADAPTERS: dict[str, Callable[[], Policy]] = {Calibrated.name: Calibrated}
 
 def make_adapter(name: str, model: Simulation) -> Policy:
     """Return a new policy: one of `ADAPTERS`, or what `named_policy` finds (a name, a file, `module:Class`)."""
-    return ADAPTERS[name]() if name in ADAPTERS else named_policy(name, model, modules=True)
+    # a copy: a module may have one object, which must not take what it learns to the next machine
+    return ADAPTERS[name]() if name in ADAPTERS else deepcopy(named_policy(name, model, modules=True))

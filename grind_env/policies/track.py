@@ -24,7 +24,7 @@ from grind_env.policies.model_view import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 
-TASK, SHIFTS = "power_limited", 10
+TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
 """Half of them differ by families of deviations, half by other laws of grinding."""
 COST, GOOD, FINISHED, SCRAP, HANDOVER = (
@@ -53,9 +53,9 @@ class TrackShift:
 
 
 class Learner(Policy, Protocol):
-    """A policy that learns on a machine; one is made anew for every run.
+    """A policy that learns on a machine. One is made anew for every run.
 
-    `begin` is called before every shift, with the simulation of the model. What was learned may outlast it.
+    `begin` is called before every shift, with the simulation of the model. What it has learned may outlast it.
     """
 
     def learn(self, shift: TrackShift) -> None:
