@@ -60,8 +60,8 @@ def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
     )
 
     def interval(statistic: Callable[[Array], Array]) -> Interval:
-        drawn = statistic(draws)
-        return percentile_interval(float(statistic(value)), drawn[~np.isnan(drawn)])
+        drawn, found = statistic(draws), float(statistic(value))
+        return Interval(found, found, found) if np.isnan(found) else percentile_interval(found, drawn[~np.isnan(drawn)])
 
     with catch_warnings(action="ignore"):  # a resample may have no machine with a score
         return Summary(*map(interval, statistics))

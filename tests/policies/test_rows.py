@@ -135,13 +135,17 @@ print("imported")
 class Mine:
     name: str = "mine"
     sees: str = "measurements"
+    E: float = 7000.0
 
     def begin(self, simulation, episodes):
         self.simulation = simulation
 
     def act(self, observation, episodes):
         seen = self.simulation.read(observation)
-        return Decision(np.full(len(observation), 7000.0), (seen["peak_power"] > 3000.0).astype(float))
+        return Decision(np.full(len(observation), self.E), (seen["peak_power"] > 3000.0).astype(float))
+
+    def learn(self, shift):
+        self.E *= 0.9 if shift.bad.any() or shift.observations.dtype != np.float32 else 1.02
 
 MINE = Mine()
 """
@@ -309,53 +313,29 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
     assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
 
 
-LEARNS = """
-import numpy as np
-from grind_env.policies.choices import Decision
-
-class Learns:
-    name, sees, E = "learns", "measurements", 7000.0
-
-    def begin(self, simulation, episodes):
-        pass
-
-    def act(self, observation, episodes):
-        return Decision(np.full(len(observation), self.E), np.ones(len(observation)))
-
-    def learn(self, shift):
-        self.E *= 0.9 if shift.bad.any() or shift.observations.dtype != np.float32 else 1.02
-"""
-
-
 @pytest.mark.nightly
 def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
-    tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
+    own: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "learns.py").write_text(LEARNS)
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(own)
     machines = ("public:1", "public:2", "public:3")
     monkeypatch.setattr(rows, "MACHINES", machines)
     monkeypatch.setattr(rows, "BASELINE", "E7000D1")
-    costs, robust = (
-        np.array(
-            [
-                run_shifts(named_policy(name, PLATES.simulation(), modules=True), plant, [0]).cost.mean()
-                for plant in machines
-            ]
-        )
-        for name in ("learns:Learns", "E7000D1")
-    )
-    row = track_row("learns:Learns", costs, robust)
-    write_row(tmp_path / "row.json", row)
-    status, out, err = grind("verify", "row.json", "--policy", "learns:Learns", "--seed", SEED)
-    assert (status, err) == (
-        0,
-        "",
-    ) and f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
+
+    def block_costs(name: str) -> np.ndarray:
+        made = [(named_policy(name, PLATES.simulation(), modules=True), plant) for plant in machines]
+        return np.array([run_shifts(policy, plant, [0]).cost.mean() for policy, plant in made])
+
+    costs, robust = block_costs("my_policy:Mine"), block_costs("E7000D1")
+    row, words = track_row("my_policy:Mine", costs, robust), ("verify", "row.json", "--policy", "my_policy:Mine")
+    write_row(own / "row.json", row)
+    status, out, err = grind(*words, "--seed", SEED)
+    assert (status, err) == (0, "")
+    assert f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
     assert "3 drawn runs cost" in out and "times the cost of E7000D1" in out
     for tampered in (replace(row, costs=tuple(0.99 * costs)), replace(row, robust=tuple(1.01 * robust))):
-        write_row(tmp_path / "row.json", tampered)
-        status, out, _ = grind("verify", "row.json", "--policy", "learns:Learns")
+        write_row(own / "row.json", tampered)
+        status, out, _ = grind(*words)
         assert status == 1 and "drawn" not in out
 
 
