@@ -17,9 +17,7 @@ class AgentCommands(HelpfulGroup):
 
 
 app = Application(
-    cls=AgentCommands,
-    no_args_is_help=True,
-    help="Tune, train and compare policies, and run the published studies.",
+    cls=AgentCommands, no_args_is_help=True, help="Tune, train and compare policies, and run the published studies."
 )
 
 for command in (tune, studies, benchmark, video, dataset):

@@ -52,13 +52,7 @@ DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 
 
 def kept_evaluation(
-    policy: Policy,
-    problem: Problem,
-    seeds: range,
-    folder: Path = RUNS,
-    *,
-    split: str = EVERY,
-    fresh: bool = False,
+    policy: Policy, problem: Problem, seeds: range, folder: Path = RUNS, *, split: str = EVERY, fresh: bool = False
 ) -> Evaluation:
     """Return the evaluation of some seeds; chunks that are cached of the same policy, code and problem are not run.
 

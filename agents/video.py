@@ -75,12 +75,7 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
 
 
 def record(
-    policies: Sequence[Policy],
-    problem: Problem,
-    seed: int,
-    path: Path,
-    frames: int = PICTURES,
-    split: str = EVERY,
+    policies: Sequence[Policy], problem: Problem, seed: int, path: Path, frames: int = PICTURES, split: str = EVERY
 ) -> int:
     """Write an animation of the policies, side by side, on the episode of a seed; return the size of the file, bytes.
 

@@ -58,7 +58,7 @@ class Result:
     scrap: float
     """Share of the parts."""
     E_mean: float
-    """m/min, over all blocks; as its percentiles."""
+    """mm/min, over all blocks; as its percentiles."""
     E_p10: float
     E_p90: float
     D_mean: float
@@ -161,7 +161,7 @@ def result_of(
 
     `first` is the first seed of its evaluations, `made` the columns that say how its policy was made.
     """
-    low, high = np.nanpercentile(run.speeds / 1000.0, [10.0, 90.0])
+    low, high = np.nanpercentile(run.speeds, [10.0, 90.0])
     facts: dict[str, Any] = dict(provenance(range(first, first + len(run.cost))))
     for prefix, other in ((INTERPOLATION, interpolation), (PLANTS, plants)):
         count = 0 if other is None else len(other.cost)
@@ -182,7 +182,7 @@ def result_of(
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
-        E_mean=run.speed / 1000.0,
+        E_mean=run.speed,
         E_p10=float(low),
         E_p90=float(high),
         D_mean=run.dresses,

@@ -65,7 +65,7 @@ class DressFinding:
     overlap: float
     """Overlap ratio of the new diamond."""
     E: float
-    """Mean table speed, m/min."""
+    """Mean table speed, mm/min."""
     D: float
     """Mean executions a block."""
     cost: float
@@ -146,7 +146,7 @@ def finding(
         depth=dress.depth,
         passes=dress.passes,
         overlap=new_overlap(simulation),
-        E=run.speed / 1000.0,
+        E=run.speed,
         D=run.dresses,
         cost=cost.value,
         cost_low=cost.low,

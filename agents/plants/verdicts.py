@@ -93,11 +93,7 @@ def _optimise(others: Rows, own: Rows) -> list[Bound]:
             0.8,
             True,
         ),
-        Bound(
-            "calibrated: width of the interval over the cost, median",
-            _median(((high - low) / cost)[known]),
-            0.25,
-        ),
+        Bound("calibrated: width of the interval over the cost, median", _median(((high - low) / cost)[known]), 0.25),
         Bound(
             "calibrated: scrap beyond 1 % or the original's, worst, %",
             100.0 * _most(scrap - np.maximum(scrap_before, 0.01)),
@@ -136,11 +132,7 @@ def _advise(others: Rows, own: Rows) -> list[Bound]:
         Bound("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
         Bound("the same, worst machine", _most(cost / plan), 1.5),
         Bound("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
-        Bound(
-            "blocks beyond the power after one that was read so",
-            _most(column(others, "adviser_in_a_row")),
-            0.0,
-        ),
+        Bound("blocks beyond the power after one that was read so", _most(column(others, "adviser_in_a_row")), 0.0),
         Bound(
             "parts beyond size or Ra after one that was read so, worst machine",
             _most(column(others, "adviser_parts_in_a_row")),

@@ -15,7 +15,7 @@ COLUMNS = (
     Column("sees", "sees"),
     Column("$/good part", "cost", "±.3f"),
     Column("scrap %", "scrap", ".2f", factor=100.0),
-    Column("E m/min", "speed", ".1f"),
+    Column("E mm/min", "speed", ".0f"),
     Column("D", "executions", ".2f"),
     Column("score (95 % interval)", "score", ".1f"),
 )
@@ -32,7 +32,7 @@ class ScoreRow:
     scrap: float
     """Share of the parts."""
     speed: float
-    """Mean E, m/min."""
+    """Mean E, mm/min."""
     executions: float
     """Mean D."""
     score: Interval
@@ -51,7 +51,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
     for policy in policies:
         run = results[policy.name]
         score = run.first(planned).score(fixed.first(planned), planner)
-        speed, executions = run.speed / 1000.0, run.dresses
+        speed, executions = run.speed, run.dresses
         rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 

@@ -42,7 +42,7 @@ class Coefficient(NamedTuple):
 
 
 SHARPNESS = (
-    Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+    Coefficient("E", 12_000.0, 0.2, positive=True, by_kind=True),
     Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
     Coefficient("gA", -0.3, 0.2),
     Coefficient("gF", 0.0, 0.1),
@@ -63,11 +63,11 @@ ADAPTIVE = (
 )
 RULES: dict[str, tuple[Coefficient, ...]] = {
     "constant_per_kind": (
-        Coefficient("E", 12.0, 0.4, positive=True, by_kind=True),
+        Coefficient("E", 12_000.0, 0.4, positive=True, by_kind=True),
         Coefficient("D", 0.5, 0.5, by_kind=True, whole=True),
     ),
     "power_threshold": (
-        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("E", 12_000.0, 0.2, positive=True),
         Coefficient("upper", 60.0, 0.2, positive=True),
         Coefficient("lower", 0.9, 0.1, positive=True, most=1.0),
         Coefficient("share", 0.8, 0.1, positive=True),
@@ -78,7 +78,7 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         Coefficient("every", 4.0, 0.5, positive=True, blocks=True),
     ),
     "adaptive_dress": (
-        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("E", 12_000.0, 0.2, positive=True),
         *(each for each in ADAPTIVE if not each.name.startswith(("E", "g"))),
     ),
     "adaptive_rule": ADAPTIVE,

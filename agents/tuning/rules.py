@@ -109,22 +109,19 @@ class Tuner:
 
     def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
-            return Fixed(1000.0 * rounded(E), D, every, name)
+            return Fixed(rounded(E), D, every, name)
 
         costs = self._cached(name, lambda point: plan(*point))
-        found = grid_search(costs, product(self._speeds(speeds), D, every))
+        found = grid_search(costs, product(speed_grid(self.task, speeds).tolist(), D, every))
         E, *rest = found.point
         found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
         return plan(found.point, *rest), found.evaluations
-
-    def _speeds(self, count: int) -> list[float]:
-        return [float(speed) / 1000.0 for speed in speed_grid(self.task, count)]
 
     def _refine(self, cost: Callable[[float], float], found: BestPoint) -> BestPoint:
         if self.task.action.speed_levels is not None:
             return found
         low, high = self.task.action.speed_ends
-        return refine(cost, found, low / 1000.0, high / 1000.0)
+        return refine(cost, found, low, high)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
         """The best of several CMA-ES runs of a rule, on the validation episodes."""
@@ -201,7 +198,7 @@ def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned
         policy, parameters, spent = tuner.rule(name, evaluations, starts)
     else:
         plan, spent = tuner.constant() if name == "constant" else tuner.interval()
-        policy, parameters = plan, {"E": rounded(plan.E / 1000.0), "D": plan.D, "every": plan.every}
+        policy, parameters = plan, {"E": plan.E, "D": plan.D, "every": plan.every}
     return Tuned(
         parameters=parameters,
         training_cost=round(tuner.cost(policy), 4),

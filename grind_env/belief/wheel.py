@@ -167,7 +167,7 @@ class WheelBelief:
             mean_power=seen["mean_power"],
             first_power=seen["first_power"],
             peak_power=seen["peak_power"],
-            speed=1000.0 * seen["last_speed"],
+            speed=seen["last_speed"],
             # a whole number again, which the single precision of the observation may have missed
             executions=np.round(seen["last_executions"]),
             pre_dress=seen.get("last_pre_dress", np.zeros(n)),

@@ -75,7 +75,9 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
     ended = [] if report.stopped is None else [report.stopped]
     read = islice(_reading_errors(programs, control or Control()), MOST_ERRORS)
     found = {str(error): error for error in (*read, *faults, *ended)}
-    report.errors = sorted(found.values(), key=lambda error: _place(error, programs.name))
+    report.errors = sorted(
+        found.values(), key=lambda error: (error.file != programs.name, error.file, error.line or 0, error.column or 0)
+    )
     return report
 
 
@@ -89,10 +91,6 @@ def ended_at(report: Report) -> str:
     if error is None:
         return ""
     return f"the program was not executed further than {error.file}:{error.line}; check it again once that is mended"
-
-
-def _place(error: ControlError, main: str) -> tuple[bool, str, int, int]:
-    return error.file != main, error.file, error.line or 0, error.column or 0
 
 
 def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlError]:

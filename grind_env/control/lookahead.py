@@ -33,8 +33,6 @@ REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000
 """Paramacro blocks in a row beyond which the view ends; they do not count as blocks without motion."""
 PRESET_CODES = ("G52", "G92", "G92.1")
-
-
 Arguments: TypeAlias = Mapping[int, Decimal] | None
 """Of a macro, as of `Call`."""
 

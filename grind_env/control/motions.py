@@ -397,22 +397,4 @@ class Message(Instant):
     text: str
 
 
-Event: TypeAlias = (
-    Motion
-    | CycleAhead
-    | FeedAhead
-    | CycleStart
-    | CycleStrokes
-    | CycleEnd
-    | TableStop
-    | DressStart
-    | DressEnd
-    | InterruptStart
-    | InterruptEnd
-    | ProgramStop
-    | ProgramEnd
-    | Spindle
-    | Switch
-    | Hold
-    | Message
-)
+Event: TypeAlias = Motion | CycleStrokes | Instant

@@ -205,8 +205,7 @@ class Mover:
         table = self._reciprocating
         if table is not None and path.moves(table):
             raise command.error(
-                "axis-conflict",
-                f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc",
+                "axis-conflict", f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc"
             )
         return self._sections(command, path, ahead)
 
@@ -346,8 +345,7 @@ class Mover:
         table = self._reciprocating
         if compensated and table is not None and table in PLANES[modes.plane]:
             raise command.error(
-                "axis-conflict",
-                f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
+                "axis-conflict", f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before"
             )
         if compensated and in_plane(path, modes.plane):
             outlook = Outlook(command, path.end, self._origin(command), self.work.length, table)

@@ -188,9 +188,7 @@ def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
     value = exact.quantize(Decimal(1).scaleb(-decimal_digits), ROUND_HALF_UP)
     if abs(value) >= 10**whole_digits:
         raise block.error(
-            "number-format",
-            f"{word} is rounded to {whole_digits + 1} integer digits; {whole_digits} are allowed",
-            word,
+            "number-format", f"{word} is rounded to {whole_digits + 1} integer digits; {whole_digits} are allowed", word
         )
     return f"{value:f}"
 

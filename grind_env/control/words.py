@@ -157,9 +157,7 @@ def _exponent(before: Word, word: Word, power: str, place: Place) -> ControlErro
 def _labelled(place: Place, word: Word) -> Place:
     if word.expression or word.sign or word.point or len(word.whole) > LONGEST_LABEL:
         raise place.error(
-            "number-format",
-            f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits",
-            word.column,
+            "number-format", f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits", word.column
         )
     return Place(place.file, place.line, place.column, int(word.whole))
 

@@ -145,14 +145,7 @@ def rates_of(shop: Shop) -> Rates:
 
 @inlined
 def outcome_of(
-    kind: KindRow,
-    row: TapeRow,
-    shop: Shop,
-    part: PartState,
-    result: Tally,
-    clock: float,
-    diameter: float,
-    found: Found,
+    kind: KindRow, row: TapeRow, shop: Shop, part: PartState, result: Tally, clock: float, diameter: float, found: Found
 ) -> Outcome:
     """Return the costs of a block and the state of its part.
 

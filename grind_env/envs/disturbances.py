@@ -96,11 +96,7 @@ class Disturbances(ABC):
         self.kinds, self.spreads, self.sequence = np.array(kinds), np.array([spreads]), sequence
 
     def begin(
-        self,
-        episodes: Episodes,
-        index: NDArray[np.int64],
-        rngs: Sequence[np.random.Generator],
-        given: Sequence[Given],
+        self, episodes: Episodes, index: NDArray[np.int64], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """Begin an episode with a key from each of M generators; whatever is given, each draws two numbers.
 

@@ -31,7 +31,7 @@ LEAST_SLACK = 0.05
 class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units; `readings` says what each one means.
 
-    `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
+    `mean_power`, `first_power` and `peak_power` are W. `last_speed` is mm/min. `last_pick`, `last_width`, `diameter`,
     `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `taper` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
     `scrap` is $. `part_rise` is a temperature difference, K.
@@ -134,12 +134,8 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
     if task.cycle != "G83":
         absent.add("taper")
     shown = (reading for reading in _table(task) if reading.name not in absent)
-    return measured_first((*shown, *_one_hot(task)))
-
-
-def measured_first(entries: Iterable[Reading]) -> tuple[Reading, ...]:
-    """The entries in their order, the hidden ones behind all others: a measured observation begins every full one."""
-    return tuple(sorted(entries, key=lambda entry: entry.noise == "hidden"))
+    # a measured observation begins every full one
+    return tuple(sorted((*shown, *_one_hot(task)), key=lambda entry: entry.noise == "hidden"))
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
@@ -180,14 +176,14 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
 def _table(task: Task) -> list[Reading]:
     """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
-    low, high = (speed / 1000.0 for speed in task.action.speed_ends)
+    low, high = task.action.speed_ends
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
     period = (
         max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
     )
-    # what an infeed covers in a stroke of 3 m/min is 0.06 mm
+    # what an infeed covers in a stroke of 3000 mm/min is 0.06 mm
     deepest = 5.0 if task.cycle == "G81" else 2.0
     left = "stock left on the last finished part"
     left += " where it is farthest from its size" if task.cycle == "G83" else ""
@@ -209,7 +205,7 @@ def _table(task: Task) -> list[Reading]:
         Reading("first_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
                 "mean load of the first (up to 6) full plunges of the last block"),
         Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest load of the last block"),
-        Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
+        Reading("last_speed", "mm/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, deepest, "exact", "depth per stroke of the last block"),
         Reading("last_width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the last block"),

@@ -61,12 +61,7 @@ from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import RestTimes
-from grind_env.machine.script.replay import (
-    Placed,
-    covered_blocks_of,
-    read_block,
-    zoned_blocks_of,
-)
+from grind_env.machine.script.replay import Placed, covered_blocks_of, read_block, zoned_blocks_of
 from grind_env.machine.script.settings import BlockSettings, E, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
@@ -488,19 +483,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
             seen = Found(good, size_error, change, handover, tables.placed[i, DEEPEST], taper)
-            settle_one(
-                i,
-                tables.kinds,
-                number,
-                shop,
-                episodes,
-                chosen,
-                pre_dress,
-                by_tape,
-                tally,
-                seen,
-                outcomes,
-            )
+            settle_one(i, tables.kinds, number, shop, episodes, chosen, pre_dress, by_tape, tally, seen, outcomes)
         draw_rows(
             episodes.tape, episodes.block, episodes.source, episodes.schedule, tables.drawn, tables.spreads, active
         )

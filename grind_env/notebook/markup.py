@@ -34,11 +34,8 @@ def fragment(title: str, *bodies: str) -> str:
 def table(columns: Sequence[Column | str], rows: Iterable[Any], left: int = 1) -> str:
     """A table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
     shown = table_of(columns, rows, left=left).shortened(MOST_ROWS)
-    return f'<div style="overflow-x:auto;margin:0.5em 0">{shown.html(_look)}</div>'
-
-
-def _look(right: bool, kind: str) -> str:
-    return f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"'
+    body = shown.html(lambda right, kind: f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"')
+    return f'<div style="overflow-x:auto;margin:0.5em 0">{body}</div>'
 
 
 def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
@@ -61,13 +58,10 @@ def listing(lines: Sequence[str], more: int = 0) -> str:
     """Numbered lines of a program, and how many `more` there are."""
     width = len(str(len(lines)))
     hidden = max(len(lines) - MOST_LINES, 0) + more
-    shown = [f"{k:>{width}}  {_cut(line)}" for k, line in enumerate(lines[:MOST_LINES], 1)]
+    cut = [line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…" for line in lines[:MOST_LINES]]
+    shown = [f"{k:>{width}}  {line}" for k, line in enumerate(cut, 1)]
     end = [f"… {hidden} more lines"] if hidden else []
     return f'<pre style="text-align:left;overflow-x:auto">{_escaped(chr(10).join([*shown, *end]))}</pre>'
-
-
-def _cut(line: str) -> str:
-    return line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"
 
 
 def _escaped(text: str) -> str:

@@ -20,11 +20,6 @@ GROWTH = 1.25
 COST = Outcome._fields.index("cost")
 
 
-def discount_of(interval: int) -> float:
-    """The discount with which what a dress saves at the end of an interval, in steps, counts `KEPT`."""
-    return float(KEPT ** (1.0 / interval))
-
-
 def dress_interval(simulation: Simulation, nominal: Given) -> int:
     """Steps from dress to dress of the cheapest plan of the nominal episode; all steps where none is worthwhile."""
     steps, action = simulation.task.blocks, simulation.task.action

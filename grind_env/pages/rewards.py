@@ -47,11 +47,6 @@ def stock_span(task: Task, kind: Kind) -> RewardSpan:
     return RewardSpan(*ends)
 
 
-def step_times(task: Task) -> dict[str, RewardSpan]:
-    """Seconds of a block without its dresses, by kind."""
-    return infeed_times(task) if task.infeed > 0.0 else stroke_times(task)
-
-
 def stroke_times(task: Task) -> dict[str, RewardSpan]:
     """Seconds of a G82 block of each kind without its dresses, with loading."""
     low, high = task.action.speed_ends

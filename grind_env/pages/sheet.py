@@ -14,7 +14,7 @@ from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import PageError, PageNote, note_of
-from grind_env.pages.rewards import RewardSpan, cost_spans, reward_span, step_times
+from grind_env.pages.rewards import RewardSpan, cost_spans, infeed_times, reward_span, stroke_times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +67,7 @@ def sheet(name: str) -> TaskSheet:
     oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
     # a program has no task that its reward could be worked out from
     task = env.task if note.reward is None else None
-    costs = {} if task is None else cost_spans(task, step_times(task))
+    costs = {} if task is None else cost_spans(task, (infeed_times if task.infeed > 0.0 else stroke_times)(task))
     return TaskSheet(
         id=env_id,
         note=note,

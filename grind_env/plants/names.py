@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -55,7 +56,7 @@ class Plants:
 
     def __reduce__(self) -> Any:
         """By the name: what grinds is made of functions that no copy holds."""
-        return _named, (self.text, self.modules)
+        return partial(find_plants, modules=self.modules), (self.text,)
 
     @property
     def one(self) -> bool:
@@ -79,10 +80,6 @@ def find_plants(text: str, *, modules: bool = False) -> Plants:
     first = find_plant(text, seed=0, modules=modules)
     others = find_plant(text, seed=1, modules=modules)
     return Plants(first.name if first == others else text, first, modules)
-
-
-def _named(text: str, modules: bool) -> Plants:
-    return find_plants(text, modules=modules)
 
 
 def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:

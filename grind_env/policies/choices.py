@@ -1,6 +1,6 @@
 """What can be decided before a block: E and D, and all of them that a task has."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from grind_env.arrays import Array
 from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
 
 
 class Decision(NamedTuple):
@@ -18,6 +19,14 @@ class Decision(NamedTuple):
 
     speeds: Array
     executions: Array
+
+
+def check_unit(policy: str, E: float | Sequence[float], task: Task) -> None:
+    """Refuse an E of a policy that the task has only if it was meant in m/min."""
+    low, high = task.action.speed_ends
+    for each in np.atleast_1d(E):
+        if each < low <= 1000.0 * each <= high:
+            raise GrindError(f"{policy} has E = {each:g} mm/min; did you mean {1000.0 * each:g}?")
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:

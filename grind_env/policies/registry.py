@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any, get_origin
@@ -145,7 +145,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
             _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
     if isinstance(policy, Fixed | AdaptiveSpeed) and not (isinstance(policy.every, int) and policy.every >= 1):
         raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
-    return replace(policy, E=1000.0 * policy.E) if isinstance(policy, Fixed) else policy  # files have E in m/min
+    return policy
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:

@@ -108,7 +108,7 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
     """Write the file of a task, whole or not at all."""
     heading = f"{HEADING}{task}, written by `python -m agents tune`."
-    units = "# E is in m/min; costs are $ per episode; seeds are [first, count]."
+    units = "# E is in mm/min; costs are $ per episode; seeds are [first, count]."
     content = toml_text({VERSION: TASK_VERSION, **{name: asdict(entry) for name, entry in tuned.items()}})
     write_whole(folder / f"{task}.toml", f"{heading}\n{units}\n{content}\n")
 

@@ -112,13 +112,7 @@ def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float
 
 @inlined
 def handover_cost(
-    wheel: WheelState,
-    passes: float,
-    lead: float,
-    depth: float,
-    seconds: float,
-    p: StrokeParameters,
-    rates: Rates,
+    wheel: WheelState, passes: float, lead: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
 ) -> float:
     """Price of handing over a wheel that is duller than a dressed one, $.
 

@@ -133,10 +133,7 @@ def limits_of(
         tolerance: on the size error, um; 0 for none.
     """
     return Limits(
-        material.tempering_rise + rise_allowance,
-        machine.power_limit - machine.idle_power,
-        roughness_limit,
-        tolerance,
+        material.tempering_rise + rise_allowance, machine.power_limit - machine.idle_power, roughness_limit, tolerance
     )
 
 

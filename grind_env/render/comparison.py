@@ -57,11 +57,6 @@ def compared_dresses(record: GrindingRecord) -> list[str]:
     return said
 
 
-def sharpening_texts(dress: np.void) -> tuple[str, ...]:
-    """Lead, overlap ratio and severity of a dress of the record."""
-    return tuple(form.format(dress[name]) for name, form in SHARPENING.items())
-
-
 def between(values: Array, form: str) -> str:
     """The lowest and the highest value, or the one that all of them are as they are shown."""
     low, high = form.format(values.min()), form.format(values.max())

@@ -45,13 +45,7 @@ def shares(part: Any) -> str:
 
 
 def _of_stroke(
-    record: GrindingRecord,
-    parts: Sequence[int],
-    field: str,
-    most: float,
-    limit: float,
-    scale: float,
-    unit: str,
+    record: GrindingRecord, parts: Sequence[int], field: str, most: float, limit: float, scale: float, unit: str
 ) -> str:
     """The stroke of some parts that has come to `most` in a field, and how to ask less of it."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]

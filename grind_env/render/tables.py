@@ -1,6 +1,6 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -119,7 +119,8 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
     columns = {
         name: column
         for name, column in COLUMNS.items()
-        if name not in WHERE_IT_OCCURS or _shown(record.parts[name], column[1])
+        if name not in WHERE_IT_OCCURS
+        or any(column[1].format(value) != column[1].format(0) for value in record.parts[name])
     }
     cells = {
         name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
@@ -142,8 +143,9 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
     """The limits that parts are beyond."""
     bad: dict[str, list[int]] = {}
-    for words, part in _bad(record, job):
-        bad.setdefault(words, []).append(part)
+    for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
+        for words in beyond(causes(part, job), stages, unjudged_part):
+            bad.setdefault(words, []).append(int(part["part"]))
     unjudged = _unjudged(record)
     found = []
     for words, numbers in bad.items():
@@ -159,13 +161,6 @@ def parts_said(numbers: Sequence[int], job: Job) -> str:
     text = f"part{'s' * (len(numbers) > 1)} {runs(numbers)}"
     names = dict.fromkeys(job.station_of(number) for number in numbers)
     return f"{text} (station{'s' * (len(names) > 1)} {', '.join(names)})" if job.stations else text
-
-
-def _bad(record: GrindingRecord, job: Job) -> Iterator[tuple[str, int]]:
-    """The words for what keeps parts from being good, each with the number of one."""
-    for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True):
-        for words in beyond(causes(part, job), stages, unjudged):
-            yield words, int(part["part"])
 
 
 def _unjudged(record: GrindingRecord) -> dict[str, str]:
@@ -301,8 +296,3 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
 def _rows(table: Array) -> list[dict[str, Any]]:
     """A table of a record as JSON objects."""
     return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]
-
-
-def _shown(values: Any, form: str) -> bool:
-    """Whether any of the values is more than the zero that the format shows."""
-    return any(form.format(value) != form.format(0) for value in values)

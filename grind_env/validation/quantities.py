@@ -23,11 +23,6 @@ FLATS: tuple[float, ...] = tuple(np.geomspace(0.004, 0.145, 181).tolist())
 """Wear-flat areas by which the heat flux is raised."""
 
 
-def of_stroke(grinder: Grinder, name: str, number: float = STEADY) -> float:
-    """Return a field of the last of some strokes."""
-    return float(getattr(grinder.grind(int(number)), name))
-
-
 def flats(grinder: Grinder) -> float:
     """Return the wear-flat area, share of the wheel's face."""
     return grinder.wheel.A

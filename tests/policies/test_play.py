@@ -4,7 +4,6 @@ from pathlib import Path
 import pytest
 
 from agents.benchmark.plan import CORE
-from grind_env.cli import main
 from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
@@ -15,6 +14,7 @@ from grind_env.policies.naming import SHIPPED, chosen_policy, named_policy
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import TRAINED, make_policy
+from tests.command import status
 from tests.policies.untrained import save, untrained
 
 PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
@@ -98,9 +98,7 @@ def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.Cap
     played = play(make_policy("constant", SIMULATION), PROBLEM, SEED)
 
     def printed(*options: str) -> str:
-        with pytest.raises(SystemExit) as ended:
-            main(["play", "--env", "oracle6", "--policy", "constant", "--seed", str(SEED), *options])
-        assert not ended.value.code
+        assert status("play", "--env", "oracle6", "--policy", "constant", "--seed", SEED, *options) == 0
         return capsys.readouterr().out
 
     shown = printed("--no-window")

@@ -8,13 +8,7 @@ from stable_baselines3 import A2C, DQN
 from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 
 import grind_env
-from grind_env.envs.wrappers import (
-    BeliefFilter,
-    ForLearning,
-    VectorBeliefFilter,
-    VectorForLearning,
-    VectorHistoryStack,
-)
+from grind_env.envs.wrappers import BeliefFilter, ForLearning, VectorBeliefFilter, VectorForLearning, VectorHistoryStack
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem

@@ -41,13 +41,7 @@ PARTS = 4
 LONG = ("--budget", "1000s")
 """So that no search ends early on a busy machine."""
 FRESH = tuple((77, 4242, k) for k in range(2048))
-SHOWN = {
-    "seconds": "seconds",
-    "Ra": "Ra",
-    "rise": "rise",
-    "size_error": "worst_error",
-    "cost": "total_cost",
-}
+SHOWN = {"seconds": "seconds", "Ra": "Ra", "rise": "rise", "size_error": "worst_error", "cost": "total_cost"}
 
 
 @pytest.fixture(scope="module", params=few(("keyway_g81", "plate_g82", "rail_g83")))
@@ -299,10 +293,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
         (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
         (["--margin", "heat=.5"], "there are power, rise, Ra, size"),
-        (
-            ["--margin", "power=85"],
-            "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",
-        ),
+        (["--margin", "power=85"], "power=85 is 85 times the limit, and no share of it; write a number up to 1, such"),
         (["--margin", "Ra=1.2"], "write a number up to 1"),
         (["--budget", "soon"], "write 60s, 2min or '2000 programs'"),
         (["--fix", "N51"], "N51 is no cycle block"),

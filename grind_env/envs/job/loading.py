@@ -49,14 +49,7 @@ def load_simulation(
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
     try:
         return JobSimulation(
-            batch,
-            settings,
-            spread,
-            full=full,
-            name=batch_name(path, parts),
-            file=file,
-            plants=plants,
-            once=programs,
+            batch, settings, spread, full=full, name=batch_name(path, parts), file=file, plants=plants, once=programs
         )
     except GrindError:
         JobSimulation(programs, settings, spread)  # tells the line of the file

@@ -106,12 +106,13 @@ class Machines(NamedTuple):
 
 def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> Machines:
     """The numbers of some jobs that differ from a nominal one in their entries, for the blocks of its program."""
-    limits = _rises(nominal, blocks)
+    limits, first = _rises(nominal, blocks), blocks[0]
+    wheels = [first_wheel(job, first.dress, job.of_part(first.part + 1).parameters) for job in jobs]
     return Machines(
         jobs=tuple(jobs),
         base=np.array([[each.parameters for each in _by_block(job, blocks)] for job in jobs]),
         cooler=np.array([np.subtract(_rises(job, blocks), limits) for job in jobs]),
-        starts=np.array([_start(job, blocks[0]) for job in jobs]),
+        starts=np.array([(*wheel, *job.own_at_start) for wheel, job in zip(wheels, jobs, strict=True)]),
     )
 
 
@@ -122,7 +123,3 @@ def _by_block(job: Job, blocks: Sequence[BlockOutline]) -> list[Job]:
 
 def _rises(job: Job, blocks: Sequence[BlockOutline]) -> list[float]:
     return [each.limits.rise for each in _by_block(job, blocks)]
-
-
-def _start(job: Job, first: BlockOutline) -> tuple[float, ...]:
-    return *first_wheel(job, first.dress, job.of_part(first.part + 1).parameters), *job.own_at_start

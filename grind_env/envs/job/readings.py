@@ -21,42 +21,14 @@ ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
 
 SEEN = (
-    "mean_power",
-    "first_power",
-    "peak_power",
-    "last_speed",
-    "last_executions",
-    "last_pick",
-    "size_error",
-    "roughness",
-    "parts_since_gauged",
-    "volume",
-    "blocks_since_dress",
-    "dresses",
-    "diameter",
-    "pick",
-    "depth",
-    "sparkout",
-    "takes_dresses",
-    "starts_part",
-    "new_lot",
-    "remaining",
+    *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
+    *("roughness", "parts_since_gauged", "volume", "blocks_since_dress", "dresses", "diameter", "pick", "depth"),
+    *("sparkout", "takes_dresses", "starts_part", "new_lot", "remaining"),
     *(f"coming_{code}" for code in RULES),
 )
 HIDDEN = (
-    "wear_flat",
-    "loading",
-    "diamond_flat",
-    "dressed_roughness",
-    "dressed_density",
-    "wheel_volume",
-    "growth",
-    "pressure",
-    "convection",
-    "fracture",
-    "wear",
-    "roughness_scale",
-    "part_rise",
+    *("wear_flat", "loading", "diamond_flat", "dressed_roughness", "dressed_density", "wheel_volume", "growth"),
+    *("pressure", "convection", "fracture", "wear", "roughness_scale", "part_rise"),
 )
 
 

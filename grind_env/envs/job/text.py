@@ -119,7 +119,8 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
         runs = repeat([*straight, *((text, None) for text in LOAD)], parts - 1)
     written = [each for run in runs for each in (*run, *again)]
     written += [(texts.get(source, source.text), source) for source in main]
-    written += _others(programs)
+    for program in [*programs][1:]:
+        written += [(f"O{program.number}", None), *((source.text, source) for source in program.blocks)]
     text = "\n".join(text for text, _ in written)
     origins = {line: source for line, (_, source) in enumerate(written, 1) if source is not None}
     return Batch(read(text, programs.name, programs.folder), origins)
@@ -220,13 +221,6 @@ def _local_variables(programs: Programs, variables: Mapping[int, float]) -> Iter
         assigned |= set(LOCALS)
     for number in sorted(assigned & set(LOCALS)):
         yield f"#{number}={f'{Decimal(repr(float(variables[number]))):f}' if number in variables else '#0'}"
-
-
-def _others(programs: Programs) -> Iterator[Written]:
-    """The programs behind the main one."""
-    for program in [*programs][1:]:
-        yield f"O{program.number}", None
-        yield from ((source.text, source) for source in program.blocks)
 
 
 def jumps(source: SourceText) -> bool:

@@ -29,20 +29,8 @@ from types import MappingProxyType
 from typing import Any
 
 from grind_env.envs.names import FOLDER, shipped_names, task_names
+from grind_env.envs.tasks import tables
 from grind_env.envs.tasks.definition import Task
-from grind_env.envs.tasks.tables import (
-    ActionRange,
-    Dress,
-    Due,
-    Kind,
-    Orders,
-    ReadOnly,
-    Spread,
-    Start,
-    TaskError,
-    TaskSetup,
-    WheelChange,
-)
 from grind_env.errors import did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, load_catalogue
@@ -56,14 +44,14 @@ SUFFIX = ".toml"
 
 TABLES: Mapping[str, type[Any]] = MappingProxyType(
     {
-        "action": ActionRange,
-        "setup": TaskSetup,
-        "dress": Dress,
-        "orders": Orders,
-        "due": Due,
-        "wheel_change": WheelChange,
-        "spread": Spread,
-        "start": Start,
+        "action": tables.ActionRange,
+        "setup": tables.TaskSetup,
+        "dress": tables.Dress,
+        "orders": tables.Orders,
+        "due": tables.Due,
+        "wheel_change": tables.WheelChange,
+        "spread": tables.Spread,
+        "start": tables.Start,
     }
 )
 """Tables of a task file by their heading; a task has those without a default only if its file does."""
@@ -128,7 +116,7 @@ def _shipped(name: str) -> Task:
 def _refuse_other(name: object, known: list[str]) -> None:
     if name not in known:
         hint = did_you_mean(name, known) if isinstance(name, str) else ""
-        raise TaskError(
+        raise tables.TaskError(
             f"there is no task {quoted(name)}{hint}: the tasks are {', '.join(known)}, or a file that ends in {SUFFIX}"
         )
 
@@ -136,8 +124,8 @@ def _refuse_other(name: object, known: list[str]) -> None:
 def _from_file(path: Path) -> Task:
     try:
         return _task(path, _document(path))
-    except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
 
 
 def _document(path: Path) -> dict[str, Any]:
@@ -157,10 +145,12 @@ def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
         path = _base(document["base"], path)
         try:
             document = _parsed(path)
-        except TaskError as error:
-            raise TaskError(f"base: {error}", "base", path.name) from None
+        except tables.TaskError as error:
+            raise tables.TaskError(f"base: {error}", "base", path.name) from None
         if path.resolve() in seen:
-            raise TaskError(f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name)
+            raise tables.TaskError(
+                f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name
+            )
         seen.append(path.resolve())
         yield path, document
 
@@ -171,8 +161,8 @@ def _base(source: object, path: Path) -> Path:
         return path.parent / source
     try:
         _refuse_other(source, shipped_names())
-    except TaskError as error:
-        raise TaskError(f"base: {error.message}", "base", source) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(f"base: {error.message}", "base", source) from None
     return FOLDER / f"{source}{SUFFIX}"
 
 
@@ -203,16 +193,16 @@ def _parsed(path: Path) -> dict[str, Any]:
     """The document of a file; names of catalogue files in it are made paths, which do not depend on where it lies."""
     try:
         document = read_toml(path)
-        refuse_unknown(document, LEGAL, TaskError)
+        refuse_unknown(document, LEGAL, tables.TaskError)
         if "catalogue" in document:
-            files = [str(file) for file in files_of(document, path.parent, TaskError)]
+            files = [str(file) for file in files_of(document, path.parent, tables.TaskError)]
             document["catalogue"] = {"files": files}
     except ReadError as error:
-        raise TaskError(f"the task cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
+        raise tables.TaskError(f"the task cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
     except TomlError as error:
-        raise TaskError(f"the task is not valid TOML: {error}", file=str(path)) from None
-    except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+        raise tables.TaskError(f"the task is not valid TOML: {error}", file=str(path)) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
     return document
 
 
@@ -220,7 +210,7 @@ def _task(path: Path, document: TomlTable) -> Task:
     given = {key: _table(kind, document[key], key) for key, kind in TABLES.items() if key in document}
     found = document.get("kind", [])
     if not isinstance(found, list):
-        raise wrong("kind", found, "tables, each headed [[kind]]", TaskError)
+        raise wrong("kind", found, "tables, each headed [[kind]]", tables.TaskError)
     kinds = tuple(_kind(number, table) for number, table in enumerate(found, 1))
     try:
         catalogue = load_catalogue(
@@ -228,7 +218,7 @@ def _task(path: Path, document: TomlTable) -> Task:
             document={kind: document[kind] for kind in KINDS if kind in document},
         )
     except CatalogueError as error:
-        raise TaskError(str(error).rstrip(".")) from None
+        raise tables.TaskError(str(error).rstrip(".")) from None
     values = {key: _unchanging(document[key]) for key in PLAIN if key in document}
     values.setdefault("title", path.stem)
     if "orders" not in given:
@@ -238,22 +228,22 @@ def _task(path: Path, document: TomlTable) -> Task:
     return Task(name=path.stem, kinds=kinds, catalogue=catalogue, file=str(path), **given, **values)
 
 
-def _kind(number: int, table: object) -> Kind:
+def _kind(number: int, table: object) -> tables.Kind:
     try:
-        kind: Kind = _table(Kind, table, "kind")
-    except TaskError as error:
-        raise TaskError(f"kind {number}: {error.message}", error.key, error.found, error.legal) from None
+        kind: tables.Kind = _table(tables.Kind, table, "kind")
+    except tables.TaskError as error:
+        raise tables.TaskError(f"kind {number}: {error.message}", error.key, error.found, error.legal) from None
     return kind
 
 
 def _table(kind: type[Any], value: object, place: str) -> Any:
     """An instance of a dataclass from a table of a task file."""
-    table = checked(value, place, keys(kind), TaskError)
-    refuse_missing(table, kind, place, TaskError)
+    table = checked(value, place, keys(kind), tables.TaskError)
+    refuse_missing(table, kind, place, tables.TaskError)
     return kind(**{key: _unchanging(value) for key, value in table.items()})
 
 
 def _unchanging(value: Any) -> Any:
     if isinstance(value, dict):
-        return ReadOnly(value)
+        return tables.ReadOnly(value)
     return tuple(value) if isinstance(value, list) else value

@@ -142,8 +142,7 @@ def measure_dress(
         raise _form_error(formed, number, cross, plunge)
     if not traverses:
         raise _error(
-            number,
-            f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
+            number, f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}"
         )
     places = [traverse.end[plunge] for traverse in traverses]
     first = _first_infeed(out[: passes[0]], plunge, number, alone=max(places) - min(places) < STEP)

@@ -166,8 +166,13 @@ def _tables(parent: TomlTable, name: str, place: str = "") -> list[object]:
 
 
 def _part(table: TomlTable) -> Part:
-    stages = tuple(_stage(number, stage) for number, stage in enumerate(_tables(table, "stages", "part."), 1))
-    return Part(**{**table, "stages": stages})
+    stages = []
+    for number, stage in enumerate(_tables(table, "stages", "part."), 1):
+        with _naming(f"stage {number}: "):
+            known = checked(stage, "part.stages", keys(Stage), JobError)
+            refuse_missing(known, Stage, "part.stages", JobError)
+            stages.append(Stage(**known))
+    return Part(**{**table, "stages": tuple(stages)})
 
 
 def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
@@ -210,10 +215,3 @@ def _with_material(table: TomlTable, setup: TomlTable, catalogue: Catalogue) -> 
     if "material" not in table:
         return table
     return {**table, "material": entry_of(catalogue, "part.material", table["material"], setup, JobError)}
-
-
-def _stage(number: int, table: object) -> Stage:
-    with _naming(f"stage {number}: "):
-        table = checked(table, "part.stages", keys(Stage), JobError)
-        refuse_missing(table, Stage, "part.stages", JobError)
-        return Stage(**table)

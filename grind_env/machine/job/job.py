@@ -196,8 +196,7 @@ class PartConditions:
             if name not in StrokeParameters._fields:
                 hint = did_you_mean(name, StrokeParameters._fields)
                 raise JobError(
-                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters",
-                    name,
+                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters", name
                 )
         for name, value in (("stock", self.stock), *numbers):
             if value is not None and not 0.0 < value < math.inf:

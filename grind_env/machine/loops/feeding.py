@@ -108,33 +108,16 @@ class FeedProgress(NamedTuple):
 read_motion, write_motion = column_reader(FeedMotion), column_writer(FeedMotion)
 after_stroke = replacer(FeedProgress, "reversal", "dresses", "begins", "middle", "ends", "gauged")
 at_stroke = replacer(FeedProgress, "dresses", "begins", "middle", "ends", "row", "over", "gauged_at", "gauged")
+setting_out = replacer(FeedProgress, "reversal", "dresses", "row", "last_begin", "acceleration", "gauged_at")
 in_motion = replacer(FeedProgress, *(name for name in FeedMotion._fields if name in FeedProgress._fields))
+AT_REST = FeedProgress(*[0.0] * len(FeedProgress._fields))
 
 
 @inlined
 def begin(cycle: Feeding) -> FeedProgress:
     """Before the first stroke, which has still to be found."""
-    return FeedProgress(
-        reversal=cycle.made,
-        dresses=cycle.pre_dress,
-        begins=0.0,
-        middle=0.0,
-        ends=0.0,
-        row=cycle.motion,
-        over=0.0,
-        begin=0.0,
-        end=0.0,
-        depth=0.0,
-        way=0.0,
-        cross=0.0,
-        cross_way=0.0,
-        path=0.0,
-        rate=0.0,
-        last_begin=-INSTANT,
-        acceleration=cycle.acceleration,
-        gauged_at=cycle.gauged_at,
-        gauged=0.0,
-    )
+    first = cycle.made, cycle.pre_dress, cycle.motion, -INSTANT, cycle.acceleration, cycle.gauged_at
+    return setting_out(AT_REST, first)
 
 
 @inlined

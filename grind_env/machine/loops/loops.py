@@ -144,14 +144,7 @@ def _loops(
 
     @inlined
     def load(
-        rows: Array,
-        lane: int,
-        cycles: Array,
-        parameters: Array,
-        wheels: Array,
-        surfaces: Array,
-        tallies: Array,
-        i: int,
+        rows: Array, lane: int, cycles: Array, parameters: Array, wheels: Array, surfaces: Array, tallies: Array, i: int
     ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
         stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)

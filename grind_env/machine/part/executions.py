@@ -44,8 +44,8 @@ def executions_of(strokes: Array) -> Array:
     rows["strokes"] = np.diff(np.append(firsts, ae.size))
     sums = {
         "seconds": strokes["seconds"],
-        "ground": comparison.ground_volume(ae, strokes["b"], Lw),
-        "energy": comparison.grinding_energy(strokes["power"], Lw, vw),
+        "ground": ae * strokes["b"] * Lw,
+        "energy": strokes["power"] * Lw / vw,  # over the part
         "V": ae * Lw,
     }
     for name, values in sums.items():

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from grind_env.control import CyclePlan, Motion, Position, Programs
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.program import DressPlan, DressRun
 from grind_env.machine.job import Job, Station
 from grind_env.machine.part.feeds import FEED
@@ -87,11 +87,6 @@ def script_error(programs: Programs, line: int, reason: str) -> ScriptError:
     """The error for a program of which there is no script."""
     place = f"{programs.name}:{line}" if line else programs.name
     return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
-
-
-def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
-    """Depth of the wheel below the touched-off surface at a position, mm."""
-    return job.part.surface - position[plunge_axis(plan.axis)]
 
 
 def edge_of(position: Position, plan: CyclePlan) -> float:

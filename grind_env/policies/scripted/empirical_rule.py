@@ -126,9 +126,9 @@ class EmpiricalRule:
     def _update(self, seen: Mapping[str, Array], n: Numbers) -> None:
         row, power, executions = self.row, seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
         width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
-        removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
+        removal = seen["last_pick"] * width * seen["last_speed"] / 60.0
         # what was ground counts, whoever decided it
-        E, dressed = 1000.0 * seen["last_speed"], executions > 0.0
+        E, dressed = seen["last_speed"], executions > 0.0
         self.speeds[n, self.kind] = E
         self.wanted = np.where(dressed, 0.0, self.wanted)
         self.taken = np.where(dressed, executions * self.dressing, self.taken)
@@ -186,5 +186,5 @@ def first_speeds(simulation: Simulation) -> Array:
     if own is not None:
         return nearest_speed(task, own)
     if task.infeed > 0.0 or task.cross_pick > 0.0:  # no stroke takes what the handbook asks the spindle for
-        return nearest_speed(task, np.full(len(task.kinds), 1000.0 * USUAL_SPEED))
+        return nearest_speed(task, np.full(len(task.kinds), USUAL_SPEED))
     return handbook_speeds(task)

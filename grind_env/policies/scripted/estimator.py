@@ -60,7 +60,7 @@ class Signals(NamedTuple):
     power: Any
     """Mean power of the last block, W; 0 for none."""
     speed: Any
-    """E of the last block, m/min."""
+    """E of the last block, mm/min."""
     pick: Any
     width: Any
     diameter: Any
@@ -148,7 +148,7 @@ def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
         p = read_parameters(parameters, int(seen.last_kind))
         area = FRESH
         if seen.power > 0.0:
-            vw = 1000.0 * seen.speed / 60.0
+            vw = seen.speed / 60.0
             vs = wheel_speed(seen.diameter, p.n, p.vs_set)
             force = seen.power / (seen.width * vs)
             k = stroke_constants(p, vw, 1.0)

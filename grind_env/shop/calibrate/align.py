@@ -144,11 +144,7 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
 
 
 def _alike(
-    scores: Sequence[Floats],
-    overrides: Sequence[Floats],
-    gains: Sequence[Floats],
-    binned: _Binned,
-    pattern: Pattern,
+    scores: Sequence[Floats], overrides: Sequence[Floats], gains: Sequence[Floats], binned: _Binned, pattern: Pattern
 ) -> tuple[Floats, ...]:
     """Scores without places so much weaker or stronger than the most likely execution that they are chance.
 

@@ -245,11 +245,7 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
 
 
 def _settled(
-    solver: Solver,
-    x: Floats,
-    used: NDArray[np.bool_],
-    told: Callable[[str], None],
-    like: _Place | None = None,
+    solver: Solver, x: Floats, used: NDArray[np.bool_], told: Callable[[str], None], like: _Place | None = None
 ) -> _Place:
     """Return the most probable variables, with errors as large as residuals say and without outliers.
 

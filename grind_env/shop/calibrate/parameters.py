@@ -83,7 +83,8 @@ def free_parameters(job: Job) -> tuple[Parameter, ...]:
 
 
 def _named(job: Job, name: str) -> Parameter:
-    legal = {f"{kind}.{key}": (kind, key) for kind in KINDS for key in _fields(kind)}
+    fields = ((kind, *item) for kind in KINDS for item in quantities(KINDS[kind]).items())
+    legal = {f"{kind}.{key}": (kind, key) for kind, key, quantity in fields if isinstance(quantity, Quantity)}
     found = [pair for full, pair in legal.items() if name in (full, pair[1])]
     if len(found) > 1:
         preferred = [(kind, key) for kind, key in found if f"{kind}.{key}" in USUAL]
@@ -104,10 +105,6 @@ def _named(job: Job, name: str) -> Parameter:
             f"{kind}.{key} is 0 and cannot be scaled; give it a value above 0 in the catalogue first"
         )
     return _parameter(job, kind, key)
-
-
-def _fields(kind: str) -> list[str]:
-    return [key for key, quantity in quantities(KINDS[kind]).items() if isinstance(quantity, Quantity)]
 
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:

@@ -90,17 +90,14 @@ def _block(programs: Programs, plan: CyclePlan) -> Block | None:
     return found if found is not None and found.is_plain else None
 
 
-def _number(block: Block, letter: str) -> float | None:
-    return next((float(str(word)[1:]) for word in block.words if word.letter == letter), None)
-
-
 def _text(
     programs: Programs, block: Block, plan: CyclePlan, span: float, fastest: float
 ) -> tuple[str, tuple[tuple[float, float], ...]]:
     """Its text, and E and pick of the blocks that it varies."""
     assert plan.plunge_axis is not None
     depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
-    target, pick, feed = (_number(block, letter) for letter in (depth, "J", "E"))
+    numbers = {word.letter: float(str(word)[1:]) for word in block.words}
+    target, pick, feed = (numbers.get(letter) for letter in (depth, "J", "E"))
     if target is None or pick is None or feed is None:
         raise CalibrationError(f"{quoted(block.source.text)}: it needs {depth}, J and E of its own for a plan")
     unit = abs(pick) / plan.primary_pick  # of the program, over mm

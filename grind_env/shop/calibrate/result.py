@@ -198,7 +198,8 @@ def catalogue_text(found: Calibration) -> str:
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
         if rows:
-            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {toml_value(entry.name)}", *rows]
+            key = entry.name if BARE_KEY.fullmatch(entry.name) else toml_value(entry.name)
+            lines += ["", f"[{kind}.{key}]", f"base = {toml_value(entry.name)}", *rows]
     source = toml_value(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
@@ -221,7 +222,3 @@ def _idle_rows(job: Job, idle: Idle) -> list[str]:
 
 def _comment(text: str) -> str:
     return "".join(each if each.isprintable() else "?" for each in text)
-
-
-def _key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else toml_value(name)

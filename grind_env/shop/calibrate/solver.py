@@ -179,7 +179,7 @@ class Solver:
             cost = _cost(rest, x[free])
             promised = -float(gradient @ step) - 0.5 * float(step @ curvature @ step)
             if promised < max((LITTLE_ROUGHLY if roughly else LITTLE) * cost, LEAST_LITTLE):
-                if roughly or left == 0 or self._is_near(x):
+                if roughly or left == 0 or (self._at is not None and np.abs(x - self._at).max() <= NEAR):
                     break
                 self._take_slopes(x)
                 left -= 1
@@ -223,9 +223,6 @@ class Solver:
         step = moved - x
         missed = np.nan_to_num(there - here - self._slopes @ step)
         self._slopes = self._slopes + np.outer(missed, step) / float(step @ step)
-
-    def _is_near(self, x: Floats) -> bool:
-        return self._at is not None and float(np.abs(x - self._at).max()) <= NEAR
 
     def _is_at(self, x: Floats) -> bool:
         return self._at is not None and np.array_equal(x, self._at)

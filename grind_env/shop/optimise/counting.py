@@ -56,10 +56,7 @@ class Counting(NamedTuple):
 
 
 def counting_of(
-    interval: DressInterval,
-    programs: Programs,
-    blocks: Sequence[SourceText],
-    taken: Collection[int] = (),
+    interval: DressInterval, programs: Programs, blocks: Sequence[SourceText], taken: Collection[int] = ()
 ) -> Counting | None:
     """How a dress interval is written; None where every run dresses, and nothing has to be counted."""
     if interval.every == 1:

@@ -16,7 +16,7 @@ from grind_env.shop.optimise.outcome import LimitUse, PartMean, Requirement, Ver
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.search_options import INTERVAL, LIMITS, SearchOptions
+from grind_env.shop.search_options import INTERVAL, LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 
 WORTH_NAMING = 0.01
@@ -79,7 +79,11 @@ class ProgramJudge:
         difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
         risk = float(variation.risk(self.trials, new, self.old)[0])
         change = CostChange(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
-        self.judged.append(JudgedProgram(point, new, requirements_of(variation.options, self.old, new), change))
+        requirements = tuple(
+            Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (self.old, new)))
+            for name, most in variation.options.constraint.items()
+        )
+        self.judged.append(JudgedProgram(point, new, requirements, change))
         return self.judged[-1]
 
     def best_of(self, points: Sequence[Point]) -> JudgedProgram:
@@ -182,14 +186,6 @@ def _nearer(limits: Sequence[LimitUse]) -> bool:
 def parts_said(confidence: float) -> str:
     """How many parts keep what is kept with a confidence."""
     return f"{100.0 * confidence:g} of 100 parts"
-
-
-def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tuple[Requirement, ...]:
-    """What a part was to take at most, and what it takes on the lots of the judgement."""
-    return tuple(
-        Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
-        for name, most in options.constraint.items()
-    )
 
 
 def paired(difference: Array) -> Interval:

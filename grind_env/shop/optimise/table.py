@@ -242,11 +242,7 @@ def trade(found: Optimised) -> Graph:
             Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
         ),
         rules=tuple(
-            RuleLine(
-                "x" if each.name == "seconds" else "y",
-                each.most,
-                f"asked: {each.most:g} {each.unit}",
-            )
+            RuleLine("x" if each.name == "seconds" else "y", each.most, f"asked: {each.most:g} {each.unit}")
             for each in found.requirements
         ),
     )

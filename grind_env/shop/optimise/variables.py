@@ -187,11 +187,10 @@ def _words(
         if word is None and not (options.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
-            same = before is not None and (
-                letter != FEED_WORD or _feed(simulation, blocks[before]) == outline.plan.feed
-            )
-            if name in INHERITED and before is not None and same:
-                blocks[before].append(number)
+            if name in INHERITED and before is not None:
+                feed = simulation.blocks[blocks[before][-1]].plan.feed
+                if letter != FEED_WORD or feed == outline.plan.feed:
+                    blocks[before].append(number)
             continue
         governing[letter] = place if usable else None
         if usable:
@@ -215,10 +214,6 @@ def _words(
             unit=unit,
             at=spot,
         )
-
-
-def _feed(simulation: JobSimulation, blocks: Sequence[int]) -> float:
-    return simulation.blocks[blocks[-1]].plan.feed
 
 
 def _letter(name: str, outline: BlockOutline) -> str | None:

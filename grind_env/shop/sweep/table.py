@@ -2,17 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.optimise.table import print_result
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_said
 from grind_env.table import Column, Table, table_of
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def _where(name: str, form: str) -> Callable[[SweepPoint], str]:
@@ -67,11 +63,6 @@ def tables_of(found: Sweep) -> list[Table]:
 def points_table(found: Sweep) -> Table:
     """Return a row for each point of the sweep, the program as it is first."""
     return _table("", [found.own, *found.speeds, *found.dresses], found.counted)
-
-
-def print_sweep(found: Sweep, console: "Console") -> None:
-    """Print the tables of a sweep, and what is best."""
-    print_result(console, tables_of(found), sentences(found))
 
 
 def sentences(found: Sweep) -> list[str]:
