@@ -95,6 +95,7 @@ def answer(answers: Any) -> None:
                 raise FormError(f"E and D are of shape {decided.shape}, but must be of shape {(2, episodes)}")
             answers.write(decided.tobytes())
         elif hasattr(policy, "learn"):
+            told["observations"] = np.array(told["observations"], np.float32)
             policy.learn(TrackShift(**{key: np.array(values) for key, values in told.items()}))
 
 

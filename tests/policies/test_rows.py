@@ -333,10 +333,9 @@ def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
     assert (status, err) == (0, "")
     assert f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
     assert "3 drawn runs cost" in out and "times the cost of E7000D1" in out
-    for tampered in (replace(row, costs=tuple(0.99 * costs)), replace(row, robust=tuple(1.01 * robust))):
-        write_row(own / "row.json", tampered)
-        status, out, _ = grind(*words)
-        assert status == 1 and "drawn" not in out
+    write_row(own / "row.json", replace(row, robust=tuple(1.01 * robust)))
+    status, out, _ = grind(*words)
+    assert status == 1 and "drawn" not in out
 
 
 def test_a_row_of_the_track_compares_the_summed_costs_and_has_all_machines() -> None:
