@@ -66,7 +66,7 @@ benchmark: $(AGENTS)
 
 # All results, one after the other: of each what its code has not made before. The hours of each come first;
 # `make hours` says no more than these.
-RESULTS := 'benchmark --full' replicate gaps splits 'track --wide' safety plants recipe \
+RESULTS := 'benchmark --full' replicate gaps splits track safety plants recipe \
 	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' intervals
 
 hours: $(AGENTS)

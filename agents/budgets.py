@@ -14,8 +14,6 @@ GAP_EPISODES = 256
 """Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
 """Evaluation episodes of the dress study."""
-TRACK_EPISODES = 64
-"""Evaluation episodes that judge an adapter on a machine of the track."""
 STUDY_MACHINES = 3
 """Machines of each family in the study of those that are not the model."""
 

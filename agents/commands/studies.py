@@ -9,11 +9,11 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
-from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
+from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
-from grind_env.arguments import FILE, PROBLEM, Reads
+from grind_env.arguments import FILE, PROBLEM, Reads, Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
@@ -45,15 +45,15 @@ def plants(
 
 def track(
     machines: Annotated[
-        list[str] | None,
-        typer.Option("--machines", help="Number of held-out machines, or a name; repeatable; default 20."),
+        list[str] | None, typer.Option(help="Machine by name; repeatable; default 20 held-out.")
     ] = None,
     adapters: Annotated[
-        list[str] | None, typer.Option("--adapters", help="Adapter, policy, file or module:name; repeatable."), FILE
+        list[str] | None, typer.Option(help="Adapter, policy, file or module:Class; repeatable."), FILE
     ] = None,
-    blocks: Annotated[str | None, typer.Option(help="Evaluate after so many blocks; default 0,60,300,1200.")] = None,
-    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and wide_rails on 8 machines.")] = False,
-    seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs on each machine.")] = 8,
+    submit: Annotated[
+        Path | None, typer.Option(help="Write a row for `grind verify` to this .json file."), Writes()
+    ] = None,
 ) -> None:
     """Options of track."""
 
@@ -141,14 +141,13 @@ COMMANDS = {
     ),
     "track": StudyCommand(
         "agents.track.study",
-        "Measure how fast policies adapt to held-out machines.\n\n"
-        "An adapter may change its policy after each shift; it is evaluated on separate episodes.",
-        "--machines public:1 --adapters plain_gru --seeds 1",
+        "Measure what policies gain by learning on held-out machines.\n\n"
+        "600 blocks on each machine in shifts of 60, all of which count. A policy may learn after each shift.",
+        "--machines public:1 --adapters my_module:Class",
         tasks=None,
-        episodes=TRACK_EPISODES,
         own=track,
-        without=("steps", "configs"),
-        free=("wide", "seeds"),
+        without=("tasks", "job", "parts", "episodes", "steps", "configs"),
+        free=("submit",),
     ),
     "dress-study": StudyCommand(
         "agents.dressing.trials",
@@ -220,7 +219,8 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         if "seeds" not in own and not of.seeds and (usual["seeds"], usual["steps"]) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
-        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if usual[key] != each.default]
+        choices = {"tasks": shared["tasks"], **own}
+        chosen = [key for key, each in choices.items() if given.get(key, each.default) != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
         found = {key: usual[key] for key in ("jobs", "ray", "runs", "fresh", "hours")}
         options = Options(**found, console=table_console())

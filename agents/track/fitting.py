@@ -13,12 +13,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from agents.track.adapter import TrackShift
 from grind_env.arrays import Array
 from grind_env.belief.hidden import Belief
 from grind_env.envs.simulation import Simulation, with_start_of
 from grind_env.plants import Plant
 from grind_env.policies.scripted.learned_laws import PowerLaw
+from grind_env.policies.track import TrackShift
 from grind_env.policies.watch import Watch, WatchedReading
 from grind_env.process.corrected import CORRECTED, CorrectedOwn
 

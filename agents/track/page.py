@@ -1,78 +1,98 @@
 """The tables of the track: as a page, and every run as a row."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
+from math import isnan
 
 import numpy as np
 
-from agents.track.scores import Found, Scored, scored
-from grind_env.table import Column, table_of
+from agents.track.privileged import PLAN, PLANNER, TRAINED
+from agents.track.scores import Anchors, Ground, points, summary
+from grind_env.arrays import Array
+from grind_env.policies.track import BASELINE, SHIFTS, TASK
+from grind_env.table import table_of
 
-COLUMNS = ("task", "plant", "adapter", "seed", "blocks", "cost", "scrap", "spent", "learning_scrap", "cpu_seconds")
-"""Of the CSV: $ an episode and share of scrap where it is judged, and $ and bad parts of the blocks before."""
-WHAT = """\
-Score: 0 is the fixed plan that was retuned on the machine, 100 the planner that holds the machine as its model and sees
-its state; mean over machines, and of the worst tenth of them, one at least, with 95 % (machines, their seeds and
-episodes resampled). A few machines on which an adapter is dear may carry its mean: beside it the *median*, and on how
-many it is *better* than the fixed plan.
-*Cost of these blocks*, on the machine before it is judged: over that of the fixed plan on the same lots. *Over the
-budget*: runs with more scrap in them than one part or 1 %, whichever is more. *Beaten after*: blocks after which all of
-them together have cost less than with the fixed plan, median of the runs."""
-
-
-def _finite(name: str, form: str = ".0f", factor: float = 1.0) -> Callable[[Scored], str]:
-    """Return the text of a number; "" where it is none."""
-    return lambda row: f"{factor * getattr(row, name):{form}}" if math.isfinite(getattr(row, name)) else ""
-
-
-SHOWN = (
-    Column("adapter", "adapter"),
-    Column("blocks", "blocks"),
-    Column("score", "score", ".0f"),
-    Column("median", _finite("median")),
-    Column("better on", lambda row: f"{row.better} of {row.machines}"),
-    Column("worst tenth", "worst", ".0f"),
-    Column("scrap, %", _finite("scrap", ".2f", 100.0)),
-    Column("cost of these blocks", _finite("spent", ".2f")),
-    Column("scrap in them, %", _finite("learning_scrap", ".2f", 100.0)),
-    Column("over the budget", lambda row: f"{row.violations} of {row.runs}" if row.blocks else ""),
-    Column("beaten after", lambda row: (_finite("beaten")(row) or "never") if row.blocks else ""),
-    Column("CPU-seconds", _finite("cpu_seconds")),
-)
+RUN = ("task", "plant", "adapter", "seed")
+COLUMNS = (*RUN, "cost", "scrap", "cpu_seconds", *(f"cost_{k}" for k in range(1, SHIFTS + 1)))
+"""Of the CSV: $ a block and share of scrap of a run, CPU-seconds, and $ a block of each shift."""
+WHAT = f"""\
+Each policy grinds {SHIFTS} shifts of 60 blocks on each of {{machines}} machines, with the lots of {{seeds}} seeds. All
+blocks count. `{PLAN}`, `{PLANNER}` and `{TRAINED}` are privileged: they are tuned or trained on the machine itself, and
+the planner sees its state. `{TRAINED}` is the mean of its trainings. Intervals are 95 %: machines and seeds are
+resampled."""
+GAIN = f"""\
+0 is the bundled `{BASELINE}`, 100 is `{TRAINED}`, an agent trained on that machine alone from measurements. *Of sums*
+is the gain of the costs summed over machines. A machine on which `{TRAINED}` is no cheaper than `{BASELINE}` counts in
+the sums only. CPU time is that of a run."""
+SCORE = """\
+0 is the best fixed plan, tuned on the machine. 100 is the bound: the cheapest of all policies that had been run on the
+machine, the planner among them, when `track_anchors.csv` was frozen."""
+SCORES = "mean", "median", "of sums"
 
 
-def rows(found: Found) -> Iterator[list[object]]:
-    """Yield a row for every run and every time that it is judged."""
-    for cell, run in found.items():
-        shift = cell.problem.simulation().task.blocks
-        for blocks in cell.blocks:
-            cost, good, finished = np.array(run.judged[f"{blocks}"])
-            before = [sum(values[: blocks // shift]) for values in (run.costs, run.scrap)]
-            numbers = cost.mean(), 1.0 - good.sum() / finished.sum(), *before, run.cpu_seconds
-            of = cell.problem.name, cell.plant, cell.adapter, cell.seed, blocks
-            yield [*of, *(f"{number:.6g}" for number in numbers)]
+def rows(ground: Ground) -> Iterator[list[object]]:
+    """Yield a row for the run of every seed."""
+    for plant, names in ground.items():
+        for name, (runs, _, seconds) in names.items():
+            scrap = runs.scrap.sum(axis=1) / runs.parts.sum(axis=1)
+            for seed, cost in enumerate(runs.cost):
+                numbers = cost.mean(), scrap[seed], seconds, *cost
+                yield [TASK, plant, name, seed, *(f"{number:.6g}" for number in numbers)]
 
 
-def page(found: Found) -> str:
-    """The tables, Markdown."""
-    parts = ["`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
-    for heading, runs in tables_of(found).items():
-        parts += [f"## {heading}", table_of(SHOWN, scored(runs)).markdown()]
-    return "\n\n".join(parts)
+def page(ground: Ground, anchors: Mapping[str, Anchors]) -> str:
+    """Return the tables, Markdown."""
+    names, shifts = [*next(iter(ground.values()))], [f"{k}" for k in range(1, SHIFTS + 1)]
+    # shape (3, machines, seeds, shifts): $ a block, bad parts, parts
+    runs = {name: np.stack([np.stack(of[name].runs) for of in ground.values()], axis=1) for name in names}
+    cost = {name: each[0].mean(axis=2) for name, each in runs.items()}
+    plan, robust, trained, bound = (np.stack(each) for each in list(zip(*anchors.values(), strict=True))[:4])
+    seconds = {name: np.mean([of[name].cpu_seconds for of in ground.values()]) for name in names}
 
+    def scores(name: str, zero: Array, hundred: Array) -> list[str]:
+        return ["" if isnan(each.value) else f"{each:.0f}" for each in summary(cost[name], zero, hundred)]
 
-def tables_of(found: Found) -> dict[str, Found]:
-    """The runs of each table: of a task on all machines; where more adapters are on fewer machines, of all on these."""
-    tables: dict[str, Found] = {}
-    for problem in dict.fromkeys(cell.problem for cell in found):
-        on = dict[str, set[str]]()
-        for cell in found:
-            if cell.problem == problem:
-                on.setdefault(cell.adapter, set()).add(cell.plant)
-        for plants in sorted(on.values(), key=len, reverse=True):
-            tables[f"{problem.name}, {len(plants)} machine{'s' * (len(plants) > 1)}"] = {
-                cell: run
-                for cell, run in found.items()
-                if cell.problem == problem and cell.plant in plants and on[cell.adapter] >= plants
-            }
-    return tables
+    def scrap(name: str, axis: tuple[int, ...]) -> list[str]:
+        _, bad, parts = runs[name].sum(axis=axis)
+        return [f"{share:.2f}" for share in np.atleast_1d(100.0 * bad / parts)]
+
+    def gain(name: str, k: int) -> str:
+        value = points(cost[name][k].mean(), robust[k].mean(), trained[k].mean())
+        return "" if isnan(value) else f"{value:.0f}"
+
+    ratio = {name: f"{each.sum() / robust.sum():.3f}" for name, each in cost.items()}
+    others = [name for name in names if name not in (PLAN, PLANNER, TRAINED, BASELINE)]
+    tables = [
+        (
+            f"## Adaptation gain\n\n{GAIN}",
+            ("policy", *SCORES, f"cost / {BASELINE}", "scrap, %", "CPU-s"),
+            [
+                (name, *scores(name, robust, trained), ratio[name], *scrap(name, (1, 2, 3)), f"{seconds[name]:.1f}")
+                for name in names
+            ],
+        ),
+        (
+            f"## Track score\n\n{SCORE}",
+            ("policy", *SCORES),
+            [(name, *scores(name, plan, bound)) for name in names],
+        ),
+        (
+            "## Machines: $ a block and adaptation gain",
+            ("machine", PLAN, BASELINE, TRAINED, "bound", "set by", *others),
+            [
+                (plant, *(f"{each.mean():.3f}" for each in of[:4]), of.bound_by, *(gain(name, k) for name in others))
+                for k, (plant, of) in enumerate(anchors.items())
+            ],
+        ),
+        (
+            "## $ a block, shift by shift",
+            ("policy", *shifts),
+            [(name, *(f"{each:.3f}" for each in runs[name][0].mean(axis=(0, 1)))) for name in names],
+        ),
+        (
+            "## Scrap, %, shift by shift",
+            ("policy", *shifts),
+            [(name, *scrap(name, (1, 2))) for name in names],
+        ),
+    ]
+    parts = [WHAT.format(machines=len(anchors), seeds=robust.shape[1])]
+    return "\n\n".join([*parts, *(f"{said}\n\n{table_of(columns, body).markdown()}" for said, columns, body in tables)])

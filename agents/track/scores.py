@@ -1,149 +1,115 @@
-"""What runs of the track are worth: scores between two anchors on the same lots, with intervals over machines."""
+"""Scores of the track: costs between two others on the same lots, with intervals over machines and seeds."""
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+from warnings import catch_warnings
 
 import numpy as np
 
-from agents.track.knowing import FIXED, PLANNER
-from agents.track.running import TrackRun, TrackTrial
+from agents.tables import csv_of, csv_rows
+from agents.track.privileged import PLAN, PLANNER, TRAINED, MachineRuns
 from grind_env.arrays import Array
-from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import Interval, percentile_interval, score_of_means
+from grind_env.policies.track import BASELINE, TrackRuns
+from grind_env.policies.tuned import write_whole
+from grind_env.task_version import TASK_VERSION
 
 RESAMPLES = 2000
-WORST = 0.1
-"""Share of the machines that are the worst ones."""
-LEAST_SCRAP, SCRAP_SHARE = 1.0, 0.01
-"""The safe budget: so many bad parts, or that share of all, whichever is more."""
-
-Found: TypeAlias = Mapping[TrackTrial, TrackRun]
-Key: TypeAlias = tuple[Problem, str, str, int]
-Runs: TypeAlias = Mapping[Key, TrackRun]
-"""By problem, machine, adapter and seed."""
+ANCHORS = "track_anchors.csv"
+Ground: TypeAlias = Mapping[str, Mapping[str, MachineRuns]]
+"""Runs by machine and name."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scored:
-    """An adapter after so many blocks on each of some machines.
+class Anchors(NamedTuple):
+    """What the scales of a machine are made of: $ a block in the run of each seed, and who sets the bound."""
 
-    Attributes:
-        score: mean over machines: 0 the fixed plan that was retuned on the machine, 100 the planner that holds it.
-        median: of the machines.
-        better: machines on which it is better than the fixed plan.
-        worst: mean of the worst tenth of the machines, one at least.
-        scrap: share of the parts in the episodes that judge.
-        spent: cost of the blocks on the machine over that of the fixed plan on the same lots; NaN before any.
-        learning_scrap: share of the parts in these blocks likewise.
-        violations: runs with more bad parts in them than the safe budget has.
-        runs: machines times seeds.
-        beaten: blocks on the machine from which on all of them together have cost less than with the fixed plan, median
-            of the runs; infinite where they never have.
-        cpu_seconds: of a run, with judging.
-    """
-
-    task: str
-    adapter: str
-    blocks: int
-    machines: int
-    score: Interval
-    median: float
-    better: int
-    worst: Interval
-    scrap: float
-    spent: float
-    learning_scrap: float
-    violations: int
-    runs: int
-    beaten: float
-    cpu_seconds: float
+    plan: Array
+    robust: Array
+    trained_on_machine: Array
+    bound: Array
+    bound_by: str
+    said: str
 
 
-def scored(found: Found) -> list[Scored]:
-    """All adapters after all numbers of blocks, in the order of the cells."""
-    keys = dict.fromkeys((cell.problem, cell.adapter, blocks) for cell in found for blocks in cell.blocks)
-    runs = {_of(cell): run for cell, run in found.items()}
-    return [
-        _scored(
-            [cell for cell in found if (cell.problem, cell.adapter) == (problem, adapter) and blocks in cell.blocks],
-            runs,
-            blocks,
-        )
-        for problem, adapter, blocks in keys
-    ]
+COLUMNS = ("task_version", "plant", "seed", *Anchors._fields)
 
 
-def _scored(cells: Sequence[TrackTrial], runs: Runs, blocks: int) -> Scored:
-    one, shifts = cells[0], blocks // cells[0].problem.simulation().task.blocks
-    ours, fixed = ([runs[_of(replace(cell, adapter=name))] for cell in cells] for name in (one.adapter, FIXED))
-    costs = np.stack([_by_machine(runs, cells, name, blocks) for name in (one.adapter, FIXED, PLANNER)])
-    values, draws = machine_scores(costs), resampled(costs)
-    parts, bad = (np.array([sum(getattr(run, name)[:shifts]) for run in ours]) for name in ("parts", "scrap"))
-    spent, plain = (sum(sum(run.costs[:shifts]) for run in each) for each in (ours, fixed))
-    _, good, finished = np.array([run.judged[f"{blocks}"] for run in ours]).sum(axis=(0, 2))
-    after = [beaten(run.costs, plan.costs) for run, plan in zip(ours, fixed, strict=True)]
-    return Scored(
-        task=one.problem.name,
-        adapter=one.adapter,
-        blocks=blocks,
-        machines=len(values),
-        score=percentile_interval(float(values.mean()), draws.mean(axis=1)),
-        median=float(np.median(values)),
-        better=int((values > 0.0).sum()),
-        worst=percentile_interval(float(worst_of(values)), worst_of(draws)),
-        scrap=float(1.0 - good / finished),
-        spent=spent / plain if shifts else math.nan,
-        learning_scrap=float(bad.sum() / parts.sum()) if shifts else math.nan,
-        violations=int((bad > np.maximum(LEAST_SCRAP, SCRAP_SHARE * parts)).sum()),
-        runs=len(cells),
-        beaten=one.problem.simulation().task.blocks * float(np.median(after)),
-        cpu_seconds=float(np.mean([run.cpu_seconds for run in ours])),
+class Summary(NamedTuple):
+    """A score over machines, with 95 %: mean and median of those of machines, and that of the summed costs."""
+
+    mean: Interval
+    median: Interval
+    of_sums: Interval
+
+
+def points(ours: Array, zero: Array, hundred: Array) -> Array:
+    """Return scores, 0 for the cost `zero` and 100 for `hundred`; NaN where that is no cheaper."""
+    return np.where(hundred < zero, score_of_means(ours, zero, hundred), np.nan)
+
+
+def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
+    """Return the score of costs of shape (machines, seeds); both are resampled, the same ones for all three."""
+    costs, rng, (machines, seeds) = np.stack([ours, zero, hundred]), np.random.default_rng(seed), ours.shape
+    m, s = rng.integers(0, machines, (RESAMPLES, machines, 1)), rng.integers(0, seeds, (RESAMPLES, machines, seeds))
+    value, draws = costs.mean(axis=2), costs[:, m, s].mean(axis=3)
+    statistics: tuple[Callable[[Array], Array], ...] = (
+        lambda costs: np.nanmean(points(*costs), axis=-1),
+        lambda costs: np.nanmedian(points(*costs), axis=-1),
+        lambda costs: points(*costs.sum(axis=-1)),
     )
 
+    def interval(statistic: Callable[[Array], Array]) -> Interval:
+        drawn, found = statistic(draws), float(statistic(value))
+        return Interval(found, found, found) if np.isnan(found) else percentile_interval(found, drawn[~np.isnan(drawn)])
 
-def machine_scores(costs: Array) -> Array:
-    """Score on each machine, of costs of the adapter and the two anchors, shape (3, machines, seeds, episodes)."""
-    ours, fixed, planner = costs.mean(axis=(2, 3))
-    return score_of_means(ours, fixed, planner)
-
-
-def resampled(costs: Array, seed: int = 0) -> Array:
-    """The same of resamples of machines, of the seeds of each and of the episodes of these, (resamples, machines)."""
-    rng, (_, machines, seeds, episodes) = np.random.default_rng(seed), costs.shape
-    found = list[Array]()
-    drawn = (machines, (machines, 1, 1)), (seeds, (machines, seeds, 1)), (episodes, (machines, seeds, episodes))
-    for _ in range(RESAMPLES):
-        m, s, e = (rng.integers(0, n, shape) for n, shape in drawn)
-        found.append(machine_scores(costs[:, m, s, e]))
-    return np.array(found)
+    with catch_warnings(action="ignore"):  # a resample may have no machine with a score
+        return Summary(*map(interval, statistics))
 
 
-def worst_of(scores: Array) -> Array:
-    """Mean of the worst tenth of the machines, along the last axis, one at least."""
-    count = max(int(WORST * scores.shape[-1]), 1)
-    return np.asarray(np.sort(scores, axis=-1)[..., :count].mean(axis=-1))
+def collected(found: Mapping[Any, Mapping[str, MachineRuns]]) -> Ground:
+    """Return what was found by machine and name: the mean over trainings of the runs of all seeds."""
+    parts: dict[str, dict[str, dict[int, list[MachineRuns]]]] = {}
+    for trial, runs in found.items():
+        for name, each in runs.items():
+            of = parts.setdefault(trial.plant, {}).setdefault(name, {})
+            of.setdefault(trial.training, []).append(each)
+    return {plant: {name: _joined([*of.values()]) for name, of in names.items()} for plant, names in parts.items()}
 
 
-def beaten(costs: Sequence[float], fixed: Sequence[float]) -> float:
-    """Shifts after which all of them together have cost less than with the fixed plan, and remain so.
-
-    Infinite where they have not.
-    """
-    behind = np.flatnonzero(np.cumsum(np.subtract(fixed, costs)) <= 0.0)
-    first = float(np.max(behind, initial=-1)) + 2.0
-    return first if first <= len(costs) else math.inf
+def _joined(trainings: Sequence[Sequence[MachineRuns]]) -> MachineRuns:
+    by_training = [[np.concatenate(each) for each in zip(*(one.runs for one in of), strict=True)] for of in trainings]
+    seconds = float(np.mean([one.cpu_seconds for of in trainings for one in of]))
+    return MachineRuns(TrackRuns(*np.mean(by_training, axis=0)), trainings[0][0].said, seconds)
 
 
-def _of(cell: TrackTrial) -> Key:
-    return cell.problem, cell.plant, cell.adapter, cell.seed
+def anchors_of(runs: Mapping[str, MachineRuns]) -> Anchors:
+    """Return the anchors of a machine: the bound is the cheapest of all that were run on it."""
+    cost = {name: each.runs.cost.mean(axis=1) for name, each in runs.items()}
+    best = min(cost, key=lambda name: float(cost[name].mean()))
+    said = f"{PLAN} {runs[PLAN].said}; {PLANNER} {runs[PLANNER].said}"
+    return Anchors(cost[PLAN], cost[BASELINE], cost[TRAINED], cost[best], best, said)
 
 
-def _by_machine(runs: Runs, cells: Sequence[TrackTrial], adapter: str, blocks: int) -> Array:
-    """Costs of the episodes that judge, shape (machines, seeds, episodes)."""
+def read_anchors(path: Path, seeds: Sequence[int]) -> dict[str, Anchors]:
+    """Return the frozen anchors of the present task version by machine, of those that have all seeds."""
+    rows = [row for row in csv_rows(path) if row["task_version"] == f"{TASK_VERSION}"] if path.exists() else []
+    found = {}
+    for plant in dict.fromkeys(row["plant"] for row in rows):
+        of = {int(row["seed"]): row for row in rows if row["plant"] == plant}
+        if {*seeds} <= {*of}:
+            plan, robust, trained, bound = (
+                np.array([float(of[seed][name]) for seed in seeds]) for name in Anchors._fields[:4]
+            )
+            found[plant] = Anchors(plan, robust, trained, bound, of[seeds[0]]["bound_by"], of[seeds[0]]["said"])
+    return found
+
+
+def write_anchors(path: Path, anchors: Mapping[str, Anchors]) -> None:
+    """Write the anchors of machines, a row for each seed."""
     rows = [
-        [runs[_of(replace(cell, adapter=adapter))].judged[f"{blocks}"][0] for cell in cells if cell.plant == plant]
-        for plant in dict.fromkeys(cell.plant for cell in cells)
+        [TASK_VERSION, plant, seed, *(f"{cost:.6g}" for cost in costs), each.bound_by, each.said]
+        for plant, each in anchors.items()
+        for seed, costs in enumerate(zip(*each[:4], strict=True))
     ]
-    return np.array(rows)
+    write_whole(path, csv_of(COLUMNS, rows))

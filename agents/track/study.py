@@ -1,125 +1,120 @@
-"""The track: which adapters are run on which machines, and how long that takes."""
+"""The track as a study: which adapters run on which machines, and how long that takes."""
 
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from agents.benchmark.plan import chosen_problems
+import numpy as np
+
+from agents.cells import RESULTS
 from agents.study import Found, Study, StudyOptions
-from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
-from agents.track.knowing import ANCHORS, KNOWING
-from agents.track.page import COLUMNS, page, rows
-from agents.track.running import TUNING, TrackRun, TrackTrial, decides, find, tuning_of
-from grind_env.errors import GrindError, quoted
+from agents.track.adapters import ADAPTERS, make_adapter
+from agents.track.page import COLUMNS, RUN, page, rows
+from agents.track.privileged import SCALES, TRAINED, TRAININGS, MachineRuns
+from agents.track.running import TrackTrial, decides, run
+from agents.track.scores import (
+    ANCHORS,
+    Anchors,
+    Ground,
+    anchors_of,
+    collected,
+    read_anchors,
+    write_anchors,
+)
+from agents.track.scores import COLUMNS as OF_ANCHORS
+from grind_env.errors import GrindError
 from grind_env.plants import find_plants
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.judging import check_policy
+from grind_env.policies.model_view import model_of
+from grind_env.policies.problem import find_problem
+from grind_env.policies.rows import track_row, write_rows
+from grind_env.policies.track import BASELINE, MACHINES, TASK
 
-TASK, WIDE_TASK = "power_limited", "wide_rails"
-MACHINES, WIDE_MACHINES, SEEDS = 20, 8, 3
-WIDE_BLOCKS = (0, 300)
-TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
-"""CPU-seconds, by measurement: of tuning on a machine, and at most of a shift and of judging once."""
-
-
-def cells_of(
-    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int, episodes: int
-) -> list[TrackTrial]:
-    """Runs of adapters, and those of the anchors, machine by machine, so that what grinds is compiled once."""
-    names = dict.fromkeys((*ANCHORS, *adapters))
-    return [
-        TrackTrial(problem, plant, name, seed, blocks, episodes)
-        for plant in plants
-        for name in names
-        for seed in range(seeds)
-    ]
+POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)
+"""Run beside the anchors if nobody names others."""
+FILES = {"track.csv": ",".join(RUN), "track.md": "# The track", ANCHORS: ",".join(OF_ANCHORS)}
+"""How they begin."""
+SECONDS = {SCALES: 150.0, TRAINED: 105.0}
+RUN_SECONDS = 3.0
+"""CPU-seconds of a trial, by measurement, and of a run of an adapter."""
 
 
-def held_out(count: int) -> tuple[str, ...]:
-    """Names of the first machines that are held out."""
-    return tuple(f"held-out:{seed}" for seed in range(1, count + 1))
+@dataclass(frozen=True, kw_only=True)
+class TrackStudy(Study):
+    """The study with the anchors of its scores.
 
+    Attributes:
+        anchors: `anchors(ground)`: those of all machines.
+        submit: file of a row for `grind verify`, or None.
+        text: names the policy of that row.
+    """
 
-def whole_track(seeds: int, episodes: int, *, wide: bool) -> list[TrackTrial]:
-    """The headline on 20 machines; if `wide`, more adapters, and all on another task, on 8 of these."""
-    task, other, few = find_problem(TASK), find_problem(WIDE_TASK), held_out(WIDE_MACHINES)
-    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds, episodes)
-    if wide:
-        cells += cells_of(task, few, WIDE, BLOCKS, seeds, episodes)
-        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds, episodes)
-    return list(dict.fromkeys(cells))
+    anchors: Callable[[Ground], Mapping[str, Anchors]]
+    submit: Path | None
+    text: str
+
+    def write(self, found: Found, folder: Path) -> str:
+        ground = ground_of(found)
+        anchors = self.anchors(ground)
+        write_anchors(folder / ANCHORS, anchors)
+        if self.submit is not None:
+            costs = [runs[Path(self.text).name].runs.cost[0].mean() for runs in ground.values()]
+            robust = [each.robust[0] for each in anchors.values()]
+            write_rows(self.submit, [track_row(self.text, np.array(costs), np.array(robust))])
+        return super().write(found, folder)
 
 
 def study(
-    asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, blocks: str | None, wide: bool
+    asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, submit: Path | None
 ) -> Study:
-    """Tune on every machine that somebody asks for, by default those of the whole track, and return the study."""
-    if asked.tasks or machines or adapters or blocks:
-        problems = chosen_problems(asked.tasks or TASK, asked.job, asked.parts)
-        cells = cells_asked(problems, machines or (), adapters or (), blocks, asked, wide=wide)
-    else:
-        cells = whole_track(asked.seeds, asked.episodes, wide=wide)
-    before = _study(list(dict.fromkeys(map(tuning_of, cells))))
-    before.check(asked.results)
-    known = {cell: json.dumps(found) for cell, found in before.found(asked.options).items()}
-    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
+    """Return the study of policies on machines, by default the whole track.
 
+    Anchors of a machine that are frozen stay as they are. For other machines they are found beside the adapters.
+    """
+    plants, names = list(dict.fromkeys(machines or MACHINES)), list(dict.fromkeys(adapters or POLICIES))
+    for plant in plants:
+        if not find_plants(plant, modules=True).one:
+            raise GrindError(f"{plant!r} is the name of many machines: give a seed, as '{plant}:1'")
+    made = {name: make_adapter(name, model_of(find_problem(TASK))) for name in (BASELINE, *names)}
+    for policy in made.values():
+        check_policy(policy)
+    if submit is not None and (machines or adapters is None or len(names) != 1 or names[0] in ADAPTERS):
+        raise GrindError("--submit writes the row of one policy on all machines: give --adapters once, no --machines")
+    seeds = tuple(range(asked.seeds))
+    frozen = read_anchors(RESULTS / ANCHORS, seeds)
+    trials = []
+    for plant in plants:
+        beside = adapters is None or plant not in frozen
+        if beside:
+            trials.append(TrackTrial(plant, SCALES, seeds))
+            trials += [TrackTrial(plant, TRAINED, seeds, k, asked.options.runs) for k in range(TRAININGS)]
+        for name in dict.fromkeys((*[BASELINE] * beside, *names)):
+            one_by_one = hasattr(made[name], "learn")
+            trials += [TrackTrial(plant, name, of) for of in ([(seed,) for seed in seeds] if one_by_one else [seeds])]
 
-def cells_asked(
-    problems: Sequence[Problem],
-    machines: Sequence[str],
-    adapters: Sequence[str],
-    blocks: str | None,
-    asked: StudyOptions,
-    *,
-    wide: bool,
-) -> list[TrackTrial]:
-    """The cells that somebody asks for."""
-    plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
-    for name in plants:
-        if not find_plants(name, modules=True).one:
-            raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
-    names, cells = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE), list[TrackTrial]()
-    for problem in problems:
-        for name in adapters:
-            if name not in KNOWING:
-                made(name).start(problem)
-        usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
-        chosen = usual if blocks is None else check_blocks(problem, blocks)
-        cells += cells_of(problem, plants or held_out(MACHINES), names, chosen, asked.seeds, asked.episodes)
-    return cells
+    def anchors(ground: Ground) -> Mapping[str, Anchors]:
+        return {plant: frozen.get(plant) or anchors_of(runs) for plant, runs in ground.items()}
 
-
-def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
-    """Return blocks on a machine, ascending, of numbers with commas between them: whole shifts."""
-    shift = problem.simulation().task.blocks
-    for number in text.split(","):
-        if not number.strip().isdecimal() or int(number) % shift:
-            raise GrindError(
-                f"--blocks has {quoted(number)}, but a shift of {problem.name} has {shift}: give multiples"
-            )
-    return tuple(sorted({int(number) for number in text.split(",")}))
-
-
-def _study(cells: Sequence[TrackTrial]) -> Study:
-    def runs(found: Found) -> Mapping[TrackTrial, TrackRun]:
-        return {cell: TrackRun(**each) for cell, each in found.items()}
-
-    return Study(
+    return TrackStudy(
         name="track",
-        title="The track plants",
-        trials=cells,
-        run=find,
+        title="The track: machines that a policy does not know",
+        trials=trials,
+        run=run,
         decides=decides,
-        seconds=seconds,
+        seconds=lambda trial: SECONDS.get(trial.adapter, RUN_SECONDS * len(trial.seeds)),
         columns=COLUMNS,
-        rows=lambda found: rows(runs(found)),
-        page=lambda found: page(runs(found)),
-        episodes=(1 + max(cell.seed for cell in cells)) * max(cell.episodes for cell in cells),
+        rows=lambda found: rows(ground_of(found)),
+        page=lambda found: page(ground_of(found), anchors(ground_of(found))),
+        episodes=asked.seeds,
+        anchors=anchors,
+        submit=submit,
+        text=names[0],
+        files=FILES,
     )
 
 
-def seconds(cell: TrackTrial) -> float:
-    """CPU-seconds that a cell takes at most, by measurement."""
-    if cell.adapter == TUNING:
-        return TUNING_SECONDS
-    return SHIFT * cell.blocks[-1] / cell.problem.simulation().task.blocks + JUDGING * len(cell.blocks)
+def ground_of(found: Found) -> Ground:
+    """Return the results of trials, as the cache has them, by machine and name."""
+    return collected(
+        {trial: {name: MachineRuns.read(each) for name, each in runs.items()} for trial, runs in found.items()}
+    )

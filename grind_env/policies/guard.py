@@ -59,7 +59,7 @@ class Guarded:
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         task, n = self.simulation.task, np.arange(len(observation))
         own = self.policy.act(observation, episodes)
-        self.rule.learn(observation)
+        self.rule.update(observation)
         self.watch.update(observation, self.rule.power)
         safe, kind = self.rule.decide(observation), self.rule.kind
         raised = self.watch.alarm & ~self.alarmed

@@ -15,7 +15,7 @@ from agents.cells import RESULTS
 from agents.commands.studies import COMMANDS, DRESSES
 from agents.plants.page import BEGINS as PLANTS
 from agents.tables import check_tables
-from agents.track.page import COLUMNS as TRACK
+from agents.track.study import FILES as TRACK
 from grind_env import examples
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
@@ -68,8 +68,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
     check_tables(DRESSES, "dress-study", {path.name: "task,question,policy," for path in DRESSES.glob("*.csv")})
-    track = {"track.csv": ",".join(TRACK), "track.md": "# The track plants"}
-    for begins in (REPLICATIONS, PLANTS, track):
+    for begins in (REPLICATIONS, PLANTS, TRACK):
         check_tables(RESULTS, "one of these", begins)
 
 

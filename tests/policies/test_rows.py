@@ -8,14 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import grind_env
 from grind_env.errors import GrindError
+from grind_env.json_form import FormError
+from grind_env.policies import rows
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_rows, row_of, verify, write_rows
+from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_rows, row_of, track_row, verify, write_rows
+from grind_env.policies.statistics import prediction
+from grind_env.policies.track import run_shifts
 from tests.command import Grind
 from tests.examples import few
 
@@ -130,13 +135,17 @@ print("imported")
 class Mine:
     name: str = "mine"
     sees: str = "measurements"
+    E: float = 7000.0
 
     def begin(self, simulation, episodes):
         self.simulation = simulation
 
     def act(self, observation, episodes):
         seen = self.simulation.read(observation)
-        return Decision(np.full(len(observation), 7000.0), (seen["peak_power"] > 3000.0).astype(float))
+        return Decision(np.full(len(observation), self.E), (seen["peak_power"] > 3000.0).astype(float))
+
+    def learn(self, shift):
+        self.E *= 0.9 if shift.bad.any() or shift.observations.dtype != np.float32 else 1.02
 
 MINE = Mine()
 """
@@ -302,3 +311,37 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
     assert "my_policy" not in sys.modules
     found = grind_env.evaluate("my_policy:Mine", PLATES, episodes=2)
     assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
+
+
+@pytest.mark.nightly
+def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
+    own: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(own)
+    machines = ("public:1", "public:2", "public:3")
+    monkeypatch.setattr(rows, "MACHINES", machines)
+    monkeypatch.setattr(rows, "BASELINE", "E7000D1")
+
+    def block_costs(name: str) -> np.ndarray:
+        made = [(named_policy(name, PLATES.simulation(), modules=True), plant) for plant in machines]
+        return np.array([run_shifts(policy, plant, [0]).cost.mean() for policy, plant in made])
+
+    costs, robust = block_costs("my_policy:Mine"), block_costs("E7000D1")
+    row, words = track_row("my_policy:Mine", costs, robust), ("verify", "row.json", "--policy", "my_policy:Mine")
+    write_rows(own / "row.json", [row])
+    status, out, err = grind(*words, "--seed", SEED)
+    assert (status, err) == (0, "")
+    assert f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
+    assert "3 drawn runs cost" in out and "times the cost of E7000D1" in out
+    write_rows(own / "row.json", [replace(row, robust=tuple(1.01 * robust))])
+    status, out, _ = grind(*words)
+    assert status == 1 and "drawn" not in out
+
+
+def test_a_row_of_the_track_compares_the_summed_costs_and_has_all_machines() -> None:
+    both = np.array([[2.0, 3.0, 4.0], [4.0, 3.0, 5.0]])
+    assert rows._compared(both).mean() == pytest.approx(9.0 / 12.0) and rows._compared(both[:1]).mean() == 3.0
+    # a policy that costs as much as the other on every machine is predicted exactly
+    assert prediction(rows._compared(both[[0, 0]] * [[0.9], [1.0]]), 5) == pytest.approx((0.9, 0.9, 0.9))
+    with pytest.raises(FormError, match="a row of the track is of grind/PowerLimited-v0 and has costs of 20 machines"):
+        track_row("E7000D1", both[0], both[1])

@@ -86,12 +86,12 @@ class EmpiricalRule:
         self.taken = zero + self.dressing
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        self.learn(observation)
+        self.update(observation)
         return self.decide(observation)
 
-    def learn(self, observation: NDArray[np.float32]) -> None:
+    def update(self, observation: NDArray[np.float32]) -> None:
         if self.begun:
-            self._learn(self.simulation.read(observation), np.arange(len(observation)))
+            self._update(self.simulation.read(observation), np.arange(len(observation)))
 
     def decide(self, observation: NDArray[np.float32]) -> Decision:
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
@@ -123,7 +123,7 @@ class EmpiricalRule:
         self.kind, self.met, self.dull, self.begun = kind, seen["volume"], worn, True
         return Decision(E, D)
 
-    def _learn(self, seen: Mapping[str, Array], n: Numbers) -> None:
+    def _update(self, seen: Mapping[str, Array], n: Numbers) -> None:
         row, power, executions = self.row, seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
         width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
         removal = seen["last_pick"] * width * seen["last_speed"] / 60.0

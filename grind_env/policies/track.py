@@ -1,0 +1,153 @@
+"""The track: a policy grinds ten shifts on one machine, and may learn from the log of each.
+
+What the machine remembers is carried from the end of a shift into the next one. Lots and wheels are new in each.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array
+from grind_env.envs.contexts import Given
+from grind_env.envs.cost import Outcome
+from grind_env.envs.simulation import Simulation
+from grind_env.errors import GrindError
+from grind_env.kernel.random import WORD
+from grind_env.plants import Plant, Plants
+from grind_env.policies.evaluation import SEEDS, Step, steps
+from grind_env.policies.judging import check_policy
+from grind_env.policies.model_view import model_of, on
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem, find_problem
+
+TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
+MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
+"""Half of them differ by families of deviations, half by other laws of grinding."""
+COST, GOOD, FINISHED, SCRAP, HANDOVER = (
+    Outcome._fields.index(name) for name in ("cost", "good", "finished", "scrap_cost", "handover_cost")
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackShift:
+    """A shift on a machine, as the shop has it in its books.
+
+    Attributes:
+        observations: what was measured before every block, and after the last one, shape (blocks + 1, entries).
+        speeds: E of every block, mm/min, shape (blocks,).
+        executions: D of every block, shape (blocks,).
+        cost: of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to be
+            bad. The cost of handing over a dull wheel is not in it, for nobody measures it.
+        bad: whether the part that the block finished was found to be bad.
+    """
+
+    observations: NDArray[np.float32]
+    speeds: Array
+    executions: Array
+    cost: Array
+    bad: NDArray[np.bool_]
+
+
+class Learner(Policy, Protocol):
+    """A policy that learns on a machine. One is made anew for every run.
+
+    `begin` is called before every shift, with the simulation of the model. What it has learned may outlast it.
+    """
+
+    def learn(self, shift: TrackShift) -> None:
+        """Take in the log of the shift that has ended."""
+
+
+class TrackRuns(NamedTuple):
+    """What runs on a machine came to, arrays of shape (runs, shifts)."""
+
+    cost: Array
+    """$ a block, scrap at its expected price."""
+    scrap: Array
+    """Expected number of bad parts."""
+    parts: Array
+    """Number of finished parts."""
+
+
+class TrackMachine:
+    """A machine in runs side by side, one for each seed of lots, wheels and random events.
+
+    Args:
+        plant: name of the machine.
+        seeds: of the runs. All policies grind the same lots in the run of a seed.
+        problem: what is ground; by default that of the track.
+    """
+
+    def __init__(self, plant: str, seeds: Sequence[int], problem: Problem | None = None) -> None:
+        self.problem = find_problem(TASK) if problem is None else problem
+        made: Any = on(self.problem, plant).simulation()
+        self.simulation: Simulation = made
+        self.model = model_of(self.problem)
+        self.first: Plant = made.plants.first
+        self.seeds, self.shift = seeds, 0
+        self.remembers = [self.first.own for _ in seeds]
+
+    def grind(self, policy: Policy, *, knows: bool = False) -> tuple[list[TrackShift], TrackRuns]:
+        """Return the logs of the next shift of every run, and what it came to.
+
+        A policy that `knows` the machine is begun with its simulation in place of the model.
+        """
+        place = SEEDS["evaluation"], crc32(self.first.name.encode()), self.shift
+        lots, events = ([np.random.default_rng([*place, seed, k]) for seed in self.seeds] for k in range(2))
+        plants = [
+            self.first.after(own, int(rng.integers(WORD))) for own, rng in zip(self.remembers, events, strict=True)
+        ]
+        given = [Given(plant=Plants(plant.name, plant)) for plant in plants]
+        episodes = self.simulation.start(lots, given)
+        ground: list[Step] = list(steps(policy, self.simulation, episodes, None if knows else self.model))
+        last = self.simulation.observe(episodes)
+        self.remembers = [episodes.extra_state(run) for run in range(len(self.seeds))]
+        self.shift += 1
+        outcomes = np.stack([step.outcomes for step in ground], axis=1)
+        shifts = []
+        for run, rng in enumerate(events):
+            bad, cost = books(outcomes[run], rng)
+            seen = np.array([*(step.observation[run] for step in ground), last[run]])
+            speeds, executions = np.array([[each[run] for each in step.choice[:2]] for step in ground]).T
+            shifts.append(TrackShift(observations=seen, speeds=speeds, executions=executions, cost=cost, bad=bad))
+        cost, good, parts = outcomes[..., [COST, GOOD, FINISHED]].sum(axis=1).T[..., None]
+        return shifts, TrackRuns(cost=cost / len(ground), scrap=parts - good, parts=parts)
+
+
+def books(outcomes: Array, rng: np.random.Generator) -> tuple[NDArray[np.bool_], Array]:
+    """Return which parts are found to be bad, and what blocks cost in the books, $; each shape (blocks,)."""
+    bad = outcomes[:, FINISHED] * rng.random(len(outcomes)) > outcomes[:, GOOD]
+    # the expected price of scrap over its probability is the price of a part
+    chance = outcomes[:, FINISHED] - outcomes[:, GOOD]
+    price = np.divide(outcomes[:, SCRAP], chance, out=np.zeros(len(chance)), where=chance > 0.0)
+    return bad, outcomes[:, COST] - outcomes[:, HANDOVER] - outcomes[:, SCRAP] + bad * price
+
+
+def run_shifts(policy: Policy, plant: str, seeds: Sequence[int], *, knows: bool = False) -> TrackRuns:
+    """Return what ten shifts of a policy on a machine came to, in runs side by side.
+
+    Args:
+        policy: made anew. One with a method `learn` is given the log after every shift, and has one run.
+        plant: name of the machine.
+        seeds: of the runs.
+        knows: whether it may hold the simulation of the machine and see its state.
+
+    Raises:
+        GrindError: it is no policy, or sees more than measurements.
+    """
+    check_policy(policy)
+    if policy.sees != "measurements" and not knows:
+        raise GrindError(f"{policy.name} sees the {policy.sees}, but on the track there are measurements alone")
+    machine, learn = TrackMachine(plant, seeds), getattr(policy, "learn", None)
+    assert learn is None or len(seeds) == 1
+    done = []
+    for _ in range(SHIFTS):
+        shifts, came = machine.grind(policy, knows=knows)
+        done.append(came)
+        if learn is not None:
+            learn(shifts[0])
+    return TrackRuns(*(np.hstack(each) for each in zip(*done, strict=True)))
