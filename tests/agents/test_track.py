@@ -130,7 +130,7 @@ def test_with_frozen_anchors_only_the_adapter_is_run_and_a_row_is_written(
     write_anchors(tmp_path / "track_anchors.csv", {plant: anchors_of(known()) for plant in ("public:1", "public:2")})
     monkeypatch.setattr(study, "track_row", lambda *told: told)
     written: list[Any] = []
-    monkeypatch.setattr(study, "write_row", lambda path, row: written.append((path, *row)))
+    monkeypatch.setattr(study, "write_rows", lambda path, rows: written.append((path, *rows[0])))
     words = ["track", "--seeds", "1", "--cache", tmp_path / "cache", "--adapters", MINE]
     assert status(monkeypatch, *words, "--submit", tmp_path / "row.json") == 0
     assert "2 runs, 2 to do" in capsys.readouterr().out
