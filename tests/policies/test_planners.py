@@ -47,8 +47,8 @@ def test_gaps_of_oracle6():
         name: float(run_seeds(make_policy(name, ORACLE), ORACLE, range(1)).cost.mean())
         for name in ("constant_per_kind", "constant")
     }
-    assert gaps["constant_per_kind"] / optimum == pytest.approx(1.222, abs=0.002)
-    assert gaps["constant"] / optimum == pytest.approx(1.840, abs=0.002)
+    assert gaps["constant_per_kind"] / optimum == pytest.approx(1.055, abs=0.002)
+    assert gaps["constant"] / optimum == pytest.approx(2.074, abs=0.002)
 
 
 @pytest.mark.nightly

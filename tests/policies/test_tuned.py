@@ -180,7 +180,7 @@ def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_
     tuned = tune(problem, ["constant"], runs=tmp_path / "runs", **FEW)
     assert {path.name: path.read_bytes() for path in CONFIGS.iterdir()} == shipped
     assert read_tuned("shop", Path("runs/parameters")) == tuned
-    assert 1000.0 * tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
+    assert tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
     # another folder comes first
     tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
     assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]
