@@ -5,7 +5,7 @@ import inspect
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, astuple
+from dataclasses import asdict, astuple, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -51,7 +51,9 @@ class LearningCurve:
     """Scores an agent while it is trained, in the place of a checkpoint of `gru_ppo.train`."""
 
     def __init__(self, problem: Problem, settings: Settings) -> None:
-        self.problem, self.settings = problem, settings
+        # also an agent that is trained on other machines is scored on the model
+        on_model = tuple((key, value) for key, value in problem.arguments if key != "plant")
+        self.problem, self.settings = replace(problem, arguments=on_model), settings
         self.points, self.seconds, self.next = list[tuple[int, float]](), 0.0, 1
 
     def resume(self, training: gru_ppo.Training) -> gru_ppo.Training:

@@ -161,7 +161,7 @@ COMMANDS = {
     ),
     "intervals": StudyCommand(
         "agents.dressing.unknowns",
-        "Find the best dress interval when one number of the machine is unknown.\n\n"
+        "Find the best dress interval against each unknown number.\n\n"
         "Sweeps E and interval of two example programs with each number at a low and a high value.",
         "--jobs 1",
         tasks=None,

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from copy import deepcopy
 
-from agents.track.learning import Calibrated
+from agents.track.learning import CalibratedPlanner
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
 
-ADAPTERS: dict[str, Callable[[], Policy]] = {Calibrated.name: Calibrated}
+ADAPTERS: dict[str, Callable[[], Policy]] = {CalibratedPlanner.name: CalibratedPlanner}
 """Policies that learn on a machine, each made anew for every run."""
 
 

@@ -52,7 +52,7 @@ class Judgement:
         model: what planners and beliefs take it for.
         first_seed: of the episodes, whose seeds follow one another.
         trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
-        draws: the score of each resample of the episodes, shape (resamples,).
+        draws: score of each resample, a ratio in %, shape (resamples,).
     """
 
     policy: str

@@ -56,7 +56,7 @@ class SubmittedRow:
         split: split of the contexts.
         first_seed: first of the consecutive seeds.
         costs: cost of each episode, $; on the track of each machine, $ a block in the run with seed 0.
-        robust: the same with the bundled `robust`, for a row of the track; else empty.
+        robust: the same with the bundled `robust`, $ a block, for a row of the track; else empty.
         versions: versions of the libraries.
 
     Raises:
@@ -133,7 +133,7 @@ def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
 
 
 def track_row(text: str, costs: Array, robust: Array) -> SubmittedRow:
-    """Return the row of a policy on the track: $ a block on every machine with seed 0, and with `robust`."""
+    """Return the row of a policy on the track: $ a block with seed 0 and with `robust`, both shape (machines,)."""
     of = {"costs": tuple(costs.tolist()), "robust": tuple(robust.tolist()), **_made_by(text)}
     return SubmittedRow(id=environment_id(TASK), first_seed=0, **of)
 

@@ -153,8 +153,8 @@ class ScoredRuns(NamedTuple):
     """Scores of a policy, clipped at `CLIP`.
 
     Attributes:
-        scores: shape (runs, tasks).
-        draws: of every resample of the runs and the episodes, shape (resamples, runs, tasks).
+        scores: ratio to the gap between fixed plan and hindsight, %, shape (runs, tasks).
+        draws: the same ratio of every resample of runs and episodes, shape (resamples, runs, tasks).
     """
 
     scores: Array
@@ -166,7 +166,7 @@ class ScoredRuns(NamedTuple):
         return cls(np.maximum(scores, CLIP), np.maximum(draws, CLIP))
 
     def interval(self, measure: Callable[[Array], Array]) -> Interval:
-        """Return an aggregate of the scores, such as `interquartile_mean`."""
+        """Return an aggregate of the scores, such as `interquartile_mean`, of shape (..., runs, tasks)."""
         return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 

@@ -86,7 +86,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     for found in (measured, measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 3))
         assert np.array_equal(found.cost, expected.cost.astype(np.float32))
-        assert (found.E_mean, found.D_mean, found.scrap) == (expected.speed / 1000.0, expected.dresses, expected.scrap)
+        assert (found.E_mean, found.D_mean, found.scrap) == (expected.speed, expected.dresses, expected.scrap)
         expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 2), "interpolation")
         assert np.array_equal(found.interpolation_cost, expected.cost.astype(np.float32))
         assert np.array_equal(found.interpolation_good, expected.good.astype(np.float32))
