@@ -101,7 +101,7 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
 
 
 @pytest.mark.usefixtures("few_lots")
-@pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3000, True)])
+@pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3300, True)])
 def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_does_not_keep_the_limits_either(
     stiffness: int, written: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
