@@ -40,11 +40,13 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
         self.observation_space = wrapped_space(env.observation_space, form, self.memory)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Reset, and forget."""
         observation, info = self.env.reset(seed=seed, options=options)
         self.memory.begin(1)
         return self.memory.take(observation[None], None, np.ones(1, bool))[0], info
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
+        """Step, and remember."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         shown = self.memory.take(observation[None], np.asarray(action)[None], np.ones(1, bool))[0]
         return shown, reward, terminated, truncated, info
@@ -180,6 +182,7 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
         super().__init__(env, _standard(env, env.observation_space))
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
+        """Step; the reward is eased."""
         observation, reward, terminated, truncated, info = super().step(action)
         return observation, float(ease_rewards(np.array(reward))), terminated, truncated, info
 

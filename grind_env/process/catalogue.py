@@ -4,17 +4,20 @@ A file holds tables `[material.NAME]`, `[wheel.NAME]`, `[dresser.NAME]`, `[fluid
 `[machine.NAME]`. Their keys are the fields of the class of that name in `entries.py`. A table gives every
 field, or names as `base` an entry of its own kind that supplies the rest::
 
+    [material.hard_52100_lot]       # a new material: 52100 that dulls the wheel twice as fast
+    base = "aisi_52100"
+    wear_flat_growth = 2.5e-6
+
+    [machine.default]               # the default machine with a stiffer loop
+    base = "default"
+    stiffness = 50_000
+
 A calibrated file has its uncertainty in a table `[uncertainty]`; the table of the last such file holds.
 
 `aliases`, a list of texts, are other names of an entry; case, blanks and signs do not matter.
 
 A table with an existing name redefines the entry. `base` means the definition at that point: from an earlier table, an
 earlier file, or the built-in one.
-
-`aliases`, a list of texts, are other names of an entry; small and capital letters, blanks and signs count in none.
-
-A name that exists already is redefined. `base` means the definition that stands when the table is read:
-that of an earlier table, an earlier file, or the built-in one.
 """
 
 import functools

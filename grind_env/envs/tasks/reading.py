@@ -5,15 +5,19 @@
     [setup]                    # optional like all but a kind: what is left out is as `grind tasks --schema` says
     wheel = "a60j"
 
+    [[kind]]                   # of cycle block; several are ground in turn
+    material = "aisi_52100"
+    stock = 0.2                # mm
+    pick = 0.01                # mm
+    width = 20                 # mm
+    length = 200               # mm
+
 Above its tables a file may name a base: `base = "power_limited"` or `base = "shop.toml"`, a task of the package or a
 file beside it. Tables of the file change single keys of the base's tables; all other keys replace the base's keys.
 `title` and `reference_cost` never come from the base.
 
 A user's catalogue comes from `[catalogue] files = ["tools.toml"]`, or from tables of the task file such as
 `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
-
-A catalogue of the user's own comes from `[catalogue] files = ["tools.toml"]`, or stands in the task file itself, in
-tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
 """
 
 import functools
