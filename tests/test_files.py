@@ -71,7 +71,7 @@ def test_what_has_no_end_is_refused_in_a_sentence(
 
 
 def assert_refused(path: Path) -> None:
-    """What is read of a file is refused in a sentence that is short but for the name of the file."""
+    """A reader refuses the file in one short sentence that names it."""
     with pytest.raises(GrindError) as caught:
         READERS[path.name](path)
     message = str(caught.value)

@@ -5,7 +5,7 @@ import inspect
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, astuple, replace
+from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,10 +19,9 @@ from agents.provenance import commit, installed
 from agents.study import of_problem
 from grind_env.envs.shown import Standard
 from grind_env.envs.splits import EVERY
-from grind_env.plants.names import MODEL
 from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
-from grind_env.policies.model_view import machines_name, model_of, on
+from grind_env.policies.model_view import machines_name, model_of, on, without_plant
 from grind_env.policies.problem import Problem
 from grind_env.scores import find_reference
 from grind_env.training import gru_ppo
@@ -52,8 +51,7 @@ class LearningCurve:
 
     def __init__(self, problem: Problem, settings: Settings) -> None:
         # also an agent that is trained on other machines is scored on the model
-        on_model = tuple((key, value) for key, value in problem.arguments if key != "plant")
-        self.problem, self.settings = replace(problem, arguments=on_model), settings
+        self.problem, self.settings = without_plant(problem), settings
         self.points, self.seconds, self.next = list[tuple[int, float]](), 0.0, 1
 
     def resume(self, training: gru_ppo.Training) -> gru_ppo.Training:
@@ -94,7 +92,7 @@ def plain_agent(
     if fresh or not path.exists():
         begin = time.process_time()
         known = find_reference(problem.id)
-        curve: Any = LearningCurve(on(problem, MODEL.name), settings) if known and not known.ratio else None
+        curve: Any = LearningCurve(problem, settings) if known and not known.ratio else None
         agent, scale = gru_ppo.train(problem, settings, seed, checkpoint=curve)
         policy = policy_of(agent, scale, problem, memory)
         seconds = time.process_time() - begin - (curve.seconds if curve else 0.0)

@@ -58,7 +58,7 @@ def page(results: Sequence[Result]) -> str:
 
 
 class TaskRoom(NamedTuple):
-    """What is known of the optimum of a task."""
+    """Room between the best known policy on measurements and the planner on the true state."""
 
     task: str
     best_known: str

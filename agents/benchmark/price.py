@@ -1,4 +1,4 @@
-"""What a policy was made with, what it holds of the simulator, and how long a decision of it takes."""
+"""Blocks that made a policy, equations of the simulator that it holds, and time of its decisions."""
 
 import time
 from pathlib import Path

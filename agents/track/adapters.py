@@ -9,7 +9,7 @@ from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
 
 ADAPTERS: dict[str, Callable[[], Policy]] = {CalibratedPlanner.name: CalibratedPlanner}
-"""Policies that learn on a machine, each made anew for every run."""
+"""Policies that learn on a machine. Every run makes a new one."""
 
 
 def make_adapter(name: str, model: Simulation) -> Policy:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,9 +15,8 @@ from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import FIXED_PLANS, TUNED, policy_names
-from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.track import TASK, TrackRuns, run_shifts
-from grind_env.policies.tuned import Tuned, arguments
+from grind_env.policies.tuned import arguments
 
 PLAN, PLANNER, TRAINED = "plan", "planner", "trained_on_machine"
 SCALES = "scales"
@@ -51,12 +49,6 @@ def measured(policy: Policy, plant: str, seeds: Sequence[int], said: str = "", *
     return MachineRuns(runs, said, (time.process_time() - begin) / len(seeds))
 
 
-def tuned_policy(name: str, found: Tuned) -> Any:
-    """Return a policy with tuned parameters, where a plan has its E in m/min."""
-    policy = TUNED[name](**arguments(found.parameters))
-    return replace(policy, E=1000.0 * policy.E) if isinstance(policy, Fixed) else policy
-
-
 def scales_of(plant: str, seeds: Sequence[int]) -> dict[str, MachineRuns]:
     """Return runs of the best fixed plan of a machine, and of the planner that holds the machine and sees its state.
 
@@ -67,7 +59,7 @@ def scales_of(plant: str, seeds: Sequence[int]) -> dict[str, MachineRuns]:
     def tuned(names: list[str]) -> Any:
         found = {name: tune_policy(name, tuner, EVALUATIONS, STARTS) for name in names}
         best = min(names, key=lambda name: found[name].validation_cost)
-        return tuned_policy(best, found[best])
+        return TUNED[best](**arguments(found[best].parameters))
 
     fixed = tuned([name for name in FIXED_PLANS if name in policy_names(tuner.simulation)])
     plan = measured(fixed, plant, seeds, f"E{fixed.E:.0f}D{fixed.D}, dresses every {fixed.every}", knows=True)

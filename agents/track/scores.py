@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
-from warnings import catch_warnings
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -22,7 +22,7 @@ Ground: TypeAlias = Mapping[str, Mapping[str, MachineRuns]]
 
 
 class Anchors(NamedTuple):
-    """What the scales of a machine are made of: $ a block in the run of each seed, and who sets the bound."""
+    """Costs that set the scales of a machine, $ a block for each seed, and the policy that sets the bound."""
 
     plan: Array
     robust: Array
@@ -36,7 +36,7 @@ COLUMNS = ("task_version", "plant", "seed", *Anchors._fields)
 
 
 class Summary(NamedTuple):
-    """A score over machines, with 95 %: mean and median of those of machines, and that of the summed costs."""
+    """Mean and median of the scores of machines, and the score of the summed costs, with 95 % intervals."""
 
     mean: Interval
     median: Interval
@@ -63,7 +63,8 @@ def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
         drawn, found = statistic(draws), float(statistic(value))
         return Interval(found, found, found) if np.isnan(found) else percentile_interval(found, drawn[~np.isnan(drawn)])
 
-    with catch_warnings(action="ignore"):  # a resample may have no machine with a score
+    with catch_warnings():
+        simplefilter("ignore")  # a resample may have no machine with a score
         return Summary(*map(interval, statistics))
 
 

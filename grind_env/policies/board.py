@@ -52,7 +52,7 @@ class BoardRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class CoreJudgement:
-    """What a policy is worth in all core tasks.
+    """Scores and evaluations of a policy in all core tasks.
 
     Attributes:
         judgements: of the policy, by task.

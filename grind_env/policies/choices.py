@@ -21,12 +21,17 @@ class Decision(NamedTuple):
     executions: Array
 
 
-def check_unit(policy: str, E: float | Sequence[float], task: Task) -> None:
-    """Refuse, by a `GrindError`, an E that the task has only if it was meant in m/min."""
+def check_speeds(policy: str, E: float | Sequence[float], task: Task, *, within: bool = False) -> None:
+    """Refuse, by a `GrindError`, an E that was meant in m/min, and with `within` every E that the task does not have.
+
+    The reference E of a rule may lie outside: the rule changes it before it is used.
+    """
     low, high = task.action.speed_ends
     for each in np.atleast_1d(E):
-        if each < low <= 1000.0 * each <= high:
-            raise GrindError(f"{policy} has E = {each:g} mm/min; did you mean {1000.0 * each:g}?")
+        meant = each < low <= 1000.0 * each <= high
+        if meant or (within and not low <= each <= high):
+            proposed = f" (did you mean {1000.0 * each:g}?)" if meant else ""
+            raise GrindError(f"{policy}: E is {each:g} mm/min{proposed}, but {task.name} has {low:g} to {high:g}")
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:

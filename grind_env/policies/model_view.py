@@ -16,10 +16,15 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
 
+def without_plant(problem: Problem) -> Problem:
+    """Return the same problem on the model."""
+    return replace(problem, arguments=tuple(each for each in problem.arguments if each[0] != "plant"))
+
+
 def on(problem: Problem, plant: str) -> Problem:
     """Return the same problem on a machine by its name; without a seed in it, each episode draws one."""
-    others = tuple((key, value) for key, value in problem.arguments if key != "plant")
-    return replace(problem, arguments=(*others, ("plant", plant)))
+    others = without_plant(problem)
+    return replace(others, arguments=(*others.arguments, ("plant", plant)))
 
 
 def machines_name(simulation: Simulation) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
+from grind_env.policies.choices import check_speeds
 from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy
@@ -63,11 +64,7 @@ def named_policy(
         return load_policy(Path(text), simulation=simulation, other_part=other_part)
     if constant := CONSTANT.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
-        low, high = simulation.task.action.speed_ends
-        if not low <= speed <= high:
-            meant = f" (did you mean E{1000.0 * speed:.0f}D{dresses}?)" if low <= 1000.0 * speed <= high else ""
-            found = f"{text}: E is {speed:g} mm/min{meant}"
-            raise GrindError(f"{found}, but {simulation.task.name} has {low:g} to {high:g}")
+        check_speeds(text, speed, simulation.task, within=True)
         if dresses > (most := simulation.task.action.executions):
             raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
         return Fixed(E=speed, D=dresses, name=text)

@@ -69,7 +69,7 @@ BAD = {
     ),
     "no agent": (("--policy", "no_such.safetensors"), "there is no trained agent at no_such.safetensors"),
     "no E": (("--policy", "E99000D1"), "E99000D1: E is 99000 mm/min, but power_limited has 3000 to 30000"),
-    "E in m/min": (("--policy", "E9D1"), "E9D1: E is 9 mm/min (did you mean E9000D1?), but power_limited has"),
+    "E in m/min": (("--policy", "E9D1"), "E9D1: E is 9 mm/min (did you mean 9000?), but power_limited has"),
     "no D": (("--policy", "E9000D7"), "E9000D7: D is 7, but power_limited has 0 to 3"),
     "nothing tuned": (("--policy", "mpc", "--parameters", "no_such"), "full_state_rule has no parameters in no_such"),
     "a program without a job": (("--program", "JOBLESS"), "jobless.toml"),

@@ -103,10 +103,7 @@ def test_right_after_a_pulse_nothing_is_lost_and_a_steady_flux_ends_in_a_straigh
 
 
 @given(
-    height=st.floats(1e-4, 0.1),
-    conductivity=st.floats(6.0, 500.0),
-    top=st.just(0.0) | st.floats(1e-3, 1e5),
-    bottom=st.just(0.0) | st.floats(1e-3, 1e5),
+    height=st.floats(1e-4, 0.1), conductivity=st.floats(6.0, 500.0), top=st.floats(0.0, 1e5), bottom=st.floats(0.0, 1e5)
 )
 def test_no_part_grows_by_more_than_the_heat_in_it(
     height: float, conductivity: float, top: float, bottom: float

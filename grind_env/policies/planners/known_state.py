@@ -14,7 +14,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.policies.choices import Decision, all_choices, check_unit, nearest_speed
+from grind_env.policies.choices import Decision, all_choices, check_speeds, nearest_speed
 from grind_env.policies.columns import (
     AREA,
     CHANGES,
@@ -48,7 +48,7 @@ class FullStateRule(SharpnessRule):
     sees: ClassVar[Sees] = "state"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        check_unit(self.name, self.E, simulation.task)
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.simulation = simulation.task, simulation
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

@@ -14,7 +14,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Decision, check_unit, nearest_speed
+from grind_env.policies.choices import Decision, check_speeds, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
@@ -35,7 +35,7 @@ class Estimating:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        check_unit(self.name, self.E, simulation.task)
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
 
@@ -66,7 +66,7 @@ class Fixed:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        check_unit("a fixed plan", self.E, simulation.task)
+        check_speeds(self.name, self.E, simulation.task, within=True)
         self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -106,7 +106,7 @@ class PowerThreshold:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        check_unit(self.name, self.E, simulation.task)
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.simulation = simulation.task, simulation
         self.dressing = np.zeros(episodes, bool)
 
