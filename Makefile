@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test test-nightly quick bits lint format benchmark results speed ratios validate notebooks shown pages docs core contract films libraries audit blocks package soak mutations clean
+.PHONY: setup test test-nightly quick bits lint format benchmark hours results speed ratios validate notebooks shown pages docs core contract films libraries audit blocks package soak mutations clean
 
 setup: $(STAMP)
 
@@ -64,15 +64,16 @@ format: setup
 benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
 
-# All results, one after the other: of each what its code has not made before.
-OTHERS := reciprocation,wide_plates,wide_rails,blades,rush,job_shop
-FAMILIES := bursts drift fluid foreign graded meter soft table thermal
-RESULTS := 'benchmark --full --seeds 3' replicate gaps splits 'track --wide' safety plants \
-	recipe 'recipe --tasks $(OTHERS) --seeds 3 --results agents/results' \
-	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' \
-	$(FAMILIES:%='dress-study --task power_limited --plant %:1 --results agents/results/dress_study/plants')
+# All results, one after the other: of each what its code has not made before. The hours of each come first;
+# `make hours` says no more than these.
+RESULTS := 'benchmark --full' replicate gaps splits track safety plants recipe \
+	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' intervals
 
-results: $(AGENTS)
+hours: $(AGENTS)
+	for each in $(RESULTS); do $(BIN)/python -m agents $$each --hours; done | \
+		awk '{ print; sum += $$(NF - 1) } END { printf "in all: %.1f core-hours\n", sum }'
+
+results: hours
 	set -e; for each in $(RESULTS); do $(BIN)/python -m agents $$each; done
 
 # `make speed BASE=<commit>` measures beside an older commit.

@@ -37,7 +37,7 @@ def main() -> str | None:
             vector.reset(seed=0)
             vector.step(vector.action_space.sample())
     rule = grind_env.evaluate("adaptive_rule", "grind/PowerLimited-v0", episodes=8)
-    agent = grind_env.evaluate(str(SHIPPED / "power_limited.safetensors"), "power_limited", episodes=8)
+    agent = grind_env.evaluate("plain_gru", "power_limited", episodes=8)
     if not rule.score or not agent.score or agent.score.value < rule.score.value:
         return f"the shipped agent is no better than a rule: {agent}, {rule}"
     task = Path("shop.toml")
@@ -53,7 +53,7 @@ def main() -> str | None:
     ):
         return "the shipped policy is not played"
     grind = [sys.executable, "-m", "grind_env"]
-    policy = ["--policy", str(SHIPPED / "rush.safetensors")]
+    policy = ["--policy", str(SHIPPED / "plain_gru" / "rush.safetensors")]
     submitted = [*grind, "evaluate", *policy, "--env", "rush", "--submit", "row.json"]
     subprocess.run(submitted, capture_output=True, check=False)
     verified = subprocess.run(

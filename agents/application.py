@@ -12,14 +12,12 @@ class AgentCommands(HelpfulGroup):
 
     groups: ClassVar = {
         "Train and compare": "tune benchmark dataset video",
-        "Studies": "scores gaps splits recipe safety dress-study plants track replicate",
+        "Studies": "scores gaps splits recipe safety dress-study intervals plants track replicate",
     }
 
 
 app = Application(
-    cls=AgentCommands,
-    no_args_is_help=True,
-    help="Tune, train and compare policies, and run the published studies.",
+    cls=AgentCommands, no_args_is_help=True, help="Tune, train and compare policies, and run the published studies."
 )
 
 for command in (tune, studies, benchmark, video, dataset):

@@ -1,4 +1,4 @@
-"""How much work tuning and scoring do by default.
+"""Default amounts of work for tuning and scoring.
 
 It stands alone, so that the command line can show these numbers without loading the libraries that do the work.
 """
@@ -10,14 +10,10 @@ TUNING_EVALUATIONS = 700
 TUNING_STARTS = 4
 """CMA-ES runs of a rule."""
 
-SCORE_EPISODES = 256
-"""Evaluation episodes of the reference scores."""
 GAP_EPISODES = 256
 """Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
 """Evaluation episodes of the dress study."""
-TRACK_EPISODES = 64
-"""Evaluation episodes that judge an adapter on a machine of the track."""
 STUDY_MACHINES = 3
 """Machines of each family in the study of those that are not the model."""
 

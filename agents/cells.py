@@ -1,4 +1,4 @@
-"""Evaluations that are kept.
+"""Cached evaluations of policies.
 
 They are run once, in chunks of episodes, and taken up again while nothing that decides has changed.
 """
@@ -52,13 +52,7 @@ DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 
 
 def kept_evaluation(
-    policy: Policy,
-    problem: Problem,
-    seeds: range,
-    folder: Path = RUNS,
-    *,
-    split: str = EVERY,
-    fresh: bool = False,
+    policy: Policy, problem: Problem, seeds: range, folder: Path = RUNS, *, split: str = EVERY, fresh: bool = False
 ) -> Evaluation:
     """Return the evaluation of some seeds; chunks that are cached of the same policy, code and problem are not run.
 
@@ -79,7 +73,7 @@ def kept_evaluation(
 
 
 def code_of(policy: Policy, problem: Problem) -> str:
-    """Stands for a policy on a problem, and for the model that it holds."""
+    """Return a fingerprint of a policy on a problem, and of its model."""
     model = model_beside(problem) if policy.sees == "measurements" else None
     simulation = problem.simulation()
     made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
@@ -88,14 +82,14 @@ def code_of(policy: Policy, problem: Problem) -> str:
 
 
 def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
-    """The file of a chunk of episodes of a policy, and what stands for all that decides it."""
+    """Return the file of a chunk of episodes of a policy, and the fingerprint of its inputs."""
     place, drawn_from = folder / problem.name / "cells" / name, find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     return (place / split if of_split else place) / f"{seeds.start}.npz", f"{code} {seeds}{of_split}"
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
-    """The evaluation in a file; None if the file is missing, damaged or of something else."""
+    """Return the evaluation in a file; None if the file is missing, damaged or of something else."""
     with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
         if str(file["fingerprint"]) == fingerprint:
             return Evaluation(*(file[each.name] for each in fields(Evaluation)))
@@ -111,9 +105,9 @@ def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
 
 
 def behaviour(simulation: Simulation) -> str:
-    """Stands for the code and the data of a problem: a hash of what it answers to a probe.
+    """Return a hash of a problem's code and data, from its answers to a probe.
 
-    A hash of the code would throw away hours of planning for a comment. What is cached sets the unit of the reward.
+    A hash of the code would discard hours of planning for a comment. Cached results set the unit of the reward.
     """
     digest = hashlib.sha256()
     probe, state = Random(), start_episodes(simulation, episode_seeds("training", PROBES))
@@ -127,14 +121,14 @@ def behaviour(simulation: Simulation) -> str:
 
 
 def said_by(simulation: Simulation) -> list[str]:
-    """Names of the modules that say of a problem what its probe does not show, such as how observations are read."""
+    """Return modules that decide parts of a problem that its probe does not show, such as reading observations."""
     parts = simulation, simulation.branches, simulation.room(0)
     return sorted({kind.__module__ for part in parts for kind in type(part).__mro__} - {object.__module__})
 
 
 @cache
 def sources(module: str, deciding: tuple[str, ...] = DECIDING) -> str:
-    """Hash of the code of a module and of those that it stands on, comments and docstrings left out."""
+    """Return a hash of the code of a module and its imports, without comments and docstrings."""
     digest = hashlib.sha256()
     for _, path in sorted(imported(module, deciding).items()):
         digest.update(bare(path.read_text(encoding="utf-8")).encode())
@@ -142,7 +136,7 @@ def sources(module: str, deciding: tuple[str, ...] = DECIDING) -> str:
 
 
 def imported(module: str, deciding: tuple[str, ...] = DECIDING) -> dict[str, Path]:
-    """Return the files of the modules that a module stands on by name: its own, and those of `deciding`."""
+    """Return the files of the modules that a module imports by name: its own, and those of `deciding`."""
     found: dict[str, Path] = {}
     waiting = [module]
     while waiting:
@@ -166,7 +160,7 @@ def _file_of(module: str) -> Path | None:
 
 
 def bare(text: str) -> str:
-    """The code of a module without imports, docstrings and comments, which decide nothing."""
+    """Return the code of a module without imports, docstrings and comments."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
@@ -175,7 +169,7 @@ def bare(text: str) -> str:
 
 
 def ignored(node: ast.stmt) -> bool:
-    """Whether a statement is an import or a string."""
+    """Return whether a statement is an import or a string."""
     return isinstance(node, ast.Import | ast.ImportFrom) or (
         isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
     )

@@ -1,11 +1,12 @@
 """Evaluations of named policies as trials: chunks of episodes, cached for every study that asks for them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import CHUNK, code_of, keep, kept, place_of
 from agents.study import Found, Study
 from grind_env.envs.splits import EVERY
@@ -46,8 +47,17 @@ def _code(problem: Problem, who: str, configs: Path | None) -> tuple[str, str]:
     return policy.name, code_of(policy, problem)
 
 
+def chunk_seconds(chunk: Chunk) -> float:
+    """Return the CPU-seconds of a chunk, about."""
+    decision = DECISION.get(chunk.who.rpartition(":")[2], USUAL_DECISION)
+    return len(chunk.seeds) * chunk.problem.simulation().task.blocks * decision
+
+
+@dataclass(frozen=True, kw_only=True)
 class Evaluations(Study):
     """A study whose trials are chunks."""
+
+    seconds: Callable[[Any], float] = chunk_seconds
 
     def cached(self, trial: Chunk, runs: Path) -> Evaluation | None:
         return kept(*self._place(trial, runs))

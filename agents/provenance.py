@@ -1,4 +1,4 @@
-"""What results were made with."""
+"""Provenance of results: commit, versions and seeds."""
 
 import platform
 import shutil
@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def provenance(seeds: range) -> dict[str, str | int]:
-    """What the results were made with."""
+    """Return versions, seeds and commit of the results."""
     return {
         "task_version": TASK_VERSION,
         "seeds": shown_seeds(seeds),
@@ -23,7 +23,7 @@ def provenance(seeds: range) -> dict[str, str | int]:
 
 
 def shown_seeds(seeds: range) -> str:
-    """The first and the last one."""
+    """Return the first and the last seed."""
     return f"{seeds.start}..{seeds.stop - 1}"
 
 
@@ -36,7 +36,7 @@ def installed(package: str) -> str:
 
 
 def commit() -> str:
-    """The commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
+    """Return the commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
     git = shutil.which("git")
     if git is None:
         return "none"

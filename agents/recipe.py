@@ -1,4 +1,4 @@
-"""The training recipe of `docs/howto/train.md`, run as printed, with other seeds, without belief, on other tasks."""
+"""The training recipe of `docs/howto/train.md`, as printed, and with other seeds, without belief, on other tasks."""
 
 import os
 import re
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from itertools import product
 from pathlib import Path
-from statistics import mean
+from statistics import mean, stdev
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -37,7 +37,7 @@ TITLE = "# The training recipe"
 
 @dataclass(frozen=True)
 class RecipeTrial:
-    """A training: of which task, what it sees, its seed, and its lines."""
+    """Training of a task: its observation, its seed, and its lines."""
 
     problem: Problem
     way: str
@@ -51,7 +51,7 @@ class RecipeTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecipeRow:
-    """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
+    """Result of a training on evaluation episodes, with a 95 % interval over them."""
 
     task: str
     sees: str
@@ -66,7 +66,7 @@ class RecipeRow:
     E: float
     D: float
     cpu_seconds: float
-    """Of imports, training and judging, on one core."""
+    """CPU-seconds of imports, training and judging, on one core."""
     wall_seconds: float
 
 
@@ -79,7 +79,7 @@ def recipe(page: str) -> str:
 
 
 def variant(text: str, trial: RecipeTrial) -> str:
-    """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
+    """Return the recipe changed to another task, seed or number of steps, or without the belief.
 
     Raises:
         GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
@@ -166,27 +166,34 @@ def write(found: Sequence[RecipeRow], results: Path) -> str:
 
 
 def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Whether two rows may stand in one table."""
+    """Return whether two rows may be in one table."""
     return one.keys() == other.keys() and all(
         one[name] == other[name] for name in ("steps", "episodes", "task_version")
     )
+
+
+def scores(runs: Sequence[RecipeRow]) -> list[float]:
+    """Return the score of each seed."""
+    return [each.score for each in runs]
 
 
 COLUMNS = tuple(each.name for each in fields(RecipeRow))
 SHOWN = (
     Column("task", lambda runs: runs[0].task),
     Column("what it sees", lambda runs: WAYS[runs[0].sees]),
-    Column("mean score", lambda runs: mean(each.score for each in runs), ".1f"),
-    Column("least", lambda runs: min(each.score for each in runs), ".1f"),
-    Column("score of each seed", lambda runs: ", ".join(f"{each.score:.1f}" for each in runs)),
+    Column("mean score", lambda runs: mean(scores(runs)), ".1f"),
+    Column("standard deviation", lambda runs: stdev(scores(runs)) if len(runs) > 1 else None, ".1f"),
+    Column("least", lambda runs: min(scores(runs)), ".1f"),
+    Column("most", lambda runs: max(scores(runs)), ".1f"),
+    Column("seeds", len, "d"),
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
-    Column("CPU-seconds of each", lambda runs: ", ".join(f"{each.cpu_seconds:.0f}" for each in runs)),
+    Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
 )
-"""Of the page, a row for all seeds of a task and way."""
+"""Columns of the page, a row for all seeds of a task and way."""
 
 
 def page(found: Sequence[RecipeRow]) -> str:
-    """The table of all seeds, Markdown."""
+    """Return the table of all seeds, Markdown."""
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (

@@ -1,4 +1,4 @@
-"""Run trials in processes of this machine, or as tasks of Ray on a cluster. One that fails does not stop the others."""
+"""Run trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
 
 import atexit
 import multiprocessing
@@ -29,7 +29,7 @@ ENVIRONMENT = {
     "RAY_USAGE_STATS_ENABLED": "0",
     "PYTHONWARNINGS": "ignore:resource_tracker",  # of a parent that was killed it prints what was left
 }
-"""Of the workers, whose libraries read it when they are loaded."""
+"""Environment of the workers, whose libraries read it when they are loaded."""
 RETRIES, ANSWER_SECONDS = 3, 5.0
 """How often Ray begins a trial again whose worker or node was lost, and how long a cluster may take to answer."""
 KILLED = "its process was killed; the same command goes on with it"

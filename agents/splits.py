@@ -1,4 +1,4 @@
-"""Policies on contexts that the task does not draw, beside those that it does."""
+"""Scores of policies on contexts inside and outside of a task."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -18,13 +18,13 @@ from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, table_of
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
-MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
+MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "plain_gru", "robust")
 WHO = (*MEASURED, "mpc")
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
 
 
 class SplitScore(NamedTuple):
-    """What a policy comes to in a split of a task, each number with the ends of its 95 % over episodes."""
+    """Score of a policy in a split of a task, each number with its 95 % interval over episodes."""
 
     task: str
     split: str
@@ -70,7 +70,7 @@ def plans_of(problem: Problem) -> list[str]:
 
 
 def judged(problem: Problem) -> list[str]:
-    """Those of `WHO` that there are for a task: agents come with some, and rules have to be tuned."""
+    """Return those of `WHO` that exist for a task: bundled agents, and tuned rules."""
     found = []
     for who in WHO:
         with suppress(GrindError):
@@ -96,7 +96,7 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
 
 
 def page(lines: Sequence[SplitScore], episodes: int) -> str:
-    """The tables, Markdown."""
+    """Return the tables, Markdown."""
     scores, costs = [], []
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
         of = {each.who: each for each in lines if (each.task, each.split) == (task, split)}
@@ -118,7 +118,7 @@ def page(lines: Sequence[SplitScore], episodes: int) -> str:
 
 
 def leading(lines: Sequence[SplitScore], split: str) -> str:
-    """Who scores best on measurements in how many tasks, and in how many of these clear of the intervals of others."""
+    """Return in how many tasks each policy on measurements scores best, and in how many significantly."""
     first, clear = Counter[str](), Counter[str]()
     for task in dict.fromkeys(each.task for each in lines):
         of = [each for each in lines if (each.task, each.split) == (task, split) and each.who in MEASURED]

@@ -1,4 +1,4 @@
-"""A study as data: its trials run once, are cached by all that decides them, and become a table and a page."""
+"""A study as data: its trials run once, are cached with all their inputs, and become a table and a page."""
 
 import hashlib
 import json
@@ -39,17 +39,19 @@ Runs = Annotated[Path, typer.Option("--cache", help="Folder of the cache.", show
 Results = Annotated[
     Path | None, typer.Option(help="Folder of the tables; default the published ones or the cache."), Keeps()
 ]
+Hours = Annotated[bool, typer.Option("--hours", help="Only say how long it would take.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cached.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """How trials are run."""
+    """Options of running trials."""
 
     jobs: int = 1
     ray: str | None = None
     runs: Path = RUNS
     fresh: bool = False
+    hours: bool = False
     console: Console
 
 
@@ -71,23 +73,24 @@ class StudyOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A study as data.
+    """Study as data.
 
     Attributes:
-        name: of its command and its files.
-        title: of its page.
-        trials: frozen dataclasses; a field `problem` or `task` says what is ground.
-        run: `run(trial)`: what is found in one, as JSON has it. A function of a module, which processes import.
-        columns: of the table; by default the fields of trials and what is found in one.
+        name: name of its command and files.
+        title: title of its page.
+        trials: frozen dataclasses; a field `problem` or `task` names the problem.
+        run: `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
+        columns: columns of the table; by default the fields of trials and results.
         page: `page(found)`: Markdown below the title.
         rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds stand in every row.
-        decides: `decides(trial)`: what else decides what is found, beside the code of `run`, the trial and its task.
-        seconds: `seconds(trial)`: CPU-seconds that it takes, about.
-        trains: versions of Stable-Baselines3 and torch stand in every row, too.
-        prepare: what is done before the first trial.
-        publish: `publish(found, folder)`: writes other files than these two, and gives what is printed.
-        files: how the files begin that it writes, by their names, if there are others.
+        episodes: evaluation episodes, whose seeds are in every row; 0 for none.
+        decides: `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task.
+        seconds: `seconds(trial)`: estimated CPU-seconds.
+        trains: whether every row has the versions of Stable-Baselines3 and torch, too.
+        prepare: called before the first trial.
+        draw: `draw(found, folder)`: writes the figures of the page.
+        publish: `publish(found, folder)`: writes further files, and returns text to print.
+        files: first characters of further files, by name.
     """
 
     name: str
@@ -102,6 +105,7 @@ class Study:
     seconds: Callable[[Any], float] = lambda trial: 0.0
     trains: bool = True
     prepare: Callable[[], object] = lambda: None
+    draw: Callable[[Found, Path], object] = lambda found, folder: None
     publish: Callable[[Found, Path], str] | None = None
     files: Mapping[str, str] | None = None
 
@@ -115,12 +119,16 @@ class Study:
 
     @property
     def written(self) -> Mapping[str, str]:
-        """How the files that it writes begin, by their names."""
+        """Return the first characters of the written files, by name."""
         own = {f"{self.name}.csv": ",".join(self.columns), f"{self.name}.md": self.heading}
         return own if self.files is None else self.files
 
     def path(self, trial: Any, runs: Path) -> Path:
         """Return the file in which a trial is cached: its name has a hash of all that decides it."""
+        return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{self.digest(trial)}.json"
+
+    def digest(self, trial: Any) -> str:
+        """Return a hash of all that decides what is found in a trial."""
         name = getattr(trial, "problem", None) or getattr(trial, "task", None)
         problem = find_problem(name) if isinstance(name, str) else name
         decides = [
@@ -130,8 +138,7 @@ class Study:
             self.decides(trial),
             *map(installed, LIBRARIES),
         ]
-        digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
-        return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{digest}.json"
+        return hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
 
     def cached(self, trial: Any, runs: Path) -> Any:
         """Return what was found in a trial; None if nothing was."""
@@ -147,7 +154,10 @@ class Study:
         runs = options.runs.absolute()
         waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
         hours = sum(map(self.seconds, waiting)) / 3600.0
-        options.console.print(f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours")
+        said = f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours"
+        options.console.print(f"{self.name}: {said}", highlight=False)
+        if options.hours:
+            raise typer.Exit
 
         def done(trial: Any, found: Any) -> None:
             self.cache(trial, found, runs)
@@ -167,20 +177,24 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes))
+        made = provenance(episode_seeds("evaluation", self.episodes or 1))
         if not self.trains:
             made = {name: value for name, value in made.items() if name not in TRAINING}
+        if not self.episodes:
+            del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]
         text = f"{self.heading}\n\n{self.page(found)}\n"
         write_whole(folder / f"{self.name}.csv", csv_of([*self.columns, *made], rows))
         write_whole(folder / f"{self.name}.md", text)
+        self.draw(found, folder)
         return text
 
     def publish_to(self, folder: Path, options: Options) -> None:
         """Run the study and write its files."""
         folder.mkdir(parents=True, exist_ok=True)
         self.check(folder)
-        self.prepare()
+        if not options.hours:
+            self.prepare()
         text = self.write(self.found(options), folder)
         options.console.print(text, soft_wrap=True, highlight=False, markup=False)
         options.console.print(f"written to {folder}: {', '.join(self.written)}", highlight=False)
@@ -188,7 +202,7 @@ class Study:
 
 @cache
 def of_problem(problem: Problem) -> tuple[str, float]:
-    """Stands for what a problem does, and for its prices."""
+    """Return a fingerprint of a problem's behaviour and prices."""
     return behaviour(problem.simulation()), problem.simulation().task.reference_cost
 
 

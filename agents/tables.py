@@ -1,4 +1,4 @@
-"""Tables that commands of `python -m agents` write in a folder that may be somebody's: each replaces its own alone."""
+"""Result tables of `python -m agents`, which replace only tables of the same command in a folder."""
 
 import csv
 import io
@@ -21,7 +21,7 @@ def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
 
 
 def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table as CSV, its cells as they are."""
+    """Return a table as CSV, its cells as they are."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -3,8 +3,8 @@
     python -m agents.train_sb3 --task power_limited --algorithm ppo --seed 0 --output agent.zip
     grind evaluate --task power_limited --policy agent.zip --trust
 
-PPO has the settings of the recipe. Those of A2C, SAC and DQN are a place to begin. A training that was killed goes on
-from its checkpoint when the command is repeated, and ends in the same agent. A checkpoint is a pickle: resume your own.
+PPO has the settings of the recipe; the settings of A2C, SAC and DQN are not tuned. Repeat the command to resume a
+killed training from its checkpoint; the agent is the same. A checkpoint is a pickle: resume only your own.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""A policy grinding an episode, or two side by side, as an animated picture."""
+"""Animated picture of one or two policies grinding an episode."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -38,7 +38,7 @@ TRAINED = "trained agent"
 
 
 def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[EpisodePicture]:
-    """The views of an episode: before the first step, then `frames` of each step, the last of them at rest.
+    """Return the views of an episode: before the first step, then `frames` of each step, the last of them at rest.
 
     On a machine that is not the model, the policy holds the model.
     """
@@ -75,12 +75,7 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
 
 
 def record(
-    policies: Sequence[Policy],
-    problem: Problem,
-    seed: int,
-    path: Path,
-    frames: int = PICTURES,
-    split: str = EVERY,
+    policies: Sequence[Policy], problem: Problem, seed: int, path: Path, frames: int = PICTURES, split: str = EVERY
 ) -> int:
     """Write an animation of the policies, side by side, on the episode of a seed; return the size of the file, bytes.
 
@@ -108,7 +103,7 @@ def record(
 
 
 def _same_colours(frames: list[NDArray[np.uint8]]) -> list[Image.Image]:
-    """The pictures in one palette, so that a pixel that stays the same keeps its number.
+    """Return the pictures in one palette, so that a pixel that stays the same keeps its number.
 
     The palette holds the most frequent colours as they are; averages would dull the small coloured shapes.
     """

@@ -1,8 +1,8 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
 Importing the package and Gymnasium, in whichever order, registers the environments `grind/<Task>-v0`.
-`evaluate(policy, id)` says what a policy is worth; `grind`, `optimise`, `sweep`, `calibrate` and `report` do what the
-commands of these names do, on the same files.
+`evaluate(policy, id)` says what a policy is worth, `evaluate_core(policy)` in all core tasks; `grind`, `optimise`,
+`sweep`, `calibrate` and `report` do what the commands of these names do, on the same files.
 """
 
 from importlib import import_module
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from grind_env.machine.grind import grind_file as grind
     from grind_env.machine.job.file import load_job
     from grind_env.machine.script.script import script_of
+    from grind_env.policies.board import evaluate_core
     from grind_env.policies.judging import evaluate
     from grind_env.shop.calls import calibrate, optimise, report, sweep
 
@@ -25,6 +26,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "evaluate",
+    "evaluate_core",
     "examples",
     "grind",
     "load_job",
@@ -41,6 +43,7 @@ __version__ = "0.2.0"
 LAZY = {
     "calibrate": ("shop.calls", "calibrate"),
     "evaluate": ("policies.judging", "evaluate"),
+    "evaluate_core": ("policies.board", "evaluate_core"),
     "grind": ("machine.grind", "grind_file"),
     "load_job": ("machine.job.file", "load_job"),
     "load_task": ("envs.tasks", "load_task"),
@@ -57,7 +60,7 @@ register()
 
 
 def __getattr__(name: str) -> Any:
-    """What is imported when it is asked for."""
+    """Import slow modules on first use."""
     if name == "examples":
         return import_module("grind_env.examples")
     if name in LAZY:
@@ -67,5 +70,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """With what is imported when it is asked for, so that a notebook can complete it."""
+    """Return all public names, including slow modules, so that notebooks can complete them."""
     return sorted({*globals(), *__all__})

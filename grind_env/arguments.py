@@ -1,8 +1,8 @@
-"""Commands that lose no file: each says which of its arguments are files that it reads, and which it writes.
+"""File arguments of commands: which files a command reads and writes, so that no input is overwritten.
 
-An annotation beside that of Typer says it: `plot: Annotated[Path | None, typer.Option(), Writes()] = None`. Before
-a command of an `Application` does anything, all that it would write is compared with all that it would read, with what
-these files name in their turn, and with what it would take by itself.
+An annotation beside Typer's marks a file: `plot: Annotated[Path | None, typer.Option(), Writes()] = None`. Before a
+command of an `Application` starts, all its output files are compared with all its input files, the files named in
+these, and its default files.
 """
 
 import functools
@@ -22,7 +22,7 @@ from grind_env.toml import files_named
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 JOB_SUFFIX = ".toml"
-"""Of tasks, and of the job that a program has if none is named."""
+"""Job suffix of tasks, and of the job that a program has if none is named."""
 
 
 class Reads(NamedTuple):
@@ -42,11 +42,11 @@ class Reads(NamedTuple):
 
 
 class Writes(NamedTuple):
-    """An argument that names a file which is written.
+    """Argument that names an output file.
 
-    `usual` is the suffix of the file that is written if none is named: that of the program. Files of `own` alone are
-    replaced under the usual name, and if `always`, under any. With `called` it may be a program that is read, if it is
-    one of these; `beside` says by suffix what is written beside it.
+    `usual` is the suffix of the default file, named after the program. Under the default name only files recognised by
+    `own` are replaced, with `always` under any name. With `called` it may be one of the input programs; `beside` gives
+    files written beside it, by suffix.
     """
 
     usual: str = ""

@@ -15,19 +15,7 @@ from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
 from grind_env.shop import commands as shop_commands
-from grind_env.shop.commands.arguments import (
-    AsJson,
-    BlockDelete,
-    DressAt,
-    GrooveRetract,
-    Interrupts,
-    JobFile,
-    MaxBlocks,
-    Plant,
-    PlotFile,
-    ProgramFile,
-    Variables,
-)
+from grind_env.shop.commands import arguments
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import BAD_INPUT, command, table_console
 from grind_env.training import command as training_command
@@ -99,14 +87,14 @@ def commands(
 
 @app.command(epilog="grind check slot.nc\ngrind check slot.nc --job slot.toml --json")
 def check(
-    program: ProgramFile,
+    program: arguments.ProgramFile,
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
-    block_delete: BlockDelete = False,
-    max_blocks: MaxBlocks = None,
+    block_delete: arguments.BlockDelete = False,
+    max_blocks: arguments.MaxBlocks = None,
     radius: Radius = None,
-    groove_retract: GrooveRetract = None,
-    variables: Variables = None,
+    groove_retract: arguments.GrooveRetract = None,
+    variables: arguments.Variables = None,
     job: MachineJob = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -143,14 +131,14 @@ def check(
 
 @app.command(epilog="grind trace slot.nc\ngrind trace slot.nc --strokes 4 --acceleration 2000")
 def trace(
-    program: ProgramFile,
+    program: arguments.ProgramFile,
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
-    block_delete: BlockDelete = False,
-    max_blocks: MaxBlocks = None,
+    block_delete: arguments.BlockDelete = False,
+    max_blocks: arguments.MaxBlocks = None,
     radius: Radius = None,
-    groove_retract: GrooveRetract = None,
-    variables: Variables = None,
+    groove_retract: arguments.GrooveRetract = None,
+    variables: arguments.Variables = None,
     job: MachineJob = None,
 ) -> None:
     """Print the motions of a program, one JSON object a line.
@@ -175,20 +163,20 @@ def trace(
 
 @app.command(epilog="grind run plate.nc --plot plate.png\ngrind run plate.nc --job steel.toml --record strokes.csv")
 def run(
-    program: ProgramFile,
-    job: JobFile = None,
-    as_json: AsJson = False,
-    plot: PlotFile = None,
+    program: arguments.ProgramFile,
+    job: arguments.JobFile = None,
+    as_json: arguments.AsJson = False,
+    plot: arguments.PlotFile = None,
     record: Annotated[
         Path | None, typer.Option(help="Write all strokes to this .csv or .parquet file."), Writes()
     ] = None,
-    block_delete: BlockDelete = False,
-    max_blocks: MaxBlocks = None,
-    groove_retract: GrooveRetract = None,
-    variables: Variables = None,
-    dress_at: DressAt = None,
-    interrupts: Interrupts = None,
-    plant: Plant = None,
+    block_delete: arguments.BlockDelete = False,
+    max_blocks: arguments.MaxBlocks = None,
+    groove_retract: arguments.GrooveRetract = None,
+    variables: arguments.Variables = None,
+    dress_at: arguments.DressAt = None,
+    interrupts: arguments.Interrupts = None,
+    plant: arguments.Plant = None,
 ) -> None:
     """Simulate a program: time, size, Ra, power and cost of each part.
 
@@ -263,8 +251,7 @@ def tasks(
     env_id: Annotated[
         str | None,
         typer.Argument(
-            metavar="ID|TASK|FILE",
-            help="Environment id or task to describe, or task file (.toml) to check and print.",
+            metavar="ID|TASK|FILE", help="Environment id or task to describe, or task file (.toml) to check and print."
         ),
         PROBLEM,
     ] = None,
@@ -335,7 +322,7 @@ def _control(
     groove_retract: float | None,
     variables: list[str] | None,
 ) -> "Control":
-    """The settings that the options of `check` and `trace` ask for."""
+    """Return the settings that the options of `check` and `trace` ask for."""
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError

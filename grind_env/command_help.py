@@ -1,4 +1,4 @@
-"""The help of commands, which fits on a screen: one line, options in groups, examples; and options with new names."""
+"""The help of commands on one screen: one line, options in groups, examples; and renamed options."""
 
 import re
 from typing import Any, ClassVar
@@ -30,7 +30,7 @@ PART, SETTINGS, RUNNING, OUTPUT = "Task, part and machine", "Settings", "Running
 GROUPS = {
     PART: "env task tasks family machines job program parts variables plant block_delete max_blocks groove_retract "
     "dress_at interrupts",
-    RUNNING: "jobs ray runs configs fresh trust",
+    RUNNING: "jobs ray runs configs fresh hours trust",
     OUTPUT: "output csv plot record report html submit write state force plan as_json explain window results published "
     "help",
 }

@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -45,7 +46,7 @@ PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYE
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command(epilog="grind evaluate --task rush --episodes 64\ngrind evaluate --task plate.nc --policy E12000D1")(
+    app.command(epilog="grind evaluate --task plate.nc --policy E12000D1\ngrind evaluate --core --policy my_rule:Rule")(
         evaluate
     )
     app.command(epilog="grind verify row.json\ngrind verify row.json --seed 31415926535897932384")(verify)
@@ -53,11 +54,15 @@ def register(app: typer.Typer) -> None:
 
 
 def evaluate(
+    ctx: typer.Context,
     env: NamedProblem = "power_limited",
     policy: NamedPolicy = None,
     job: JobFile = None,
     parts: Parts = 1,
-    episodes: Annotated[int, typer.Option(min=2, help="Number of episodes.")] = 64,
+    episodes: Annotated[
+        int | None, typer.Option(min=2, help="Number of episodes; default 64, with --core 256.")
+    ] = None,
+    core: Annotated[bool, typer.Option("--core", help="Evaluate all core tasks, beside published policies.")] = False,
     seeds: Annotated[str | None, typer.Option(help="Seeds: training, validation or evaluation (default).")] = None,
     split: Split = "all",
     first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds, instead of --seeds.")] = None,
@@ -82,9 +87,17 @@ def evaluate(
     from grind_env.policies.judging import evaluate as judge
     from grind_env.policies.naming import usual_name
     from grind_env.policies.problem import find_problem
+    from grind_env.policies.rows import row_of, write_rows
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
+    if core:
+        for name in ("env", "job", "parts", "seeds", "split", "first_seed", "plant", "model", "other_part"):
+            if (source := ctx.get_parameter_source(name)) is None or source.name != "DEFAULT":
+                option = "task" if name == "env" else name.replace("_", "-")
+                raise GrindError(f"--core says which episodes of which tasks are ground: leave out --{option}")
+        _evaluate_core(policy, episodes, configs, trust, submit, csv, as_json)
+        return
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
     with progress(problem.simulation().task.blocks) as advance:
@@ -93,22 +106,57 @@ def evaluate(
             problem,
             seeds=seeds,
             split=split,
-            episodes=episodes,
+            episodes=64 if episodes is None else episodes,
             first_seed=first_seed,
             plant=plant,
             model=model,
             advance=partial(advance, "steps"),
         )
     if submit is not None:
-        from grind_env.policies.rows import row_of, write_row
-
-        write_row(submit, row_of(found, problem, policy or usual_name(problem.simulation())))
+        write_rows(submit, [row_of(found, problem, policy or usual_name(problem.simulation()))])
     if csv is not None:
         write_csv(csv, found.episodes().plain())
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
         print(printable(str(found)))
+
+
+def _evaluate_core(
+    text: str | None,
+    episodes: int | None,
+    configs: Path | None,
+    trust: bool,
+    submit: Path | None,
+    csv: Path | None,
+    as_json: bool,
+) -> None:
+    from grind_env.envs.names import CORE
+    from grind_env.errors import printable
+    from grind_env.files import write_csv
+    from grind_env.policies.board import AGENT, SAID, evaluate_core
+    from grind_env.policies.problem import find_problem
+    from grind_env.policies.rows import row_of, write_rows
+    from grind_env.scores import EPISODES
+    from grind_env.terminal import table_console
+
+    begin = time.monotonic()
+    problems = {task: find_problem(task) for task in CORE}
+    names = {task: (text or AGENT).replace("{task}", task) for task in CORE}
+    policies = {task: _policy(names[task], each.simulation(), configs, trust, False) for task, each in problems.items()}
+    steps = 2 * sum(each.simulation().task.blocks for each in problems.values())
+    with progress(steps) as advance:
+        found = evaluate_core(policies, episodes=episodes or EPISODES, advance=partial(advance, "steps"))
+    if submit is not None:
+        write_rows(submit, [row_of(found.judgements[task], problems[task], names[task]) for task in CORE])
+    if csv is not None:
+        write_csv(csv, found.table().plain())
+    if as_json:
+        print(json.dumps(found.numbers()))
+        return
+    found.table().print(table_console())
+    seconds = time.monotonic() - begin
+    print(printable(f"{SAID}\n{len(CORE)} tasks, {episodes or EPISODES} episodes each, in {seconds:.0f} s"))
 
 
 def verify(
@@ -130,18 +178,22 @@ def verify(
     """
     from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
-    from grind_env.policies.rows import read_row
+    from grind_env.policies.problem import find_problem
+    from grind_env.policies.rows import read_rows
     from grind_env.policies.rows import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
-    read = read_row(row)
-    try:
-        holds, found = verified(read, policy, seed=seed, episodes=episodes)
-    except GrindError as error:
-        raise GrindError(f"{shown(row)}: {error}") from None
-    print(printable(f"{shown(row)}: {shortened(read.policy)} in {read.id}\n{found}"))
-    if not holds:
+    all_hold = True
+    for read in read_rows(row):
+        named = None if policy is None else policy.replace("{task}", find_problem(read.id).name)
+        try:
+            holds, found = verified(read, named, seed=seed, episodes=episodes)
+        except GrindError as error:
+            raise GrindError(f"{shown(row)}: {error}") from None
+        print(printable(f"{shown(row)}: {shortened(read.policy)} in {read.id}\n{found}"))
+        all_hold &= holds
+    if not all_hold:
         raise typer.Exit(FALSE)
 
 

@@ -1,4 +1,4 @@
-"""The common root of every error that a user's input can cause, and what its message quotes and may suggest."""
+"""The base class of every error from user input, and the quoting and suggestions in messages."""
 
 import difflib
 from collections.abc import Iterable, Sequence
@@ -27,14 +27,14 @@ class GrindWarning(UserWarning):
 
 
 def shortened(text: str, most: int = LONGEST_QUOTE) -> str:
-    """A text as a message quotes it: on one line, and of a long one the beginning."""
+    """Return a text as a message quotes it: on one line, and of a long one the beginning."""
     shown = text[:most]
     shown = shown if shown.isprintable() else repr(shown)[1:-1]
     return shown if len(text) <= most else f"{shown}... ({len(text)} characters)"
 
 
 def printable(text: str) -> str:
-    """A text as a terminal or a page may show it: what controls either, such as an escape, as the code of it.
+    """Return a text as a terminal or a page may show it: what controls either, such as an escape, as the code of it.
 
     Line ends and tabs stay. Whatever comes from a file, a name or a message passes through here before it is printed.
     """
@@ -42,7 +42,7 @@ def printable(text: str) -> str:
 
 
 def quoted(value: object) -> str:
-    """A value as a message quotes it: its repr, shortened."""
+    """Return a value as a message quotes it: its repr, shortened."""
     try:
         return shortened(repr(value))
     except (RecursionError, ValueError):  # of a table in a table in a table ..., of a number of 5000 digits
@@ -56,16 +56,16 @@ def listed(names: Sequence[str], most: int = MOST_LISTED) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """What an error of another library says, as a message quotes it: its first line, shortened."""
+    """Return the error of another library as a message quotes it: its first line, shortened."""
     return shortened(str(error).partition("\n")[0], LONGEST_REASON) or type(error).__name__
 
 
 def closest(word: str, choices: Iterable[str], likeness: float = 0.6) -> str:
-    """The choice most like a word; empty if none is that like it, from 0 to 1."""
+    """Return the choice most like a word; empty if none is that like it, from 0 to 1."""
     return next(iter(difflib.get_close_matches(word, list(choices), 1, likeness)), "")
 
 
 def did_you_mean(word: str, choices: Iterable[str], likeness: float = 0.6) -> str:
-    """The choice most like a word, as a remark to put behind it; empty as `closest` is."""
+    """Return the choice most like a word, as a remark to put behind it; empty as `closest` is."""
     close = closest(word, choices, likeness)
     return f" (did you mean {close}?)" if close else ""

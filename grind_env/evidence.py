@@ -1,11 +1,11 @@
-"""What stands behind the numbers of a band: of a check of the model, or of a machine that is not the model."""
+"""Evidence behind the numbers of a band, for checks of the model and for out-of-model machines."""
 
 from dataclasses import dataclass
 from enum import Enum
 
 
 class Evidence(Enum):
-    """What a number carries, from the strongest to the weakest."""
+    """Kinds of evidence for a number, from the strongest to the weakest."""
 
     MEASURED = "a measured number"
     DRAWN = "a band from data or tables"
@@ -15,12 +15,12 @@ class Evidence(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Basis:
-    """Where a band is from.
+    """Source of a band.
 
     Attributes:
-        evidence: what stands behind its numbers. A relation that says no more than which way a trend goes is no number,
-            whoever found it: what it allows is then a band of this project.
-        text: where it was read, or who says so.
+        evidence: evidence for its numbers. A relation that gives only the direction of a trend is no number; its band
+            is then this project's own.
+        text: reference, or the person.
     """
 
     evidence: Evidence

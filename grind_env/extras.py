@@ -1,4 +1,4 @@
-"""The extras of the package: what needs a library that is not installed says which, and how it is installed."""
+"""Optional libraries: an error for a missing one names the extra and its install command."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ LIBRARIES = {
     "stable_baselines3": "Stable-Baselines3",
     "torch": "PyTorch",
 }
-"""Of the extras: names of what is imported, and of the library."""
+"""Libraries of the extras: names of what is imported, and of the library."""
 
 
 class MissingExtra(GrindError, ImportError):

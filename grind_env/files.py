@@ -1,4 +1,4 @@
-"""Files of a user: read only as far as memory allows, and written whole or not at all."""
+"""User files: reads are limited in size, and writes are atomic."""
 
 import codecs
 import csv
@@ -23,7 +23,7 @@ AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
 LIKENESS = 0.8
-"""Of the name of a file to one that is not there, from which on it is suggested."""
+"""Least similarity of a file name to a missing one at which the name is suggested."""
 LONGEST_PATH = 200
 """Characters that a message shows of a path."""
 
@@ -45,17 +45,17 @@ class ReadError(GrindError):
 
 
 def shown(path: Path | str) -> str:
-    """A path as a message shows it."""
+    """Return a path as a message shows it."""
     return shortened(str(path), LONGEST_PATH)
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file; there is none of a name that no file can have."""
+    """Return whether there is a file; False for a name that no file can have."""
     return os.path.isfile(path)  # noqa: PTH113 - the method raises an error of some names
 
 
 def missing(path: Path) -> ReadError:
-    """The error of a file that is not there, which names the one beside it that may be meant."""
+    """Return the error for a missing file, with a similar name beside it."""
     try:
         close = closest(path.name, (each.name for each in path.parent.iterdir()), LIKENESS)
     except (OSError, ValueError):
@@ -101,13 +101,13 @@ def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """What a file or a pipe holds, `most` bytes or fewer; errors as of `open_file`."""
+    """Read a file or a pipe, `most` bytes or fewer; errors as for `open_file`."""
     with open_file(path) as file:
         return contents(file, path, most)
 
 
 def read_text(path: Path) -> str:
-    """The text in UTF-8 of a file, with or without a byte order mark; a `ReadError` says why it cannot be read."""
+    """Read a text in UTF-8, with or without a byte order mark; a `ReadError` says why it cannot be read."""
     try:
         return decoded(read_bytes(path))
     except EncodingError as error:
@@ -115,7 +115,7 @@ def read_text(path: Path) -> str:
 
 
 def decoded(data: bytes) -> str:
-    """The text that bytes hold; an `EncodingError` says where they are not UTF-8, and what to do."""
+    """Decode bytes as UTF-8; an `EncodingError` says where they are not UTF-8, and what to do."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:4]:
         raise EncodingError("it is in UTF-16, or no text at all; save it as text in UTF-8")
     try:
@@ -126,12 +126,12 @@ def decoded(data: bytes) -> str:
 
 
 def csv_cell(value: object) -> object:
-    """A cell of a CSV file as a spreadsheet may open it: a text that it would take for a formula gets an apostrophe."""
+    """Return a cell of a CSV file that is safe in a spreadsheet: a text like a formula gets an apostrophe."""
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def beside(path: Path, suffix: str) -> Path:
-    """The file of the same name with another suffix; a `FileError` says that the path ends in no name."""
+    """Return the path with another suffix; a `FileError` says that the path ends in no name."""
     try:
         return path.with_suffix(suffix)
     except ValueError:
@@ -154,7 +154,7 @@ def status_of(path: Path) -> os.stat_result | None:
 
 
 def check_target(path: Path) -> None:
-    """Find out whether there may be a file of this name, such as before long work that ends in it.
+    """Check that a file can be written under this name, before long work.
 
     Raises:
         FileError: its folder does not exist, no file can have this name, or it is a folder, a device, a pipe or the

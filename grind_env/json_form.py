@@ -1,4 +1,4 @@
-"""A stranger's JSON as frozen dataclasses: every value has the form of its annotation, or a sentence says so."""
+"""Read JSON into frozen dataclasses, with every value checked against its annotation."""
 
 import json
 import sys
@@ -15,7 +15,7 @@ class FormError(GrindError):
 
 
 def parsed(text: str) -> Any:
-    """A text as JSON; a FormError if it is none, or nested too deeply."""
+    """Return a text as JSON; a FormError if it is none, or nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:
@@ -62,7 +62,7 @@ SAID = {
 
 
 def _fits(kind: Any, value: Any) -> bool:
-    """Whether a value has this form, as far as can be seen from outside."""
+    """Return whether a value has this form, as far as visible from outside."""
     if kind is float:  # a whole number may be as large as it likes, and comes as one
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
     if get_origin(kind) is Literal:

@@ -1,4 +1,4 @@
-"""A file that one process at a time holds, whatever becomes of the process."""
+"""A file lock for one process at a time, released when the process ends in any way."""
 
 import os
 import sys
@@ -12,9 +12,9 @@ if sys.platform != "win32":
 
 @contextmanager
 def alone(path: Path, taken: Exception | None = None) -> Iterator[None]:
-    """Hold the lock that a file stands for, which goes in the end; the system takes it from a process that ends.
+    """Hold the lock of a file until the block ends; the system releases it if the process ends.
 
-    Where another process has the lock, raise `taken`, or wait if None. Windows has no such locks: nothing is held.
+    If another process has the lock, raise `taken`, or wait if None. Windows has no such locks: nothing is held.
     """
     with ExitStack() as held:
         while sys.platform != "win32":

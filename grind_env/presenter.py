@@ -1,4 +1,4 @@
-"""How an object of a lower layer asks to be shown: what draws it and writes it up stands in `grind_env.notebook`.
+"""Views of objects of lower layers, drawn by `grind_env.notebook`.
 
 That package imports whatever it shows, so nothing that is shown may import it. An object names its presenter instead,
 which is imported when a notebook or a user asks for it; `import grind_env` stays fast, too.
@@ -9,11 +9,11 @@ from typing import Any
 
 
 def presenter(name: str) -> Any:
-    """The module of `grind_env.notebook` by that name."""
+    """Return the module of `grind_env.notebook` by that name."""
     return import_module(f"grind_env.notebook.{name}")
 
 
 def html(name: str, shown: object) -> str:
-    """An object as HTML, which its presenter writes."""
+    """Return an object as HTML, which its presenter writes."""
     text: str = presenter(name).html(shown)
     return text

@@ -1,4 +1,4 @@
-"""Reference scores of the registered environments: what known policies earn, and the scale that scores are on.
+"""Reference scores of the registered environments: costs of known policies, and the scale of scores.
 
 A score of 0 is the best plan that can be written into a program without sensors, 100 is a planner that knows the whole
 episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`, measured by `python -m agents scores`.
@@ -20,6 +20,8 @@ from grind_env.toml import TomlError, read_toml, toml_text
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
 
+EPISODES = 256
+"""Evaluation episodes of the reference scores."""
 HEADING = "# Reference scores"
 REFERENCES = Own("file of reference scores", re.compile(HEADING.encode()).match)
 VERSION = "task_version"
@@ -44,9 +46,9 @@ class Reference:
     Attributes:
         zero: return, with no unit, that scores 0: the best fixed plan.
         hundred: return, with no unit, that scores 100: the hindsight planner.
-        ratio: the two are so close that `normalise` gives the cost over that of the fixed plan instead.
-        fixed_plan: policy that `zero` is of.
-        best_scripted: the policy that earns most of those that see what a machine measures.
+        ratio: whether both costs are so close that `normalise` gives the cost over the fixed plan's instead.
+        fixed_plan: policy of `zero`.
+        best_scripted: best scripted policy on measurements.
         J_fix: cost of the best fixed plan on all its episodes, $.
         J_plan: cost of the planner, $.
         returns: by policy.
@@ -63,7 +65,7 @@ class Reference:
 
 
 def normalise(environment_id: str, episode_return: float) -> float:
-    """The score of a mean episode return in an environment with its default arguments.
+    """Return the score of a mean episode return in an environment with its default arguments.
 
     Returns:
         0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond. In `grind/Slot-v0`,
@@ -79,7 +81,7 @@ def normalise(environment_id: str, episode_return: float) -> float:
 
 
 def reference(environment_id: str) -> Reference:
-    """The reference scores of an environment.
+    """Return the reference scores of an environment.
 
     Raises:
         ScoreError: if it has none.
@@ -92,7 +94,7 @@ def reference(environment_id: str) -> Reference:
 
 
 def find_reference(environment_id: str) -> Reference | None:
-    """The reference scores of an environment; None if it has none."""
+    """Return the reference scores of an environment; None if it has none."""
     return _references().get(environment_id)
 
 
@@ -102,7 +104,7 @@ def _references() -> dict[str, Reference]:
 
 
 def read_references(path: Path) -> dict[str, Reference]:
-    """The reference scores in a file, by id, without those of another task version; none if there is no such file.
+    """Return the reference scores in a file, by id, of this task version; none without a file.
 
     Raises:
         ScoreError: if it is not what `write_text` writes.
@@ -124,7 +126,7 @@ def _reference(table: Mapping[str, Any]) -> Reference:
 
 
 def write_text(references: Mapping[str, Reference]) -> str:
-    """The text of a file of reference scores."""
+    """Return the text of a file of reference scores."""
     tables = {name: {VERSION: TASK_VERSION, **asdict(each)} for name, each in sorted(references.items())}
     heading = f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py."
     return f"{heading}\n# Returns are of one episode: mean and standard error.\n\n{toml_text(tables)}\n"

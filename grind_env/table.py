@@ -1,4 +1,4 @@
-"""A table as data: its columns say what they show of a row; a terminal, Markdown and HTML have a renderer each.
+"""A table as data: columns say how to show a row; terminal, Markdown and HTML have a renderer each.
 
 The columns take their cells from rows of any kind::
 
@@ -31,8 +31,8 @@ class Cell(NamedTuple):
     """A cell of a table.
 
     Attributes:
-        text: what it shows.
-        kind: what it says of its matter; "" for neither good nor bad.
+        text: shown text.
+        kind: judgement of the value; "" for neither good nor bad.
         below: lines below the text, indented, on a terminal.
     """
 
@@ -45,13 +45,13 @@ class Column(NamedTuple):
     """A column of a table.
 
     Attributes:
-        title: its heading, whose lines a terminal keeps.
+        title: heading; a terminal keeps its lines.
         value: an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place.
-        form: how a number is written, as in `format`, such as `.2f`.
-        unit: of the values, below or behind the title.
-        right: whether cells are aligned on the right, as numbers are.
-        wrap: whether a terminal may break its cells, which are sentences.
-        factor: what values are multiplied by to have the unit.
+        form: format of a number, as in `format`, such as `.2f`.
+        unit: unit of the values, below or behind the title.
+        right: whether cells are right-aligned, as numbers are.
+        wrap: whether a terminal may break its cells, for sentences.
+        factor: factor from values to the unit.
     """
 
     title: str
@@ -112,8 +112,8 @@ class Table(NamedTuple):
         return "\n".join(f"| {' | '.join(text.replace('|', chr(92) + '|') for text in line)} |" for line in lines)
 
     def plain(self) -> list[list[float | str]]:
-        """Return headings and rows as a CSV file has them: numbers are numbers, and a missing value is empty."""
-        return [[*self.headings], *([_plain(cell.text) for cell in row] for row in self.rows)]
+        """Return headings and rows as a CSV file has them: numbers are numbers, no value is empty, `um` is µm."""
+        return [[*map(_plain, self.headings)], *([_plain(cell.text) for cell in row] for row in self.rows)]
 
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
         """Return the <table> element, its texts escaped; `attributes` are of a cell, by right alignment and kind."""
@@ -163,7 +163,7 @@ def table_of(
 def _plain(text: str) -> float | str:
     with suppress(ValueError):
         return int(text) if text.isdecimal() else float(text)
-    return "" if text == NONE else text
+    return "" if text == NONE else text.replace("µm", "um")  # Excel takes UTF-8 for Latin-1
 
 
 def _rich(cell: Cell) -> "RenderableType":

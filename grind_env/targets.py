@@ -1,4 +1,4 @@
-"""What a command may write: no file that it reads, none twice, and under a name of its own choice only what is its own.
+"""Checks of output files: not an input, not twice, and a default name replaces only the command's own file.
 
 `check_targets` is asked before any work; `grind_env.arguments` asks it for every command.
 """
@@ -40,10 +40,10 @@ class Own(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A file that is to be written.
+    """Output file.
 
-    `option` names it, or the file or folder (`kind`) that it goes by; `after` is the file beside which it lies. `own`
-    is what it may replace, anything if None; `called`: it may then be among the programs that are read, as values.
+    `option` names the file, or the file or folder (`kind`) behind its name; `after` is the file beside it. Files that
+    `own` recognises may be replaced, any if None; with `called` also one of the input programs.
     """
 
     path: Path

@@ -1,7 +1,6 @@
-"""The version of the tasks: what was measured, tuned or trained on one version says nothing of another.
+"""The version of the tasks; results, parameters and agents of another version are refused.
 
-Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters and trained agents carry the number, and
-those of another version are not read.
+Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters and trained agents carry the number.
 """
 
 from grind_env.errors import quoted
@@ -15,12 +14,11 @@ HISTORY = {
     " the hidden entries last, the diameter by the shop's book; no wear beyond what is left of the wheel",
     3: "a process model of the third version; noise from a counter-based generator, drawn block by block; gauging"
     " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
-    4: "a process model of the fourth version: the part is a slab on a chuck, and a stroke is ground at the speeds that"
-    " the table has over the part",
+    4: "process version 4: the part is a slab on a chuck, and strokes use the true table speed",
 }
 """What each version is, the latest last."""
 
 
 def of_version(found: object) -> str:
-    """What a message says of a thing of another version, which may be written down nowhere: that was the first."""
+    """Return the text for something of another version; a missing version is the first."""
     return f"of task version {1 if found is None else quoted(found)}, and the tasks are now of version {TASK_VERSION}"

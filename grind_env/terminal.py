@@ -1,4 +1,4 @@
-"""What a command owes its caller at a terminal or in a pipe: an error is one line and an exit status, no traceback."""
+"""Terminal behaviour of commands: an error is one line and an exit status, never a traceback."""
 
 import errno
 import os
@@ -24,7 +24,7 @@ UNBROKEN = 100_000
 
 
 def table_console() -> "Console":
-    """Where commands print tables: fitted to a terminal, and whole, without a line broken, into a pipe or a file."""
+    """Return the console for tables: fitted to a terminal; in a pipe or file each row is one line."""
     from rich.console import Console
 
     made = Console(markup=False, highlight=False)
@@ -35,9 +35,9 @@ def table_console() -> "Console":
 
 @contextmanager
 def progress(total: int | None = None, most: str = "") -> Iterator[Callable[[str, int], None]]:
-    """Count what is done on standard error, if somebody looks on; `advance(what, count)` adds to one of the counts.
+    """Show counts on standard error in a terminal; `advance(what, count)` adds to one of the counts.
 
-    `total` is that of each count, if known; `most` stands behind them.
+    `total` is the total of each count, if known; `most` is shown behind them.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn

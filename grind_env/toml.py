@@ -1,4 +1,4 @@
-"""Documents in TOML, by the reader of the standard library or, before Python 3.11, by the package it came from."""
+"""Read TOML by the standard library or, before Python 3.11, by tomli."""
 
 import json
 import re
@@ -30,7 +30,7 @@ class TomlError(GrindError):
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The document in a file of the user, with or without a byte order mark.
+    """Return the document in a file of the user, with or without a byte order mark.
 
     Raises:
         ReadError: the file cannot be read.
@@ -66,7 +66,7 @@ def files_named(path: Path) -> Iterator[Path]:
 
 
 def toml_text(content: Mapping[str, Any], heading: str = "") -> str:
-    """A document as TOML."""
+    """Return a document as TOML."""
     tables = {key: value for key, value in content.items() if _is_table(value)}
     lines = [f"{key} = {toml_value(value)}" for key, value in content.items() if key not in tables]
     blocks = ["\n".join(lines)] if lines else []
@@ -85,7 +85,7 @@ def _is_table(value: Any) -> bool:
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML."""
+    """Return a value as TOML."""
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(toml_value, value))}]"
     return json.dumps(value)

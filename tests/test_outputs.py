@@ -165,7 +165,7 @@ def test_no_output_is_an_input(
                 tried += 1
         now = state_of(folder)
         assert {path: data for path, data in now.items() if "/sub/link" not in path} == before
-    assert tried >= 10 * len(outputs) or name == "agents scores"
+    assert tried >= 10 * len(outputs) or name in ("agents scores", "agents track")  # they read one file
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,6 @@ import gymnasium as gym
 import numpy as np
 
 import grind_env
-from agents.benchmark.plan import CORE
-from agents.benchmark.results import read_results
-from agents.benchmark.summary import summaries
-from agents.cells import RESULTS
-from grind_env.envs.names import environment_id
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 
@@ -32,17 +27,6 @@ def test_each_policy_of_the_results_table_is_a_name_for_evaluate():
     simulation = find_problem("power_limited").simulation()
     for name in names:
         assert named_policy(name, simulation)
-
-
-def test_best_scores_of_the_core_tasks_are_the_published_ones():
-    results = read_results(RESULTS)
-    shown = {name: int(score) for name, score in re.findall(r"^\| \[(\w+)\]\[r\] .* (\d+) \|$", README, re.MULTILINE)}
-    found = {
-        task: max(line.score.value for line in summaries(results, task) if line.sees == "measurements") for task in CORE
-    }
-    assert {f"grind/{name}-v0": score for name, score in shown.items()} == {
-        environment_id(task): round(score) for task, score in found.items()
-    }
 
 
 def test_the_task_file_of_the_guide_is_an_environment(tmp_path):

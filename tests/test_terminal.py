@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 import grind_env
-from grind_env.cli import main
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.terminal import command
+from tests.command import status
 from tests.examples import few
 
 ROOT = Path(grind_env.__file__).parents[1]
@@ -142,9 +142,7 @@ def printed(words: list[str], columns: str, monkeypatch: pytest.MonkeyPatch, out
     """The lines that a command prints where it is told that there are so many columns."""
     monkeypatch.setenv("COLUMNS", columns)
     monkeypatch.setattr(sys, "stdout", out)
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    assert ended.value.code in (0, 3)
+    assert status(*words) in (0, 3)
     return out.getvalue().splitlines()
 
 
@@ -158,8 +156,7 @@ class Screen(io.StringIO):
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("shop")
-    with pytest.raises(SystemExit):
-        main(["init", str(folder)])
+    status("init", folder)
     return folder
 
 

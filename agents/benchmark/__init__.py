@@ -1,1 +1,1 @@
-"""The benchmark: tasks x policies x training seeds, on the same episodes, and the tables and figures made of it."""
+"""The benchmark: tasks x policies x training seeds on the same episodes, with tables and figures of the results."""

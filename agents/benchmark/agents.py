@@ -1,39 +1,73 @@
-"""The agents of a benchmark, trained once and cached: those of `gru_ppo`, and that of the training recipe."""
+"""Agents of the benchmark, trained once and cached: kinds of `gru_ppo`, and the training recipe."""
 
 import hashlib
 import inspect
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from safetensors import safe_open
 
 from agents import train_sb3
-from agents.benchmark.plan import RECIPE
+from agents.benchmark.plan import LIMIT, PLAIN, PUBLIC, RECIPE, ROBUST, BenchmarkCell, Request
 from agents.benchmark.trained import ZIP
-from agents.cells import RUNS, bare, behaviour, sources
+from agents.cells import RUNS, bare, sources
 from agents.provenance import commit, installed
+from agents.study import of_problem
 from grind_env.envs.splits import EVERY
+from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
-from grind_env.policies.model_view import machines_name, model_of
+from grind_env.policies.model_view import machines_name, model_of, on, without_plant
 from grind_env.policies.problem import Problem
+from grind_env.scores import find_reference
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Memory, Settings, form_of, policy_of, shown
 
-RECIPE_STEPS = 1_000_000
 LIBRARIES = ("torch", "numpy")
 BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
 """Where else lies what decides a training; what `gru_ppo` prints with does not."""
+POINTS, CURVE_EPISODES = 16, 64
+"""Points of a learning curve, and validation episodes of each."""
 
 
 class AgentTraining(NamedTuple):
-    """How an agent was trained: environment steps, split of the contexts, and the CPU time that it took."""
+    """How an agent was trained: environment steps, split of the contexts, the CPU time that it took, and scores.
+
+    `curve` has steps and the score on validation seeds after them.
+    """
 
     steps: int
     split: str
     cpu_seconds: float
+    curve: Sequence[tuple[int, float]] = ()
+
+
+class LearningCurve:
+    """Scores an agent while it is trained, in the place of a checkpoint of `gru_ppo.train`."""
+
+    def __init__(self, problem: Problem, settings: Settings) -> None:
+        # also an agent that is trained on other machines is scored on the model
+        self.problem, self.settings = without_plant(problem), settings
+        self.points, self.seconds, self.next = list[tuple[int, float]](), 0.0, 1
+
+    def resume(self, training: gru_ppo.Training) -> gru_ppo.Training:
+        return training
+
+    def write(self, training: gru_ppo.Training) -> None:
+        size = self.settings.envs * self.settings.rollout
+        done = POINTS * training.updates // max(self.settings.steps // size, 1)
+        if done < self.next:
+            return
+        self.next = done + 1
+        begin = time.process_time()
+        policy = policy_of(training.agent, training.episodes.scale, self.problem, self.settings.memory)
+        found = evaluate(policy, self.problem, seeds="validation", episodes=CURVE_EPISODES)
+        assert found.score is not None
+        self.points.append((training.updates * size, found.score.value))
+        self.seconds += time.process_time() - begin
 
 
 def plain_agent(
@@ -57,38 +91,40 @@ def plain_agent(
     path = stem.with_suffix(SUFFIX)
     if fresh or not path.exists():
         begin = time.process_time()
-        agent, scale = gru_ppo.train(problem, settings, seed)
+        known = find_reference(problem.id)
+        curve: Any = LearningCurve(problem, settings) if known and not known.ratio else None
+        agent, scale = gru_ppo.train(problem, settings, seed, checkpoint=curve)
         policy = policy_of(agent, scale, problem, memory)
-        training = AgentTraining(settings.steps, settings.split, time.process_time() - begin)
+        seconds = time.process_time() - begin - (curve.seconds if curve else 0.0)
         beside = {
             "settings": asdict(settings) | {"seed": seed},
             "machines": machines_name(problem.simulation()),
-            "training": training._asdict(),
+            "training": AgentTraining(settings.steps, settings.split, seconds, curve.points if curve else ())._asdict(),
             "commit": commit(),
         }
         write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), beside)
     return path
 
 
-def recipe_agent(problem: Problem, seed: int, steps: int | None, folder: Path, *, fresh: bool) -> Path:
-    """Return the .zip of an agent that the recipe of `docs/howto/train.md` trains; arguments as of `plain_agent`."""
-    steps = steps or RECIPE_STEPS
-    decides = [
-        *map(sources, (train_sb3.__name__, "grind_env.envs.wrappers", "grind_env.sb3.adapter")),
-        behaviour(problem.simulation()),
-        problem.simulation().task.reference_cost,
-        *map(installed, (*LIBRARIES, "gymnasium", "stable_baselines3")),
-        *(seed, steps),
-    ]
-    digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:12]
-    path = folder / problem.name / f"{RECIPE}-{seed}-{digest}.zip"
+def agent_of(cell: BenchmarkCell, request: Request) -> Path:
+    """Return the file of the agent of a cell, which is trained if it is not there."""
+    assert cell.seed is not None
+    problem, steps, fresh = ground_by(cell), cell.steps or request.steps, request.fresh
+    if cell.base in PLAIN:
+        return plain_agent(problem, cell.policy, PLAIN[cell.base], cell.seed, steps, request.runs, fresh=fresh)
+    path = request.runs / problem.name / f"{cell.name}-{code_of_training(cell, request)}.zip"
     if fresh or not path.exists():
-        train_sb3.train(problem, RECIPE, seed, steps, path)
+        train_sb3.train(problem, RECIPE, cell.seed, steps or LIMIT, path)
     return path
 
 
+def ground_by(cell: BenchmarkCell) -> Problem:
+    """Return what the agent of a cell is trained on."""
+    return on(cell.problem, PUBLIC) if cell.base == ROBUST else cell.problem
+
+
 def training_of(path: Path) -> AgentTraining:
-    """Return the training of an agent that `plain_agent` or `recipe_agent` wrote."""
+    """Return the training of an agent that `agent_of` trained."""
     if path.suffix == ZIP:
         steps, cpu_seconds = train_sb3.trained(path)
         return AgentTraining(steps, EVERY, cpu_seconds)
@@ -96,17 +132,25 @@ def training_of(path: Path) -> AgentTraining:
         return AgentTraining(**json.loads(file.metadata()[ENTRY])["training"])
 
 
+def code_of_training(cell: BenchmarkCell, request: Request) -> str:
+    """Return a hash of all that decides what the training of a cell ends in."""
+    assert cell.seed is not None
+    steps = cell.steps or request.steps or LIMIT
+    if cell.base in PLAIN:
+        return fingerprint(ground_by(cell), Settings(memory=PLAIN[cell.base], steps=steps), cell.seed)
+    modules = map(sources, (train_sb3.__name__, "grind_env.envs.wrappers", "grind_env.sb3.adapter"))
+    libraries = map(installed, (*LIBRARIES, "gymnasium", "stable_baselines3"))
+    return digest(*modules, of_problem(cell.problem), *libraries, cell.seed, steps)
+
+
 def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:
-    """Stands for all that decides what a training ends in."""
-    simulation = problem.simulation()
-    parts = [
-        bare(inspect.getsource(gru_ppo)),
-        *map(sources, BESIDE),
-        # what the true state reads is there in training, whoever is shown it later
-        *(behaviour(each) for each in (simulation, shown(problem, "state").simulation())),
-        simulation.task.reference_cost,
-        settings,
-        seed,
-        *map(installed, LIBRARIES),
-    ]
+    """Return a hash of all that decides what a training of `gru_ppo` ends in."""
+    # what the true state reads is there in training, whoever is shown it later
+    tasks = map(of_problem, (problem, shown(problem, "state")))
+    modules = bare(inspect.getsource(gru_ppo)), *map(sources, BESIDE)
+    return digest(*modules, *tasks, settings, seed, *map(installed, LIBRARIES))
+
+
+def digest(*parts: object) -> str:
+    """Return 12 digits of a hash."""
     return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]

@@ -1,64 +1,43 @@
-"""Aggregates of scores over tasks and runs, as rliable has them (Agarwal et al. 2021)."""
+"""Aggregates of scores over tasks and runs, computed like rliable (Agarwal et al. 2021)."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from agents.benchmark.judge import CLIP, Sampled, is_ratio
+from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.arrays import Array
+from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import (
     Interval,
-    improvement,
+    ScoredRuns,
     interquartile_mean,
     mean_score,
-    median_score,
-    optimality_gap,
-    percentile_interval,
-    performance_profile,
     resampled_runs,
 )
 
 SINGLE_KIND = {"constant_per_kind": "constant"}
 """What stands for a policy in a task with one kind of block, where the two are the same."""
 
-MEASURES: dict[str, Callable[[Array], Array]] = {
-    "IQM": interquartile_mean,
-    "median": median_score,
-    "mean": mean_score,
-    "optimality gap": optimality_gap,
-}
-
-
-class ScoredRuns(NamedTuple):
-    """Clipped scores of a policy."""
-
-    scores: Array
-    """Shape (runs, tasks)."""
-    draws: Array
-    """Of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
-
-    def interval(self, measure: Callable[[Array], Array]) -> Interval:
-        return percentile_interval(float(measure(self.scores)), measure(self.draws))
+MEASURES: dict[str, Callable[[Array], Array]] = {"IQM": interquartile_mean, "mean": mean_score}
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
-    """The tasks that have a score: those with both anchors, which do not cost nearly the same."""
+    """Return the tasks that have a score: those with both anchors, which do not cost nearly the same."""
     tasks = {name: Sampled(each for each in results if each.task == name) for name in tasks_of(results)}
     return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
 
 
 def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
-    """Scores of every policy that was run on all scored tasks, without variants.
+    """Scores of every policy that was run on all scored tasks, without variants of hindsight.
 
     Where tasks have different numbers of runs, the first ones of each are taken, as many as all of them have.
     """
     tasks = scored_tasks(results)
     found: dict[str, ScoredRuns] = {}
-    for policy in dict.fromkeys(each.policy for each in results if AT not in each.policy):
+    for policy in dict.fromkeys(each.policy for each in results if not each.policy.startswith(f"{REFERENCE}{AT}")):
         runs = [of.runs(policy) or of.runs(SINGLE_KIND.get(policy, policy)) for of in tasks.values()]
         count = min(map(len, runs), default=0)
         if not count:
@@ -69,10 +48,9 @@ def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
             assert scores is not None
             columns.append(scores[0][numbers[:count]])
             draws.append(scores[1][:, numbers[:count]])
-        clipped = np.maximum(np.stack(draws, axis=-1), CLIP)
         # the runs of two policies are not paired, so each policy draws its own
-        drawn = resampled_runs(clipped, seed=1 + len(found))
-        found[policy] = ScoredRuns(np.maximum(np.stack(columns, axis=-1), CLIP), drawn)
+        drawn = resampled_runs(np.stack(draws, axis=-1), seed=1 + len(found))
+        found[policy] = ScoredRuns.clipped(np.stack(columns, axis=-1), drawn)
     return found
 
 
@@ -80,26 +58,3 @@ def aggregates(runs: dict[str, ScoredRuns]) -> dict[str, dict[str, Interval]]:
     """Every measure of every policy, the best policy first."""
     found = {policy: {name: of.interval(measure) for name, measure in MEASURES.items()} for policy, of in runs.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1]["IQM"].value))
-
-
-def improvements(runs: dict[str, ScoredRuns], over: str) -> dict[str, Interval]:
-    """Probability that a run of each policy beats one of `over`."""
-    theirs = runs[over]
-    return {
-        policy: percentile_interval(
-            float(improvement(ours.scores, theirs.scores)), improvement(ours.draws, theirs.draws)
-        )
-        for policy, ours in runs.items()
-        if policy != over
-    }
-
-
-def profile(runs: ScoredRuns, levels: Array) -> tuple[Array, Array, Array]:
-    """Share of runs above each level, and the ends of its interval, each shape (levels,)."""
-    draws = np.array([performance_profile(runs.draws, levels[[k]])[:, 0] for k in range(len(levels))])
-    ends = [percentile_interval(0.0, each) for each in draws]
-    return (
-        performance_profile(runs.scores, levels),
-        np.array([each.low for each in ends]),
-        np.array([each.high for each in ends]),
-    )

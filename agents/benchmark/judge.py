@@ -22,9 +22,6 @@ from grind_env.policies.statistics import (
 )
 from grind_env.scores import find_reference
 
-CLIP = -100.0
-"""Lower scores count as this one in aggregates (scenarios, section 2)."""
-
 Draws = tuple[Array, Array]
 """Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
 
@@ -68,14 +65,6 @@ class Sampled:
         """Costs per good part, $, likewise."""
         return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
 
-    def scale(self) -> Interval | None:
-        """What 100 points are, $ an episode: what hindsight saves over the best fixed plan."""
-        fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
-        if fixed is None or planner is None:
-            return None
-        (mean, draws), _ = self.of_first(self.lengths[[fixed, planner]].min())
-        return percentile_interval(float(mean[fixed] - mean[planner]), draws[:, fixed] - draws[:, planner])
-
     def gain(self, ours: str, theirs: str) -> Interval | None:
         """Points that one policy scores more than another, paired: over the same episodes, and the runs of each.
 
@@ -92,7 +81,7 @@ class Sampled:
         return percentile_interval(float(one - other), ones - others)
 
     def _against(self, of_costs: Callable[..., Array], *anchors: int | None) -> Draws | None:
-        """A function of the mean costs of each result and of the anchors, over the episodes that all of them have."""
+        """Return a function of the mean costs of each result and of the anchors, over their common episodes."""
         known = [each for each in anchors if each is not None]
         if len(known) < len(anchors):
             return None
@@ -100,7 +89,7 @@ class Sampled:
         return self._each(lambda cost, _, i: of_costs(cost[..., i], *(cost[..., [k]] for k in known)), lengths)
 
     def _each(self, number: Callable[[Array, Array, list[int]], Array], lengths: Array) -> Draws:
-        """A number of each result over so many of its episodes, and of each resample."""
+        """Return a number of each result over so many of its episodes, and of each resample."""
         mean, draws = np.empty(len(lengths)), np.empty((RESAMPLES, len(lengths)))
         for n in np.unique(lengths):
             of = np.flatnonzero(lengths == n).tolist()
@@ -119,7 +108,7 @@ def _of_first(results: tuple[Result, ...], prefix: str, n: int) -> tuple[Draws, 
 
 
 def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:
-    """The results of a task by columns of a prefix; None if there are none."""
+    """Return the results of a task by columns of a prefix; None if there are none."""
     found = [each for each in results if getattr(each, f"{prefix}episodes")]
     return Sampled(found, prefix) if found else None
 
@@ -133,13 +122,13 @@ def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interva
 
 
 def is_ratio(task: str) -> bool:
-    """Whether both anchors cost nearly the same, so that a score between them would be noise (scenarios, section 5)."""
+    """Return whether both anchors cost so nearly the same that a score would be noise (scenarios, section 5)."""
     known = find_reference(environment_id(task))
     return known is not None and known.ratio
 
 
 def judged(results: Sequence[Result]) -> list[Result]:
-    """The results with what depends on the fixed plan and the planner of their task."""
+    """Return the results with what depends on the fixed plan and the planner of their task."""
     filled: list[Result] = []
     for _, of_task in groupby(results, key=lambda each: each.task):
         group = list(of_task)
@@ -160,6 +149,6 @@ def judged(results: Sequence[Result]) -> list[Result]:
 
 
 def spread(name: str, interval: Interval | None) -> dict[str, float | None]:
-    """An interval as three columns; nan becomes None."""
+    """Return an interval as three columns; nan becomes None."""
     values = (None, None, None) if interval is None or np.isnan(interval.value) else interval
     return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))

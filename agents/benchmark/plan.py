@@ -1,42 +1,50 @@
-"""What a benchmark measures: a cell for each task, policy and training seed."""
+"""The plan of a benchmark: a cell for each task, policy and training seed."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from agents.cells import RUNS
-from grind_env.envs.names import task_names
+from grind_env.envs.names import CORE, task_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned import ConfigError
 
-CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic."""
 FLAGSHIP = "power_limited"
 EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"
 LONG = (REFERENCE, ON_BELIEF, "mpc")
 """Policies that take long to run: the planners."""
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 128, 64, 64
 ROBUST = "robust"
-PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")} | {ROBUST: "gru"}
+PLAIN: dict[str, Literal["gru", "belief"]] = {"plain_gru": "gru", "plain_belief": "belief", ROBUST: "gru"}
 """Kinds of agents of `grind_env/training/gru_ppo.py`, with what they remember or are shown; `robust` is trained on
-public plants."""
+public machines."""
 RECIPE = "ppo"
 """The kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
 KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
 LAST_SEED = 398
-"""Of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
+"""Last seed of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
 PUBLIC, HELD_OUT = "public", "held-out"
 """Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"
-"""In the name of a variant of a policy: `belief_rule@1M` is tuned on fewer blocks, `hindsight@6` sweeps so often."""
-LIMIT, LIMITED = 1_000_000, "1M"
-"""Blocks that may be ground to make a policy, and the variant of a rule that was tuned on no more."""
-SWEEPS = (1, 6, 12)
-"""Variants of hindsight in the grid: what it would be with less search, and with more."""
+"""In the name of a variant: `plain_gru@3M` is trained for more steps, `hindsight@12` sweeps more often."""
+STEPS = re.compile(r"([1-9]\d{0,2})M")
+LIMIT = 1_000_000
+"""Blocks that may be ground to make a policy of the budget class 1M; the other class is open."""
+ABOUT = {
+    "power_limited": ("60 wide plates at the power limit", "lot's wear rate"),
+    "reciprocation": ("plunges; E also sets the depth", "lot's wear rate"),
+    "wide_plates": ("plates with size and taper limits", "lot's wear rate"),
+    "wide_rails": ("two coupled blocks per rail", "lot's wear rate"),
+    "blades": ("blades that burn easily", "wheel, coolant age"),
+    "rush": ("orders with due dates", "lot's wear rate"),
+    "job_shop": ("parts of three kinds", "lot's wear rate"),
+}
+"""E and D of what a core task decides, and what is hidden."""
 
 
 class BenchmarkCell(NamedTuple):
@@ -65,8 +73,14 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def variant(self) -> str:
-        """Which variant of that; empty for none."""
+        """Return the name of the variant; empty for none."""
         return self.policy.partition(AT)[2]
+
+    @property
+    def steps(self) -> int | None:
+        """Steps of its training, if it is a variant with steps of its own."""
+        asked = STEPS.fullmatch(self.variant)
+        return int(asked[1]) * 1_000_000 if asked else None
 
     @property
     def apart(self) -> str:
@@ -80,7 +94,7 @@ class BenchmarkCell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """How cells are measured: on which episodes, with how many training steps, from and into which folders."""
+    """Options of measuring cells: episodes, training steps, and folders."""
 
     first: int = SEEDS["evaluation"]
     episodes: int = EPISODES
@@ -116,14 +130,17 @@ def planned(
     known = list(dict.fromkeys(name for each in names.values() for name in each))
     variants = [name for name in policies or () if AT in name]
     for name, _, variant in (each.partition(AT) for each in variants):
-        if variant != LIMITED and not (name == REFERENCE and variant.isdecimal()):
-            raise ConfigError(f"{quoted(name + AT + variant)} is no variant: give RULE@{LIMITED} or {REFERENCE}@SWEEPS")
+        if name != REFERENCE or not variant.isdecimal():
+            raise ConfigError(
+                f"{quoted(name + AT + variant)} is no variant: give {REFERENCE}@SWEEPS or AGENT@STEPS, as 3M"
+            )
     if unknown := {name.partition(AT)[0] for name in policies or ()} - set(known):
         raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
     if not 0 <= seeds <= LAST_SEED + 1:
         raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
     for kind in kinds:
-        if kind not in KINDS:
+        base, at, variant = kind.partition(AT)
+        if base not in KINDS or bool(at) != bool(STEPS.fullmatch(variant)):
             raise ConfigError(
                 f"there is no kind of agent {quoted(kind)}{did_you_mean(kind, KINDS)}: choose from {', '.join(KINDS)}"
             )
@@ -137,6 +154,6 @@ def planned(
 
 
 def named(problem: Problem) -> list[str]:
-    """The policies of a problem, among them the planner on the belief, and the rule that holds no model."""
+    """Return the policies of a problem, among them the planner on the belief, and the rule that holds no model."""
     simulation = problem.simulation()
     return [*policy_names(simulation), *fitting([EMPIRICAL, ON_BELIEF], simulation)]

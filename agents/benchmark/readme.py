@@ -2,22 +2,23 @@
 
 from collections.abc import Sequence
 
-from agents.benchmark.judge import is_ratio
-from agents.benchmark.page import page, shipped_kind
-from agents.benchmark.plan import FLAGSHIP, ROBUST
+from agents.benchmark.judge import Sampled, is_ratio
+from agents.benchmark.page import page, room
+from agents.benchmark.plan import ABOUT, FLAGSHIP
 from agents.benchmark.results import Result
-from agents.benchmark.summary import PolicySummary, shown, summaries
+from agents.benchmark.summary import shown, summaries
 from agents.provenance import ROOT
+from grind_env.envs.names import environment_id
 from grind_env.files import read_text
-from grind_env.policies.registry import REFERENCE
+from grind_env.policies.registry import REFERENCE, TRAINED
 from grind_env.policies.tuned import ConfigError, write_whole
-from grind_env.table import Column, table_of
+from grind_env.table import NONE, Column, table_of
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
-SHIPPED = "shipped"
-ROWS = ("constant", "look_ahead", "belief_planner", SHIPPED, ROBUST, REFERENCE)
+CORE_BEGIN, CORE_END = "<!-- core tasks: written by the same -->", "<!-- end of core tasks -->"
+ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)
 """Policies of the table in the README, by the names that `grind evaluate --policy` takes."""
 
 
@@ -26,32 +27,40 @@ def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
 
     The bundled agents are the ones of training seed 0.
     """
-    ratio, kind = is_ratio(task), shipped_kind(task)
-
-    def name(line: PolicySummary) -> str:
-        return SHIPPED if line.policy == kind else line.policy
-
+    ratio = is_ratio(task)
     columns = (
-        Column("policy", name),
+        Column("policy", "policy"),
         Column("score (95 % CI)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
         Column("$ per good part", "cost", "±.2f", right=True),
         Column("$ on other machines", "plants_cost", "±.2f", right=True),
     )
-    lines = [line for line in summaries([each for each in results if not each.seed], task) if name(line) in ROWS]
-    return table_of(columns, sorted(lines, key=lambda line: ROWS.index(name(line)))).markdown()
+    lines = [line for line in summaries([each for each in results if not each.seed], task) if line.policy in ROWS]
+    return table_of(columns, sorted(lines, key=lambda line: ROWS.index(line.policy))).markdown()
+
+
+def core_tasks(results: Sequence[Result]) -> str:
+    """Return the table of core tasks of the README, with the score of the best policy that sees measurements."""
+    rows = []
+    for task, about in ABOUT.items():
+        known = room(task, Sampled(each for each in results if each.task == task))
+        name = environment_id(task).removeprefix("grind/").removesuffix("-v0")
+        rows.append((f"[{name}][r]", *about, NONE if known is None else f"{known.score.value:.0f}"))
+    return table_of(("task", "you decide E and D of", "hidden", "best score"), rows, left=3).markdown()
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:
-    """Return the text of a page with the section between its markers.
+    """Return the text of a page with both tables between their markers.
 
     Raises:
         ConfigError: the page has no such lines.
     """
-    before, first, rest = text.partition(BEGIN)
-    _, last, after = rest.partition(END)
-    if not (first and last):
-        raise ConfigError(f"the page has no lines {BEGIN!r} and {END!r} between which the results go: put them in")
-    return f"{before}{BEGIN}\n\n{section(results)}\n\n{END}{after}"
+    for begin, end, table in ((BEGIN, END, section(results)), (CORE_BEGIN, CORE_END, core_tasks(results))):
+        before, first, rest = text.partition(begin)
+        _, last, after = rest.partition(end)
+        if not (first and last):
+            raise ConfigError(f"the page has no lines {begin!r} and {end!r} between which the results go: put them in")
+        text = f"{before}{begin}\n\n{table}\n\n{end}{after}"
+    return text
 
 
 def write_readme(results: Sequence[Result]) -> None:

@@ -1,4 +1,4 @@
-"""Published results on seeds that nothing was chosen by: do their means lie where the rows say that they will?"""
+"""Published results re-run on new seeds: do the means lie within the published intervals?"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
-"""Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
+"""First seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
 PLACES = {"": "the model", PLANTS: "machines that are not the model"}
 """What is ground, by what the columns of a result begin with."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
@@ -54,7 +54,7 @@ class Replication(NamedTuple):
     """Training seed."""
     on: str
     first: int
-    """Of the other seeds."""
+    """First of the other seeds."""
     published: float
     low: float
     high: float
@@ -135,7 +135,7 @@ def check_sets(firsts: Sequence[int], episodes: int) -> None:
 
 
 def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]]) -> list[Replication]:
-    """Each published number beside those of all sets."""
+    """Return each published number beside those of all sets."""
     others = {first: {each.key: each for each in results} for first, results in found.items()}
     replications = []
     for each in published:
@@ -152,7 +152,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
 
 
 def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
-    """What published results say is the best agent and the best rule of every task, on other seeds."""
+    """Return the published best agent and best rule of every task, on other seeds."""
     given = []
     for task in tasks_of(found):
         chosen, of = (Sampled(each for each in results if each.task == task) for results in (published, found))
@@ -163,7 +163,7 @@ def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Ag
 def page(
     published: Sequence[Result], found: Mapping[int, Sequence[Result]], replications: Sequence[Replication]
 ) -> str:
-    """The tables, Markdown."""
+    """Return the tables, Markdown."""
     results = next(iter(found.values()))
     tasks, sets = tasks_of(results), [f"from {first}" for first in found]
     shares = [
@@ -195,7 +195,7 @@ def page(
 
 
 def _share(replications: Sequence[Replication], on: str, task: str | None = None, first: int | None = None) -> str:
-    """How many hold, of a task or all, and of a set or all."""
+    """Return how many hold, of a task or all, and of a set or all."""
     of = [each for each in replications if each.on == on and task in (None, each.task) and first in (None, each.first)]
     held = sum(each.holds for each in of)
     return f"{held} of {len(of)}" + (f" ({100.0 * held / len(of):.1f} %)" if of and task is None else "")

@@ -1,4 +1,4 @@
-"""The table of results: one row a cell, with all it was made with; Parquet holds the episodes, too, CSV does not."""
+"""The table of results: a row for each cell and its inputs. Parquet also holds the episodes, CSV does not."""
 
 import io
 import re
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from agents.benchmark.plan import LONG, BenchmarkCell
-from agents.benchmark.price import Price
 from agents.provenance import provenance, shown_seeds
 from agents.tables import csv_of
 from grind_env.arrays import Array
@@ -58,12 +57,9 @@ class Result:
     scrap: float
     """Share of the parts."""
     E_mean: float
-    """m/min, over all blocks; as its percentiles."""
-    E_p10: float
-    E_p90: float
+    """mm/min, over all blocks."""
     D_mean: float
     """Dress executions a block."""
-    dresses_per_part: float
     interpolation_episodes: int
     """With contexts of the split `interpolation`, as the columns that follow; those before are of the split `all`."""
     interpolation_cost_per_good_part: float | None = None
@@ -87,21 +83,17 @@ class Result:
     trained_on: str | None
     """Split that the contexts of the training were drawn from."""
     steps: int | None
-    """Of the training."""
+    """Steps of the training."""
     train_seconds: float | None
-    """CPU time; of `bc` and of `ppo` before its recipe was that of the docs, wall time of one thread."""
-    seconds_to_95: float | None = None
-    """Of agents that had a learning curve: s after which the validation score stayed above 95 % of the final one."""
+    """CPU time."""
     model: str | None = None
     """What of the simulator's equations it holds when it decides: `none`, `nominal` or `exact`."""
     blocks: int | None = None
-    """Of interaction that made it: of training or tuning, that of its teacher included, validation left out."""
-    making_calls: float | None = None
-    """Blocks that were simulated to make it, beside these."""
-    decision_calls: float | None = None
-    """Blocks that it simulates for a decision."""
+    """Of interaction that made it: of training or tuning, validation left out."""
     decision_ms: float | None = None
     """CPU time of a decision."""
+    digest: str = ""
+    """Hash of all that decides the row; a row with it is not made again."""
     task_version: int
     seeds: str
     commit: str
@@ -119,6 +111,9 @@ class Result:
     interpolation_good: Episodes
     plants_cost: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
     plants_good: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
+    curve_steps: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
+    """Learning curve: steps of the training, and the score on validation seeds after them."""
+    curve_score: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
 
     @property
     def key(self) -> tuple[str, str, int | None]:
@@ -128,10 +123,10 @@ class Result:
 INTERPOLATION, PLANTS = "interpolation_", "plants_"
 PREFIXES = ("", INTERPOLATION, PLANTS)
 """What the names of columns begin with: of the split `all`, of that of contexts between, and on machines held out."""
-EPISODES = tuple(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good"))
+EPISODES = (*(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good")), "curve_steps", "curve_score")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
 WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
-TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model")
+TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model", "digest")
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -153,7 +148,6 @@ def result_of(
     run: Evaluation,
     interpolation: Evaluation | None = None,
     plants: Evaluation | None = None,
-    price: Price | None = None,
     first: int = SEEDS["evaluation"],
     **made: Any,
 ) -> Result:
@@ -161,7 +155,6 @@ def result_of(
 
     `first` is the first seed of its evaluations, `made` the columns that say how its policy was made.
     """
-    low, high = np.nanpercentile(run.speeds / 1000.0, [10.0, 90.0])
     facts: dict[str, Any] = dict(provenance(range(first, first + len(run.cost))))
     for prefix, other in ((INTERPOLATION, interpolation), (PLANTS, plants)):
         count = 0 if other is None else len(other.cost)
@@ -172,8 +165,6 @@ def result_of(
             f"{prefix}cost": single(other, "cost"),
             f"{prefix}good": single(other, "good"),
         }
-    if price is not None:
-        facts |= {"making_calls": float(price.begun), "decision_calls": price.calls, "decision_ms": price.ms}
     return Result(
         task=cell.task,
         policy=cell.policy,
@@ -182,11 +173,8 @@ def result_of(
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
-        E_mean=run.speed / 1000.0,
-        E_p10=float(low),
-        E_p90=float(high),
+        E_mean=run.speed,
         D_mean=run.dresses,
-        dresses_per_part=float(np.nansum(run.executions) / run.finished.sum()),
         cost=single(run, "cost"),
         good=single(run, "good"),
         **{"trained_on": None, "steps": None, "train_seconds": None, **made, **facts},
@@ -194,34 +182,16 @@ def result_of(
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:
-    """A number of every episode in single precision; of no episode if there is no run."""
+    """Return a number of every episode in single precision; of no episode if there is no run."""
     values: Array = np.zeros(0) if run is None else getattr(run, name)
     return values.astype(np.float32)
 
 
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
-    """New results in place of old ones.
-
-    Those of fewer or more episodes are compared on the ones that they share, the first; old ones of a task that begin
-    with another seed cannot be, and go.
-    """
+    """Return new results in place of old ones; those of fewer episodes are compared on the ones that they share."""
     replaced = {each.key for each in new}
-    first: dict[str, dict[str, str]] = {}
-    for each in new:
-        first.setdefault(each.task, {}).update(first_seeds(each))
-    kept = [
-        each
-        for each in old
-        if each.key not in replaced
-        and all(first.get(each.task, {}).get(of, seed) == seed for of, seed in first_seeds(each).items())
-    ]
+    kept = [each for each in old if each.key not in replaced]
     return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
-
-
-def first_seeds(result: Result) -> dict[str, str]:
-    """The first seeds that a result is of."""
-    names = [f"{prefix}seeds" for prefix in PREFIXES]
-    return {name: seeds.split("..")[0] for name in names if (seeds := getattr(result, name))}
 
 
 def read_results(folder: Path) -> list[Result]:
@@ -231,10 +201,12 @@ def read_results(folder: Path) -> list[Result]:
         return []
     try:
         file = io.BytesIO(read_bytes(path))
+        present = [("task_version", "=", TASK_VERSION)]
+        if not parquet.read_table(file, columns=["task_version"], filters=present).num_rows:
+            return []
         missing = set(SCHEMA.names) - set(parquet.read_schema(file).names)
         if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
-        present = [("task_version", "=", TASK_VERSION)]
         rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
         return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
-from agents.benchmark.plan import CORE
+from agents.benchmark.plan import LIMIT
 from agents.benchmark.results import INTERPOLATION, PLANTS, Result
+from grind_env.envs.names import CORE
 from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, Column, Table, table_of
 
 KNOWLEDGE = ("measurements", "state", "future")
 """From least to most, the order of the table."""
-ON_SCREEN = 11
-"""Columns that a terminal has room for; what a policy was made with is in the files."""
-MEANS = ("blocks", "making_calls", "decision_calls", "decision_ms", "train_seconds")
+ON_SCREEN = 8
+"""Columns that a terminal has room for."""
+MEANS = ("blocks", "decision_ms", "train_seconds")
 """Columns of results of which a line has the mean."""
 
 
@@ -28,12 +29,9 @@ class PolicySummary:
     sees: str
     model: str | None
     runs: int
-    episodes: int
     cost: Interval
     """$ per good part."""
     scrap: float
-    dresses: float
-    """Executions a part."""
     score: Interval | None
     ratio: Interval | None
     """Cost over that of the best fixed plan."""
@@ -46,33 +44,13 @@ class PolicySummary:
     """$ per good part on machines that are held out."""
     plants_scrap: float | None
     blocks: float | None
-    making_calls: float | None
-    decision_calls: float | None
     decision_ms: float | None
     train_seconds: float | None
 
-    @property
-    def making_seconds(self) -> float | None:
-        """Of its training; of a rule that of the blocks that it was tuned on, which are little but its decisions."""
-        if self.kind == "scripted" and self.blocks is not None and self.decision_ms is not None:
-            return 1e-3 * self.blocks * self.decision_ms
-        return self.train_seconds
 
-    @property
-    def simulated(self) -> str:
-        """Blocks that it simulates for a decision, and that were simulated to make it."""
-        if self.decision_calls is None:
-            return NONE
-        parts = [f"{self.decision_calls:,.0f} a decision"] if self.decision_calls else []
-        parts += [f"{counted(self.making_calls)} in all"] if self.making_calls else []
-        return " and ".join(parts) or "0"
-
-
-def counted(number: float | None) -> str:
-    """A number of blocks."""
-    if number is None:
-        return NONE
-    return f"{number / 1e6:.2f} M" if number >= 5e3 else f"{number:.0f}"
+def budget(blocks: float | None) -> str:
+    """Return the budget class of a policy that so many blocks were ground to make; a rollout more does not count."""
+    return NONE if blocks is None else "1M" if blocks < 1.02 * LIMIT else "open"
 
 
 def shown(interval: Interval | None, ratio: bool, form: str = "") -> str:
@@ -90,26 +68,33 @@ def brief(interval: Interval | None, ratio: bool) -> str:
 
 
 def tasks_of(results: Sequence[Result]) -> list[str]:
-    """The tasks of results, those of the core set first."""
+    """Return the tasks of results, those of the core set first."""
     found = dict.fromkeys(each.task for each in results)
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
 
-def best(sampled: Sampled, kind: str, sees: str) -> str | None:
-    """The policy of a kind with such inputs that scores best; None if there is none, or no score."""
+def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) -> str | None:
+    """Return the policy with such inputs that scores best; None if there is none, or no score.
+
+    `kind` is that of its results, by default any; a limited one is of the budget class 1M.
+    """
     scores = sampled.scores()
     if scores is None:
         return None
-    names = dict.fromkeys(each.policy for each in sampled.results if (each.kind, each.sees) == (kind, sees))
+    names = dict.fromkeys(
+        each.policy
+        for each in sampled.results
+        if each.sees == sees and kind in ("", each.kind) and not (limited and budget(each.blocks) == "open")
+    )
     return max(names, key=lambda name: float(scores[0][sampled.runs(name)].mean()), default=None)
 
 
 def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
-    """The lines of a task, from those that know least to those that know most, and from poor to good."""
+    """Return the lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()
-    rules = {sees: best(every, "scripted", sees) for sees in KNOWLEDGE}
+    rules = {sees: best(every, sees, "scripted") for sees in KNOWLEDGE}
     lines = []
     for policy in dict.fromkeys(each.policy for each in group):
         runs = every.runs(policy)
@@ -124,10 +109,8 @@ def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
                 sees=first.sees,
                 model=first.model,
                 runs=len(runs),
-                episodes=int(every.lengths[runs].min()),
                 cost=cost,
                 scrap=float(np.mean([each.scrap for each in of_policy])),
-                dresses=float(np.mean([each.dresses_per_part for each in of_policy])),
                 score=over_runs(scores, runs),
                 ratio=over_runs(ratios, runs),
                 over=None if rule in (None, policy) else every.gain(policy, str(rule)),
@@ -155,18 +138,15 @@ def columns_of(ratio: bool) -> Sequence[Column]:
         Column("score (95 %)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
         Column("over best rule", lambda line: None if ratio else brief(line.over, False), right=True),
         Column("sees", "sees", right=True),
-        Column("model", lambda line: line.model or None, right=True),
+        Column("budget", lambda line: budget(line.blocks), right=True),
         Column("runs", "runs", right=True),
-        Column("episodes", "episodes", right=True),
         Column("$/good part", "cost", "±.3f", right=True),
         Column("scrap %", "scrap", ".2f", right=True, factor=100.0),
-        Column("dresses/part", "dresses", ".2f", right=True),
         Column("on plants, $", "plants_cost", "±.2f", right=True),
         Column("scrap there, %", "plants_scrap", ".2f", right=True, factor=100.0),
         Column("interpolation", lambda line: brief(getattr(line, between), ratio), right=True),
-        Column("blocks", lambda line: counted(line.blocks), right=True),
-        Column("simulated", "simulated", right=True),
-        Column("making, s", "making_seconds", ".0f", right=True),
+        Column("model", lambda line: line.model or None, right=True),
+        Column("training, s", "train_seconds", ".0f", right=True),
         Column("decision, ms", "decision_ms", ".2f", right=True),
     )
 

@@ -10,7 +10,7 @@ ZIP = ".zip"
 
 
 def from_file(path: Path, simulation: Simulation, name: str) -> Any:
-    """The trained agent in a file, perhaps a .zip of Stable-Baselines3 made here; its repr is of its weights."""
+    """Return the trained agent in a file, perhaps a .zip of Stable-Baselines3 made here; its repr is of its weights."""
     if path.suffix != ZIP:
         return load_policy(path, simulation=simulation, name=name)
     # it takes seconds to import

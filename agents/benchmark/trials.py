@@ -1,17 +1,20 @@
-"""The cells of a benchmark as trials of a study, and their rows as they are cached."""
+"""The cells of a benchmark as trials of a study, and their cached rows."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from agents.benchmark import grid
 from agents.benchmark.measure import measure
-from agents.benchmark.plan import LIMITED, BenchmarkCell, Request
+from agents.benchmark.plan import BenchmarkCell, Request
 from agents.benchmark.results import EPISODES, Result
-from agents.cells import code_of, sources
-from agents.study import Study
+from agents.cells import code_of
+from agents.study import Study, of_problem
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
 
@@ -31,9 +34,44 @@ class BenchmarkTrial:
         return f"{self.cell}, seeds from {self.request.first}"
 
 
-def row(trial: BenchmarkTrial) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkStudy(Study):
+    """The study of cells; rows that are published already are not made again."""
+
+    finished: dict[str, Result]
+    """Rows by their digests."""
+
+    def digest(self, trial: BenchmarkTrial) -> str:
+        return digest(trial)
+
+    def cached(self, trial: BenchmarkTrial, runs: Path) -> Mapping[str, Any] | None:
+        found: Mapping[str, Any] | None = super().cached(trial, runs)
+        published = self.finished.get(digest(trial))
+        return found if found is not None or published is None else row_of(published)
+
+
+@cache
+def digest(trial: BenchmarkTrial) -> str:
+    """Return a hash of all that decides a row: the task, the parameters and code of a policy or of its training."""
+    cell, request = trial.cell, trial.request
+    if cell.trains:
+        # torch takes seconds to import
+        from agents.benchmark.agents import code_of_training
+
+        decides = code_of_training(cell, request)
+    else:
+        decides = code_of(make_policy(cell.base, cell.problem.simulation(), request.configs), cell.problem)
+    parts = repr(trial), of_problem(cell.problem), decides
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def run(trial: BenchmarkTrial) -> dict[str, Any]:
     """Return the row of a cell."""
-    found = measure(trial.cell, trial.request)
+    return row_of(replace(measure(trial.cell, trial.request), digest=digest(trial)))
+
+
+def row_of(found: Result) -> dict[str, Any]:
+    """Return a result as it is cached."""
     return {each.name: getattr(found, each.name) for each in fields(Result)}
 
 
@@ -42,23 +80,22 @@ def result(row: Mapping[str, Any]) -> Result:
     return Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}})
 
 
-def decides(trial: BenchmarkTrial) -> object:
-    """Stands for the parameters and the code of a policy, or for what trains it."""
-    cell, request = trial.cell, trial.request
-    if cell.trains:
-        return sources("agents.benchmark.agents"), sources("grind_env.training.gru_ppo")
-    policy = make_policy(cell.base, cell.problem.simulation(), request.configs)
-    return code_of(policy, cell.problem), sources("agents.tuning.rules") if cell.variant == LIMITED else None
-
-
 def seconds(trial: BenchmarkTrial) -> float:
     """CPU-seconds of a trial, about."""
     return grid.making(trial.cell, trial.request) + grid.running(trial.cell, trial.request)
 
 
 def study(
-    name: str, cells: Sequence[BenchmarkCell], *requests: Request, files: Mapping[str, str], **more: Any
-) -> Study:
-    """Return the study of cells, each measured as every request says."""
+    name: str,
+    cells: Sequence[BenchmarkCell],
+    *requests: Request,
+    files: Mapping[str, str],
+    finished: Sequence[Result] = (),
+    **more: Any,
+) -> BenchmarkStudy:
+    """Return the study of cells, each measured as every request says, without what is among the finished rows."""
     trials = [BenchmarkTrial(cell, request) for request in requests for cell in cells]
-    return Study(name=name, title="", trials=trials, run=row, decides=decides, seconds=seconds, files=files, **more)
+    known = {each.digest: each for each in finished if each.digest}
+    return BenchmarkStudy(
+        name=name, title="", trials=trials, run=run, seconds=seconds, files=files, finished=known, **more
+    )

@@ -1,8 +1,9 @@
 """`python -m agents benchmark`."""
 
 import sys
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -19,7 +20,7 @@ from agents.benchmark.plan import (
 )
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import Tasks, going_on
-from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
@@ -30,9 +31,9 @@ from grind_env.terminal import table_console
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="python -m agents benchmark\npython -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3")(
-        benchmark
-    )
+    app.command(
+        epilog="python -m agents benchmark\npython -m agents benchmark --tasks core --kinds ppo,plain_gru@3M --seeds 3"
+    )(benchmark)
 
 
 def benchmark(
@@ -57,6 +58,7 @@ def benchmark(
     results: Results = None,
     full: Annotated[bool, typer.Option("--full", help="Default to the scope of the published results.")] = False,
     fresh: Fresh = False,
+    hours: Hours = False,
     report: Annotated[bool, typer.Option("--report", help="Only rewrite figures and README from the results.")] = False,
 ) -> None:
     """Train agents and compare them with policies on the same episodes.
@@ -65,7 +67,7 @@ def benchmark(
     """
     from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
-    from agents.benchmark.results import CSV, TABLE, merged, read_results, write_results
+    from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, write_results
     from agents.benchmark.summary import ON_SCREEN, table_of_task
     from agents.benchmark.trials import result, study
 
@@ -76,7 +78,7 @@ def benchmark(
     published = full and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
-    read_results(folder)  # better now than after hours of work
+    before = read_results(folder)  # better now than after hours of work
     chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
     if full:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
@@ -98,22 +100,28 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
-    made = study("benchmark", cells, request, files={})
-    with going_on(fresh):
-        found, failed = made.find(Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=console))
-    before = read_results(folder)
-    table = judged(merged(before, [result(each) for each in found.values()]))
-    write_results(table, folder)
+    made = study("benchmark", cells, request, files={}, finished=() if fresh else before)
+    asked = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, hours=hours, console=console)
+
+    def write(found: Iterable[Mapping[str, Any]]) -> Sequence[Result]:
+        made = judged(merged(before, [result(each) for each in found]))
+        write_results(made, folder)
+        return made
+
+    try:
+        with going_on(fresh):
+            found, failed = made.find(asked)
+    except typer.Exit as end:
+        if end.exit_code:  # of an interrupted command, the rows that are finished
+            write(row for row in (made.cached(trial, runs.absolute()) for trial in made.trials) if row is not None)
+        raise
+    table = write(found.values())
     for problem in chosen:
         if any(each.task == problem.name for each in table):
             title = problem.simulation().task.title
             said = f"{title}: {episodes} paired episodes"
             table_of_task(table, problem.name, said, ON_SCREEN).print(console)
     console.print(printable(f"written to {folder}: benchmark.parquet and .csv"), highlight=False, markup=False)
-    if gone := sorted(
-        {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}
-    ):
-        print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     if full and not failed:
         rebuild(folder, console)
     if failed:
@@ -141,5 +149,5 @@ def rebuild(folder: Path, console: Console) -> None:
 
 
 def listed(names: str | None) -> list[str] | None:
-    """The names in a comma-separated list."""
+    """Return the names in a comma-separated list."""
     return None if names is None else [name.strip() for name in names.split(",") if name.strip()]

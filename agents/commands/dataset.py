@@ -60,10 +60,10 @@ def dataset(
 
 
 def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY) -> "MinariDataset":
-    """Record a policy in the folder that `MINARI_DATASETS_PATH` names, by default `runs/datasets`.
+    """Record a policy in the folder `MINARI_DATASETS_PATH`, by default `runs/datasets`.
 
-    Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy sees.
-    `env.reset(seed=..., options={"split": ...})` and the actions of an episode give the same rewards again.
+    Observations are the measured ones, actions come from the Box of the task's environment, for every policy.
+    `env.reset(seed=..., options={"split": ...})` and the actions of an episode reproduce its rewards.
 
     Raises:
         GrindError: there is a dataset of that policy and task, no such split, or no room on the disk.

@@ -1,4 +1,4 @@
-"""Options of several commands, and what Ctrl-C ends them with."""
+"""Options of several commands, and the exit status after Ctrl-C."""
 
 import sys
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Commands of `python -m agents` that are studies: one command each, all with the same options, some with more."""
+"""Study commands of `python -m agents`: common options, and the options of each study."""
 
 import inspect
 from collections.abc import Callable
@@ -8,16 +8,16 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
-from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
+from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
+from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
-from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
-from grind_env.arguments import FILE, PROBLEM, Reads
+from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
+from grind_env.arguments import FILE, PROBLEM, Reads, Writes
 from grind_env.commands import Configs, JobFile, Parts
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
-from grind_env.shop.commands.arguments import Plant
+from grind_env.scores import EPISODES as SCORE_EPISODES
 from grind_env.terminal import table_console
 
 DRESSES = RESULTS / "dress_study"
@@ -45,15 +45,15 @@ def plants(
 
 def track(
     machines: Annotated[
-        list[str] | None,
-        typer.Option("--machines", help="Number of held-out machines, or a name; repeatable; default 20."),
+        list[str] | None, typer.Option(help="Machine by name; repeatable; default 20 held-out.")
     ] = None,
     adapters: Annotated[
-        list[str] | None, typer.Option("--adapters", help="Adapter, policy, file or module:name; repeatable."), FILE
+        list[str] | None, typer.Option(help="Adapter, policy, file or module:Class; repeatable."), FILE
     ] = None,
-    blocks: Annotated[str | None, typer.Option(help="Evaluate after so many blocks; default 0,60,300,1200.")] = None,
-    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and wide_rails on 8 machines.")] = False,
-    seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs on each machine.")] = 8,
+    submit: Annotated[
+        Path | None, typer.Option(help="Write a row for `grind verify` to this .json file."), Writes()
+    ] = None,
 ) -> None:
     """Options of track."""
 
@@ -72,15 +72,11 @@ def replicate(
     """Options of replicate."""
 
 
-def dress_study(plant: Plant = None) -> None:
-    """Options of dress-study."""
-
-
 class StudyCommand(NamedTuple):
-    """A study as a command: the module whose `study(asked, **own)` makes it, its help, example and defaults.
+    """Command of a study: the module whose `study(asked, **own)` makes it, its help, example and defaults.
 
-    `own` is a function whose parameters are options of its own, `without` names common options that it has not, and
-    `free` those of its own that choose no trials: a choice of trials is written into the folder of the cache.
+    The parameters of the function `own` are the command's own options. `without` names common options that it lacks.
+    `free` names own options that do not choose trials; a choice of trials becomes part of the cache folder.
     """
 
     module: str
@@ -116,7 +112,7 @@ COMMANDS = {
         "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
-        seeds=5,
+        seeds=10,
         steps=1_000_000,
     ),
     "scores": StudyCommand(
@@ -145,26 +141,31 @@ COMMANDS = {
     ),
     "track": StudyCommand(
         "agents.track.study",
-        "Measure how fast policies adapt to held-out machines.\n\n"
-        "An adapter may change its policy after each shift; it is evaluated on separate episodes.",
-        "--machines public:1 --adapters bc --seeds 1",
+        "Measure what policies gain by learning on held-out machines.\n\n"
+        "600 blocks on each machine in shifts of 60, all of which count. A policy may learn after each shift.",
+        "--machines public:1 --adapters my_module:Class",
         tasks=None,
-        episodes=TRACK_EPISODES,
         own=track,
-        without=("steps", "configs"),
-        free=("wide", "seeds"),
+        without=("tasks", "job", "parts", "episodes", "steps", "configs"),
+        free=("submit",),
     ),
     "dress-study": StudyCommand(
         "agents.dressing.trials",
-        "Measure cost over dress interval, lead, depth and passes.\n\n"
-        "With --plant, fixed plans are tuned for that machine; other policies stay those of the model.",
+        "Measure cost over dress interval, lead, depth and passes.",
         "--task power_limited",
         tasks="all",
         episodes=STUDY_EPISODES,
-        own=dress_study,
         without=("seeds", "steps", "configs"),
-        free=("plant", "tasks"),
+        free=("tasks",),
         folder=DRESSES,
+    ),
+    "intervals": StudyCommand(
+        "agents.dressing.unknowns",
+        "Find the best dress interval against each unknown number.\n\n"
+        "Sweeps E and interval of two example programs with each number at a low and a high value.",
+        "--jobs 1",
+        tasks=None,
+        without=("tasks", "job", "parts", "episodes", "seeds", "steps", "configs"),
     ),
     "replicate": StudyCommand(
         "agents.benchmark.replications",
@@ -205,6 +206,7 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         configs: Configs = None,
         results: Results = None,
         fresh: Fresh = False,
+        hours: Hours = False,
     ) -> None: ...
 
     shared, own = (inspect.signature(function, eval_str=True).parameters for function in (common, of.own))
@@ -217,9 +219,11 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         if "seeds" not in own and not of.seeds and (usual["seeds"], usual["steps"]) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")
         runs, fresh, job, parts = (usual[key] for key in ("runs", "fresh", "job", "parts"))
-        chosen = [key for key, each in {"tasks": shared["tasks"], **own}.items() if given[key] != each.default]
+        choices = {"tasks": shared["tasks"], **own}
+        chosen = [key for key, each in choices.items() if given.get(key, each.default) != each.default]
         folder = usual["results"] or (runs if {*chosen} - {*of.free} else of.folder)
-        options = Options(jobs=usual["jobs"], ray=usual["ray"], runs=runs, fresh=fresh, console=table_console())
+        found = {key: usual[key] for key in ("jobs", "ray", "runs", "fresh", "hours")}
+        options = Options(**found, console=table_console())
         asked = StudyOptions(
             problems=() if of.tasks is None else chosen_problems(usual["tasks"] or of.tasks, job, parts),
             tasks=usual["tasks"],

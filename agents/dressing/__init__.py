@@ -1,1 +1,1 @@
-"""The dress study: how a wheel should be dressed."""
+"""The dress study: dress intervals, dresser settings and dress triggers compared."""

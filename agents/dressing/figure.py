@@ -46,7 +46,7 @@ def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:
     """Cost against the blocks from dress to dress, which are drawn at equal distances."""
     draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
     axes.set_title("one dress every N blocks", fontsize=TITLE)
-    axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
+    axes.set(xlabel="N, blocks, and the best E, mm/min", ylabel="$ per good part")
 
 
 def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:
@@ -96,10 +96,7 @@ def draw_dresser(axes: Axes, found: Sequence[DressFinding], own: DressFinding) -
     corner = leads.index(own.lead) - 0.5, depths.index(own.depth) - 0.5
     axes.add_patch(Rectangle(corner, 1.0, 1.0, fill=False, edgecolor=ORANGE, lw=2.5))
     axes.set_title("the dresser: $ per good part, overlap / best N", fontsize=TITLE)
-    axes.set(
-        xlabel="dress lead, mm per revolution",
-        ylabel="dress depth, mm a pass",
-    )
+    axes.set(xlabel="dress lead, mm per revolution", ylabel="dress depth, mm a pass")
     axes.figure.colorbar(image, ax=axes, extend="max")
 
 

@@ -1,4 +1,4 @@
-"""How a wheel should be dressed: the interval, the dresser's settings, and what decides when.
+"""Findings of the dress study: the interval, the dresser's settings, and the trigger of a dress.
 
 All E and all intervals are chosen on training episodes; the costs that are told come from evaluation episodes.
 """
@@ -30,7 +30,7 @@ TRAINING = 256
 """Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
 best one, 128 up to 2.5 %, and 256 no worse ones than 1024 (WideRails)."""
 SCREENING = 48
-"""Of them, that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
+"""Episodes that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
 SPEEDS = 12
 INTERVALS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
@@ -39,7 +39,7 @@ LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
 PASSES = (1, 2, 3, 4, 6)
-"""Of the diamond in an execution."""
+"""Passes of the diamond in an execution."""
 DEPTH_DIGITS = 3
 """mm; a control reads no finer depth."""
 
@@ -48,7 +48,7 @@ TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,questio
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DressFinding:
-    """What one way to dress costs on the evaluation episodes of a task."""
+    """Cost of one dress strategy on the evaluation episodes of a task."""
 
     task: str
     question: str
@@ -65,7 +65,7 @@ class DressFinding:
     overlap: float
     """Overlap ratio of the new diamond."""
     E: float
-    """Mean table speed, m/min."""
+    """Mean table speed, mm/min."""
     D: float
     """Mean executions a block."""
     cost: float
@@ -77,12 +77,12 @@ class DressFinding:
 
 
 def intervals(simulation: Simulation) -> list[int]:
-    """The intervals that fit in an episode."""
+    """Return the intervals that fit in an episode."""
     return [every for every in INTERVALS if every <= simulation.task.blocks]
 
 
 def dressers(problem: Problem) -> list[tuple[str, Dress]]:
-    """Settings that are tried, with their question; none for a part program, whose dress program says them."""
+    """Return the tried settings, with their question; none for a part program, whose dress program has them."""
     if problem.id == JOB:
         return []
     own = problem.simulation().task.dress
@@ -134,7 +134,7 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
 def finding(
     name: str, simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0
 ) -> DressFinding:
-    """What an evaluation says."""
+    """Return the finding of an evaluation."""
     cost, dress = run.cost_per_good_part, simulation.task.dress
     return DressFinding(
         task=name,
@@ -146,7 +146,7 @@ def finding(
         depth=dress.depth,
         passes=dress.passes,
         overlap=new_overlap(simulation),
-        E=run.speed / 1000.0,
+        E=run.speed,
         D=run.dresses,
         cost=cost.value,
         cost_low=cost.low,
@@ -162,12 +162,12 @@ def new_overlap(simulation: Simulation) -> float:
 
 
 def about(found: Sequence[DressFinding], question: str) -> list[DressFinding]:
-    """The findings on one question."""
+    """Return the findings on one question."""
     return [each for each in found if each.question == question]
 
 
 def csv_text(found: Sequence[DressFinding], seeds: range) -> str:
-    """The findings, with seeds and versions in every row."""
+    """Return the findings, with seeds and versions in every row."""
     facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
     names = [each.name for each in fields(DressFinding)]
     return csv_of([*names, *facts], [(*asdict(each).values(), *facts.values()) for each in found])

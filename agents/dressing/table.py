@@ -12,11 +12,11 @@ from grind_env.policies.tuned import ConfigError
 from grind_env.table import Column
 from grind_env.task_version import TASK_VERSION
 
-THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
+THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "plain_gru", "hindsight"
 
 
 class DressStudy(NamedTuple):
-    """What was found for one task, on how many episodes, and in which version of the tasks."""
+    """Findings for one task, with the number of episodes and the task version."""
 
     found: Sequence[DressFinding]
     episodes: int
@@ -78,7 +78,7 @@ COLUMNS = (
     Column("best N", "plan.every"),
     Column("fixed plan, $", lambda study: study.cost(study.plan)),
     Column("power threshold, $", lambda study: study.cost(study.decider(THRESHOLD))),
-    Column("learned, $", lambda study: study.cost(study.decider(LEARNED))),
+    Column(f"{LEARNED}, $", lambda study: study.cost(study.decider(LEARNED))),
     Column("hindsight, $", lambda study: study.decider(KNOWS_ALL).cost, ".2f"),
     Column("best lead, mm", "dresser.lead", "g"),
     Column("depth, mm", "dresser.depth", "g"),
@@ -87,4 +87,4 @@ COLUMNS = (
     Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
     Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
 )
-"""Of the page, a row a study."""
+"""Columns of the page, a row a study."""

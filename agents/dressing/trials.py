@@ -1,13 +1,12 @@
-"""The dress study as trials: a finding each, and their tables and pictures."""
+"""The dress study as trials, one finding each, with tables and pictures."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark.trained import from_file
+from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
@@ -16,9 +15,7 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.model_view import on
-from grind_env.policies.naming import SHIPPED
+from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -46,14 +43,13 @@ class DressTrial:
         return f"{self.problem.name}, {self.question}: {what}"
 
 
-def study(asked: StudyOptions, plant: str | None) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
-    problems = [each if plant is None else on_plant(each, plant) for each in asked.problems]
-    for each in problems:
+    for each in asked.problems:
         if not is_file(asked.results / f"{each.name}.csv"):
             check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
     trials, episodes, runs = list[DressTrial](), asked.episodes, asked.options.runs.absolute()
-    for problem in problems:
+    for problem in asked.problems:
         every = tuple(intervals(problem.simulation()))
         trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]
         trials.append(DressTrial(problem, "plan", every, episodes))
@@ -64,8 +60,9 @@ def study(asked: StudyOptions, plant: str | None) -> Study:
         title="",
         trials=trials,
         run=find,
+        seconds=seconds,
         decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
-        files={f"{problem.name}.csv": "task,question,policy," for problem in problems},
+        files={f"{problem.name}.csv": "task,question,policy," for problem in asked.problems},
         publish=partial(write, episodes),
     )
 
@@ -85,32 +82,32 @@ def find(trial: DressTrial) -> dict[str, object]:
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
 
 
+def seconds(trial: DressTrial) -> float:
+    """Return the CPU-seconds of a trial, about; plans grind training episodes, too."""
+    blocks = trial.episodes * trial.problem.simulation().task.blocks
+    if isinstance(trial.what, str):
+        return blocks * DECISION.get(trial.what, USUAL_DECISION)
+    return 2 * blocks * len(trial.what) * USUAL_DECISION
+
+
 def decider(trial: DressTrial) -> Policy:
     """Return the policy that decides in a trial."""
     return next(each for each in deciding(trial.problem) if each.name == trial.what)
 
 
 def deciding(problem: Problem) -> list[Policy]:
-    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    """The policies of a problem that decide when to dress: scripted ones, planners, and the bundled agent."""
     simulation = problem.simulation()
     scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
-    shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"
-    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]
-
-
-def on_plant(problem: Problem, plant: str) -> Problem:
-    """The problem on a machine, with a name of its own for what is cached and told."""
-    machine = re.sub(r"[^\w.+]+", "-", plant)
-    return replace(on(problem, plant), name=f"{problem.name}-{machine}")
+    bundled = usual_name(simulation)
+    return [*scripted, *([named_policy(bundled, simulation)] if bundled != FALLBACK else [])]
 
 
 def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:
     """Write the table and the picture of each problem."""
     for problem in dict.fromkeys(trial.problem for trial in found):
         findings = [DressFinding(**each) for trial, each in found.items() if trial.problem == problem]
-        plant = dict(problem.arguments).get("plant")
-        title = problem.simulation().task.title + (f", on {plant}" if plant else "")
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))
-        picture = dress_figure(findings, title)
+        picture = dress_figure(findings, problem.simulation().task.title)
         write_atomically(folder / f"{problem.name}.png", partial(Path.write_bytes, data=picture))
     return f"tables and pictures: {folder}"

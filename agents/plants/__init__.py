@@ -1,1 +1,1 @@
-"""How advice holds on machines that are not the model: calibration, search and adviser, on members of all families."""
+"""The study of calibration, search and adviser on out-of-model machines of all families."""

@@ -1,4 +1,4 @@
-"""What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
+"""Cost of a batch on a machine with an adviser, with the best fixed plan, and with an adviser without a model."""
 
 from collections.abc import Callable
 from itertools import product, repeat
@@ -15,7 +15,7 @@ from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 
 def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResult]]:
-    """Grind batches with the adviser, with the one without a model, and by the best fixed plan, on the same lots."""
+    """Grind batches with both advisers and with the best fixed plan, on the same lots."""
     simulation = machine.simulation(PARTS)
     model = load_simulation(str(machine.program.path), str(machine.program.job), PARTS, 1.0, "measured")
     policy = policy_for(None, model)

@@ -1,4 +1,4 @@
-"""Batches with E and D of whoever decides: what they cost, and how often a limit is passed twice in a row."""
+"""Batches with E and D of any decider: their cost, and how often a limit is exceeded twice in a row."""
 
 from collections.abc import Callable, Sequence
 
@@ -12,7 +12,7 @@ EARLY = 14
 
 
 def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
-    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
+    """Grind batches, each with its own decider, on the same lots."""
     return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
 
 

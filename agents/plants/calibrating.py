@@ -1,4 +1,4 @@
-"""How far off the power of other cuts is after a calibration, after a regression, and by the catalogue."""
+"""Errors of predicted power on other cuts: after a calibration, after a regression, and by the catalogue."""
 
 import math
 import tempfile
@@ -27,7 +27,7 @@ TO_A_CHIP = np.array([[0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.
 
 
 class MeanCuts(NamedTuple):
-    """Of each stroke, or in the mean of several, shape (n,)."""
+    """Cuts of each stroke, or means over several, shape (n,)."""
 
     a: Array
     v: Array
@@ -76,7 +76,7 @@ def calibrate_on(machine: StudyMachine) -> dict[str, float]:
 
 
 def errors(machine: StudyMachine, log: Logged, found: Calibration) -> dict[str, float]:
-    """Mean of |log| of the power of the blocks of other programs over that of the machine, as its meter shows it."""
+    """Return the mean of |log| of predicted over metered power of the blocks of other programs."""
     catalogue, truth, program = load_job(log.job), machine.job(), machine.program
     coefficients = _regression(found, read_file(log.program), catalogue)
     shown = math.exp(found.fit.scales.get("power", 0.0))
@@ -92,7 +92,7 @@ def errors(machine: StudyMachine, log: Logged, found: Calibration) -> dict[str, 
 
 
 def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array:
-    """The regression on the rows of the calibration, in whose log the program may have been run several times."""
+    """Return the regression on the calibration's rows, whose log may have several runs of the program."""
     assert found.seen is not None
     weights, once = found.seen.weights, _strokes(programs, catalogue)[1]
     nominal = _strokes(repeated(programs, weights.shape[1] // len(once)), catalogue)[1]
@@ -101,7 +101,7 @@ def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array
 
 
 def _strokes(programs: Programs, job: Job) -> tuple[Any, Any]:
-    """Of each stroke the number of its block, and its row."""
+    """Return for each stroke the number of its block, and its row."""
     strokes = grind(programs, job).strokes
     strokes = strokes[strokes["groove"] == 0]
     _, block = np.unique(strokes["line"], return_inverse=True)

@@ -1,4 +1,4 @@
-"""The figure of the study: what parts cost on every machine, over the best fixed plan or over the original program."""
+"""The figure of the study: cost of a part on each machine over the best fixed plan or the original program."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ TICKS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
 class Compared(NamedTuple):
-    """Who is drawn: the question that has its cost and what it is over, the names of both, and a label."""
+    """Compared costs: the question of the cost and of its reference, the names of both, and a label."""
 
     question: str
     cost: str
@@ -44,7 +44,7 @@ LEGEND: dict[str, Any] = {"fontsize": 7.5, "handletextpad": 0.1, "frameon": Fals
 
 
 def plants_figure(found: Mapping[PlantsTrial, Found]) -> Figure | None:
-    """A dot for every machine and program, a line a family, a panel for what advises and one for what searches.
+    """Return a dot for every machine and program, a line a family, a panel for what advises and one for what searches.
 
     None where neither was asked.
     """

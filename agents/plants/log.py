@@ -1,4 +1,4 @@
-"""What a shop logs of a batch: the power of its spindle over time, as its meter shows it, and what was gauged."""
+"""The log that a shop records of a batch: metered spindle power over time, and gauged parts."""
 
 import math
 import re
@@ -58,7 +58,7 @@ def logged(machine: StudyMachine, folder: Path) -> Logged:
 
 
 def write_log(path: Path, record: GrindingRecord, text: str, plant: Plant, seed: int) -> None:
-    """Write the log of a run of a program, in s and W, with what a meter of the family `meter` makes of it."""
+    """Write the log of a run of a program, in s and W, as a meter of the family `meter` shows it."""
     rng, own = np.random.default_rng(seed), dict(zip(plant.remembers._fields, plant.own, strict=True))
     begins, ends = over_the_part(record, text)
     time = np.arange(-MARGIN, ends[-1] + MARGIN, INTERVAL)
@@ -76,7 +76,7 @@ def write_log(path: Path, record: GrindingRecord, text: str, plant: Plant, seed:
 
 
 def over_the_part(record: GrindingRecord, text: str) -> tuple[Array, Array]:
-    """When the wheel is over the part in each stroke, from and to, s: at every stop the operator takes his time."""
+    """Return when the wheel is over the part in each stroke, from and to, s; every stop takes operator time."""
     strokes = record.strokes
     stops = np.array([number for number, line in enumerate(text.splitlines(), 1) if STOP.search(line)])
     stopped = np.diff(np.searchsorted(stops, strokes["line"]), prepend=0) != 0

@@ -1,4 +1,4 @@
-"""The machines of the study: members of every family, each with every program, and the machine that is the model."""
+"""The machines of the study: members of every family with every program, and the model itself."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +18,7 @@ from grind_env.plants.names import MODEL, PUBLIC_FAMILIES
 from grind_env.toml import files_named
 
 PARTS = 60
-"""Of a batch."""
+"""Parts of a batch."""
 
 
 class StudyProgram(NamedTuple):
@@ -78,7 +78,7 @@ def machines(
     seeds: int = STUDY_MACHINES,
     programs: Sequence[StudyProgram] = tuple(PROGRAMS.values()),
 ) -> list[StudyMachine]:
-    """The machines of the study: of each family those with the seeds from 1, each with every program."""
+    """Return the machines of the study: of each family those with the seeds from 1, each with every program."""
     members = {family: [f"{family}:{seed}" for seed in range(1, seeds + 1)] for family in families}
     plants = [name for family in families for name in (members | {MODEL.name: [MODEL.name]})[family]]
     return [StudyMachine(plant, program) for program in programs for plant in plants]

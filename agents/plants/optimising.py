@@ -1,4 +1,4 @@
-"""What a search promises on a machine, calibrated or not, and what its words come to there."""
+"""Promised and true cost of optimised programs on a machine, with and without a calibration."""
 
 import tempfile
 from dataclasses import replace
@@ -34,7 +34,7 @@ def real(programs: Programs, job: Job) -> tuple[float, float]:
 
 
 def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, float]:
-    """What the search promises and what comes of it: without a calibration, with one, and with the machine as model."""
+    """Return promised and true costs of the search: without a calibration, with one, and with the true model."""
     truth, found = machine.job(), dict[str, float]()
     found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
     with tempfile.TemporaryDirectory() as folder:
@@ -50,7 +50,7 @@ def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, fl
 
 
 def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
-    """The job with what a calibration has found by a log of the machine; None if it refused."""
+    """Return the job with what a calibration has found by a log of the machine; None if it refused."""
     files = logged(machine, folder)
     try:
         calibrate(files.log, files.program, files.job, gauge=files.gauge).write(folder / "machine.toml")
@@ -61,7 +61,7 @@ def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
 
 @cache
 def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
-    """What is found without a calibration, on whatever machine."""
+    """Return the result without a calibration, the same for all machines."""
     return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
 
 

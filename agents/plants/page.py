@@ -1,4 +1,4 @@
-"""The study, and its tables: as a page, and every number as CSV."""
+"""The page and the CSV table of the study."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,6 +18,7 @@ from grind_env.files import is_file
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.policies.tuned import write_whole
 from grind_env.table import Column, table_of
+from grind_env.task_version import TASK_VERSION
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
@@ -27,8 +28,8 @@ machines of all these families; they are the words, too, where a calibration *re
 Logs have the gain and the idle power of a meter, and neither its lag nor the drift of a gauge. *Advise*: `floor` holds
 no model, and `trusting` is the adviser without its guard. *Robust*: an agent trained for the program on other machines
 of all these families."""
-HEADER = ("question", "program", "plant", "what", "value", "commit")
-BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
+HEADER = ("question", "program", "plant", "what", "value", "commit", "task_version")
+BEGINS = {CSV: ",".join(HEADER[:-1]), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"
 ASKED = (
     Column("question", lambda item: item[0]),
@@ -83,12 +84,13 @@ def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
 
 
 def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
-    """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
+    """Return what a table of the present task version has of the programs of the study, and the commit of each cell."""
     if not path.exists():
         return {}, {}
     found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
     for row in csv_rows(path):
-        if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
+        present = row.get("task_version") == str(TASK_VERSION)
+        if present and row["program"] in PROGRAMS and row["question"] in QUESTIONS:
             cell = PlantsTrial(row["question"], StudyMachine(row["plant"], PROGRAMS[row["program"]]))
             found.setdefault(cell, {})[row["what"]] = float(row["value"])
             commits[cell] = row["commit"]
@@ -97,18 +99,16 @@ def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, st
 
 def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
     """What was found, a number a row, with the commit by which."""
-    return csv_of(
-        HEADER,
-        (
-            (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
-            for cell, numbers in found.items()
-            for what, value in numbers.items()
-        ),
+    rows = (
+        (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
+        for cell, numbers in found.items()
+        for what, value in numbers.items()
     )
+    return csv_of(HEADER, ((*row, TASK_VERSION) for row in rows))
 
 
 def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
-    """The tables, Markdown, below the figure if one is drawn."""
+    """Return the tables, Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,
         SAID,

@@ -1,4 +1,4 @@
-"""What an agent makes of a batch on a machine that was trained for the program on other machines of all families."""
+"""Cost of a batch with an agent that was trained for the program on other machines of all families."""
 
 from pathlib import Path
 
@@ -16,9 +16,9 @@ from grind_env.shop.advise.rehearsal import BatchResult, advised
 
 
 def robust_on(machine: StudyMachine, folder: Path, episodes: int) -> dict[str, list[BatchResult]]:
-    """Batches with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
+    """Grind batches with such an agent in `grind advise`, and with the best fixed plan, on the same lots.
 
-    The agent is trained on public machines, one in every batch, unless it is kept in the folder.
+    The agent is trained on public machines, one in every batch, unless the folder has it.
     """
     program, job = (str(path.absolute()) for path in machine.program.files)
     problem = find_problem(program, job, PARTS)

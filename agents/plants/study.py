@@ -1,4 +1,4 @@
-"""The cells of the study, and what decides what is found in one."""
+"""The cells of the study, and the inputs that decide the result of a cell."""
 
 import hashlib
 import time
@@ -65,7 +65,7 @@ def _answer(cell: PlantsTrial) -> Found:
 
 
 def code(cell: PlantsTrial) -> str:
-    """Stands for the code that decides what is found, and for the program, its job and the catalogue."""
+    """Return a fingerprint of the deciding code, the program, its job and the catalogue."""
     digest = hashlib.sha256(sources(f"agents.plants.{QUESTIONS[cell.question]}", DECIDING).encode())
     for path in (*cell.machine.program.files, *sorted(DATA.rglob("*.toml"))):
         digest.update(path.read_bytes())

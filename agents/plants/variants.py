@@ -1,4 +1,4 @@
-"""A program with other E and picks, and one that grinds several parts with an E of their own."""
+"""Variants of a program: with other E and picks, and with several parts of different E."""
 
 import json
 import re
@@ -23,14 +23,14 @@ INFEED = re.compile(r"(G0?1 Y-\.\d+ F)(\.\d+)", re.IGNORECASE)
 """Beside a table that runs."""
 NEXT = "G80\nM00\n"
 HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)
-"""Of a line before the first block."""
+"""Head of a line before the first block."""
 END, LABEL = re.compile(r"(?<![A-Z])M0?(30|2)(?!\d)", re.IGNORECASE), re.compile(r"^\s*N\d+\s*", re.IGNORECASE)
 FILES = re.compile(r"^files\s*=\s*\[[^\]]*\]", re.MULTILINE)
 CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)
 
 
 def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -> str:
-    """The program with E times a factor, depths of cut times J, and without its dresses where it is not `dressed`."""
+    """Return the program with E times a factor, depths of cut times J, and without dresses unless `dressed`."""
 
     def words(code: str) -> str:
         code = FEED.sub(lambda found: f"E{_number(E * float(found[1]))}", code)
@@ -60,7 +60,7 @@ def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, 
 
 
 def with_catalogue(job: Path, file: Path) -> str:
-    """The text of a job that reads a catalogue file besides its own, from wherever it is written."""
+    """Return the text of a job that reads a catalogue file besides its own, from wherever it is written."""
     text = job.read_text(encoding="utf-8")
     held = read_toml(job).get("catalogue")
     if held is None:
@@ -70,7 +70,7 @@ def with_catalogue(job: Path, file: Path) -> str:
 
 
 def _pieces(text: str) -> tuple[str, str, str]:
-    """What comes before the first block, the blocks up to the end of the program, and the subprograms."""
+    """Return the text before the first block, the blocks up to the end of the program, and the subprograms."""
     lines = text.splitlines(keepends=True)
     code = [COMMENT.sub("", line) for line in lines]
     begin = next((k for k, line in enumerate(code) if not HEAD.match(line)), len(lines))
@@ -84,7 +84,7 @@ def _are(some: Array, others: Array) -> bool:
 
 
 def _number(value: float) -> str:
-    """With a decimal point, as without one some controls take it for so many steps."""
+    """Return a number with a decimal point; some controls count a number without one in steps."""
     return f"{value:.6f}".rstrip("0")
 
 

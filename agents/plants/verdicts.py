@@ -1,4 +1,4 @@
-"""What is asked of tools on machines that are not the model, and how far they hold it."""
+"""Promises of the shop tools on out-of-model machines, and how far the tools keep them."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ class Bound(NamedTuple):
 
 
 def promises(found: Mapping[PlantsTrial, Found]) -> list[tuple[str, Bound]]:
-    """All that can be judged by what was found, each with its question."""
+    """Return all that can be judged by what was found, each with its question."""
     asked = list[tuple[str, Bound]]()
     for question, judged in JUDGED.items():
         rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
@@ -42,12 +42,12 @@ def promises(found: Mapping[PlantsTrial, Found]) -> list[tuple[str, Bound]]:
 
 
 def column(rows: Rows, name: str) -> Array:
-    """A number of each cell; NaN where it has none."""
+    """Return a number of each cell; NaN where it has none."""
     return np.array([numbers.get(name, np.nan) for _, numbers in rows])
 
 
 def by_family(rows: Rows, number: Callable[[Rows], float]) -> dict[str, float]:
-    """A number of each family."""
+    """Return a number of each family."""
     families = dict.fromkeys(cell.machine.family for cell, _ in rows)
     return {family: number([row for row in rows if row[0].machine.family == family]) for family in families}
 
@@ -93,11 +93,7 @@ def _optimise(others: Rows, own: Rows) -> list[Bound]:
             0.8,
             True,
         ),
-        Bound(
-            "calibrated: width of the interval over the cost, median",
-            _median(((high - low) / cost)[known]),
-            0.25,
-        ),
+        Bound("calibrated: width of the interval over the cost, median", _median(((high - low) / cost)[known]), 0.25),
         Bound(
             "calibrated: scrap beyond 1 % or the original's, worst, %",
             100.0 * _most(scrap - np.maximum(scrap_before, 0.01)),
@@ -136,11 +132,7 @@ def _advise(others: Rows, own: Rows) -> list[Bound]:
         Bound("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
         Bound("the same, worst machine", _most(cost / plan), 1.5),
         Bound("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
-        Bound(
-            "blocks beyond the power after one that was read so",
-            _most(column(others, "adviser_in_a_row")),
-            0.0,
-        ),
+        Bound("blocks beyond the power after one that was read so", _most(column(others, "adviser_in_a_row")), 0.0),
         Bound(
             "parts beyond size or Ra after one that was read so, worst machine",
             _most(column(others, "adviser_parts_in_a_row")),
@@ -170,7 +162,7 @@ COLUMNS = {
 
 
 def family_rows(found: Mapping[PlantsTrial, Found], question: str) -> list[tuple[str, ...]]:
-    """A line a family: means of its machines."""
+    """Return a line a family: means of its machines."""
     rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
     lines = []
     for family in dict.fromkeys(cell.machine.family for cell, _ in rows):

@@ -1,1 +1,1 @@
-"""Reference scores of the tasks and their comparison with the published ones."""
+"""Reference scores of the tasks, and their comparison with published scores."""

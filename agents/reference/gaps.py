@@ -1,4 +1,4 @@
-"""What it is worth to adapt E, D or both in a task, and what is left to be had."""
+"""Gaps of a task: the gain from adapting E, D or both, and the gain still possible."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -44,7 +44,7 @@ DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """What one policy costs in a task, and what it saves on another one in the same episodes."""
+    """Cost of one policy in a task, and its saving over another in the same episodes."""
 
     what: str
     policy: str
@@ -54,7 +54,7 @@ class Gap:
     against: str
     """The policy on which it saves."""
     saving: Interval
-    """Of the mean cost of an episode, %."""
+    """Saving of the mean cost of an episode, %."""
     score: Interval
     """0 is the best fixed plan, 100 hindsight."""
 
@@ -74,7 +74,7 @@ class TaskGaps:
 
 
 def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path | None = None) -> TaskGaps:
-    """The gaps of a task, from the evaluations of its policies on the same episodes."""
+    """Return the gaps of a task, from the evaluations of its policies on the same episodes."""
     simulation = problem.simulation()
     sees = {name: make_policy(name, simulation, configs).sees for name in found}
     rules = [name for name in found if sees[name] == "measurements"]
@@ -116,7 +116,7 @@ def mean(cost: Array) -> Array:
 
 
 def saving(cost: Array, against: Array) -> Array:
-    """By how much the mean cost is below another one, % of that, along the last axis."""
+    """Return the saving of the mean cost over another cost, %, along the last axis."""
     return np.asarray(100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1)))
 
 
@@ -125,7 +125,7 @@ SOLVED = ("slot", "oracle6")
 
 
 class Promise(NamedTuple):
-    """A promise of the tasks: a figure is kept in all tasks that have the figure, or in `least` of them."""
+    """Promise of the tasks: a bound on a figure in all tasks that have it, or in `least` of them."""
 
     text: str
     figure: Callable[[TaskGaps], float | None]
@@ -155,7 +155,7 @@ def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | N
 
 
 def _best_score(found: TaskGaps) -> float | None:
-    """The score of the best rule in a task that is not made to be solved by one."""
+    """Return the score of the best rule in a task that is not made to be solved by one."""
     return None if found.task in SOLVED else found.gaps[BEST].score.value
 
 
@@ -221,7 +221,7 @@ def study(asked: StudyOptions) -> Study:
 
 
 def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
-    """The tables and the promises as Markdown."""
+    """Return the tables and the promises as Markdown."""
     lines = [
         "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
         f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
@@ -234,13 +234,13 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
 
 
 def verdicts(tasks: Sequence[TaskGaps]) -> list[list[str]]:
-    """A row for each promise, under `VERDICTS`."""
+    """Return a row for each promise, under `VERDICTS`."""
     found = [(each.text, each.verdict(tasks)) for each in PROMISES]
     return [[text, "yes" if held else "no", by, but] for text, (held, by, but) in found]
 
 
 def tables(tasks: Sequence[TaskGaps]) -> list[Table]:
-    """The tables, each with its title."""
+    """Return the tables, each with its title."""
 
     def gap(what: str, field: str, form: str) -> Column:
         return Column(what, lambda each: getattr(each.gaps.get(what), field, None), form, right=True)

@@ -84,7 +84,7 @@ def tune_missing(problem: Problem, names: Sequence[str], configs: Path | None, o
 
 
 def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:
-    """The reference scores of a task: anchors on the episodes of the planner, returns on all."""
+    """Return the reference scores of a task: anchors on the episodes of the planner, returns on all."""
     planned = len(found[REFERENCE].cost)
     measured = {each.name: found[each.name] for each in policies if each.sees == "measurements"}
     best = min(measured, key=lambda name: float(measured[name].cost.mean()))
@@ -110,7 +110,7 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
 
 
 def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
-    """All numbers in full, with seeds and versions in every row."""
+    """Return all numbers in full, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
     facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]
     kept = [name for name in facts[0] if name not in ("stable_baselines3", "torch")]

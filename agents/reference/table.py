@@ -1,4 +1,4 @@
-"""The table of one task that the reference scores are printed and written in."""
+"""The table of reference scores of a task, for the terminal and files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
@@ -15,7 +15,7 @@ COLUMNS = (
     Column("sees", "sees"),
     Column("$/good part", "cost", "±.3f"),
     Column("scrap %", "scrap", ".2f", factor=100.0),
-    Column("E m/min", "speed", ".1f"),
+    Column("E mm/min", "speed", ".0f"),
     Column("D", "executions", ".2f"),
     Column("score (95 % interval)", "score", ".1f"),
 )
@@ -32,7 +32,7 @@ class ScoreRow:
     scrap: float
     """Share of the parts."""
     speed: float
-    """Mean E, m/min."""
+    """Mean E, mm/min."""
     executions: float
     """Mean D."""
     score: Interval
@@ -40,7 +40,7 @@ class ScoreRow:
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
-    """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
+    """Return the table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
 
     Scores are of the episodes that the planner has planned, the first ones of the others.
     """
@@ -51,7 +51,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
     for policy in policies:
         run = results[policy.name]
         score = run.first(planned).score(fixed.first(planned), planner)
-        speed, executions = run.speed / 1000.0, run.dresses
+        speed, executions = run.speed, run.dresses
         rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 
@@ -67,6 +67,6 @@ def spread_names(name: str) -> list[str]:
 
 
 def flat(row: Any) -> Iterator[object]:
-    """The values of a row, a dataclass, with intervals spread out."""
+    """Return the values of a row, a dataclass, with intervals spread out."""
     for value in astuple(row):
         yield from value if isinstance(value, tuple) else (value,)

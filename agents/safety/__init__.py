@@ -1,1 +1,1 @@
-"""The safe track: what agents and rules earn, and what they violate, beside a budget of scrap."""
+"""The safety study: returns and violations of agents and rules beside a budget of scrap."""

@@ -1,4 +1,4 @@
-"""What a policy earns and violates in a task, beside a budget of scrap; an agent is trained before."""
+"""Return and violations of a policy in a task with a budget of scrap; agents are trained first."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -39,7 +39,7 @@ SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("r
 
 @dataclass(frozen=True)
 class SafetyTrial:
-    """Who decides in a problem, and how an agent is trained before."""
+    """Policy in a problem, with the training of an agent."""
 
     problem: Problem
     who: str
@@ -53,7 +53,7 @@ class SafetyTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SafetyRow:
-    """What came of a cell on evaluation episodes; intervals are 95 %, over these."""
+    """Result of a cell on evaluation episodes, with 95 % intervals over them."""
 
     task: str
     who: str

@@ -1,4 +1,4 @@
-"""The safe track over tasks: who decides in them, and the table of what they earn and who keeps the budgets."""
+"""The page of the safety study: returns, violations, and who keeps the budget."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -53,7 +53,7 @@ def _mean(runs: Sequence[SafetyRow], name: str) -> float:
 
 
 def _kept(runs: Sequence[SafetyRow]) -> str:
-    """How many are within their budgets, and how many of these surely."""
+    """Return how many are within their budgets, and how many significantly."""
     kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
     return f"{kept} ({surely}) of {len(runs)}"
 
@@ -79,7 +79,7 @@ COLUMNS = (
 
 
 def page(found: Sequence[SafetyRow]) -> str:
-    """The table, Markdown; means over seeds, and behind them what the seeds gave."""
+    """Return the table, Markdown; means over seeds, and behind them what the seeds gave."""
     of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
         f"`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
@@ -92,7 +92,7 @@ def page(found: Sequence[SafetyRow]) -> str:
 
 
 def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
-    """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
+    """Return who keeps the budget, and the cost of the multiplier; nothing for one task."""
     tasks = list(dict.fromkeys(task for task, _ in of))
     if len(tasks) < 2:
         return ""

@@ -1,25 +1,22 @@
-"""The adapters of the track by name."""
+"""The policies of the track that learn on a machine, by name."""
 
-from collections.abc import Callable
-from functools import partial
+from copy import deepcopy
 
-from agents.track.learning import Adviser, Calibrated, Rl2
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.naming import named_policy, own_policy
+from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
 
-RETRAINING = "agents.track.retraining"
-"""It imports PyTorch, which takes seconds."""
-ADAPTERS: dict[str, Callable[[], Policy]] = {
-    Calibrated.name: Calibrated,
-    Adviser.name: Adviser,
-    Rl2.name: Rl2,
-    "fine_tuned": partial(own_policy, RETRAINING, "FineTuned"),
-    "robust_calibrated": partial(own_policy, RETRAINING, "RobustCalibrated"),
+ADAPTERS = {
+    "calibrated": "agents.track.learning:CalibratedPlanner",
+    "adviser": "agents.track.learning:Adviser",
+    "rl2": "agents.track.learning:Rl2",
+    "fine_tuned": "agents.track.retraining:FineTuned",
+    "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }
-"""Policies that learn on a machine, each made anew for every run."""
+"""Class of each, which is imported when it is asked for: PyTorch takes seconds."""
 
 
 def make_adapter(name: str, model: Simulation) -> Policy:
     """Return a new policy: one of `ADAPTERS`, or what `named_policy` finds (a name, a file, `module:Class`)."""
-    return ADAPTERS[name]() if name in ADAPTERS else named_policy(name, model, modules=True)
+    # a copy: a module may have one object, which must not take what it learns to the next machine
+    return deepcopy(named_policy(ADAPTERS.get(name, name), model, modules=True))

@@ -29,7 +29,7 @@ PLANNER = "look_ahead"
 
 
 @dataclass
-class Calibrated:
+class CalibratedPlanner:
     """A planner on the belief with a guard, both on a model that is fitted to all shifts so far."""
 
     name: ClassVar[str] = "calibrated"

@@ -78,7 +78,8 @@ class FineTuned(Trained):
         logits, agent.state = agent.actor.outputs(agent.view.features(observation), agent.state)
         # the largest is a draw with the chances of the agent
         drawn = logits + self.rng.gumbel(size=logits.shape)
-        return agent.view.decide(best_actions(agent.view.action_space, drawn))
+        decision: Decision = agent.view.decide(best_actions(agent.view.action_space, drawn))
+        return decision
 
     def learn(self, shift: TrackShift) -> None:
         agent = self.agent
@@ -133,5 +134,5 @@ def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: 
         ratio = (likelihood(logs, actions) - chances).exp()
         loss = -torch.minimum(ratio * gain, ratio.clamp(1.0 - CLIP, 1.0 + CLIP) * gain).mean()
         optimiser.zero_grad()
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()

@@ -1,4 +1,4 @@
-"""The parameters of the scripted policies as a search sees them."""
+"""Tunable parameters of the scripted policies, with ranges."""
 
 from typing import Any, NamedTuple
 
@@ -27,13 +27,13 @@ class Coefficient(NamedTuple):
     needs: str | None = None
 
     def size(self, task: Task) -> int:
-        """How many entries of the search vector it takes: none if the task lacks what it needs."""
+        """Return the number of entries in the search vector: none if the task lacks its feature."""
         if self.needs is not None and getattr(task, self.needs) is None:
             return 0
         return len(task.kinds) if self.by_kind else 1
 
     def value(self, z: float, executions: int) -> float:
-        """The parameter at z, as it stands in the file; `executions` is the most of the task."""
+        """Return the parameter at z, as it stands in the file; `executions` is the most of the task."""
         change = self.step * z
         value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
         if self.blocks:
@@ -42,7 +42,7 @@ class Coefficient(NamedTuple):
 
 
 SHARPNESS = (
-    Coefficient("E", 12.0, 0.2, positive=True, by_kind=True),
+    Coefficient("E", 12_000.0, 0.2, positive=True, by_kind=True),
     Coefficient("A_dress", 0.015, 0.2, positive=True, by_kind=True),
     Coefficient("gA", -0.3, 0.2),
     Coefficient("gF", 0.0, 0.1),
@@ -63,11 +63,11 @@ ADAPTIVE = (
 )
 RULES: dict[str, tuple[Coefficient, ...]] = {
     "constant_per_kind": (
-        Coefficient("E", 12.0, 0.4, positive=True, by_kind=True),
+        Coefficient("E", 12_000.0, 0.4, positive=True, by_kind=True),
         Coefficient("D", 0.5, 0.5, by_kind=True, whole=True),
     ),
     "power_threshold": (
-        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("E", 12_000.0, 0.2, positive=True),
         Coefficient("upper", 60.0, 0.2, positive=True),
         Coefficient("lower", 0.9, 0.1, positive=True, most=1.0),
         Coefficient("share", 0.8, 0.1, positive=True),
@@ -78,7 +78,7 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         Coefficient("every", 4.0, 0.5, positive=True, blocks=True),
     ),
     "adaptive_dress": (
-        Coefficient("E", 12.0, 0.2, positive=True),
+        Coefficient("E", 12_000.0, 0.2, positive=True),
         *(each for each in ADAPTIVE if not each.name.startswith(("E", "g"))),
     ),
     "adaptive_rule": ADAPTIVE,
@@ -119,5 +119,5 @@ def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) 
 
 
 def rounded(value: Any) -> float:
-    """The value as it stands in the file."""
+    """Return the value as it stands in the file."""
     return float(f"{value:.{DIGITS}g}")

@@ -1,4 +1,4 @@
-"""Tunes the scripted policies on the training episodes of a task; between runs the validation episodes decide."""
+"""Tune the scripted policies on training episodes of a task, and choose between runs on validation episodes."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -99,35 +99,32 @@ class Tuner:
         return [float(run.cost[first : first + n].mean()) for first in range(0, len(run.cost), n)]
 
     def constant(self) -> tuple[Fixed, int]:
-        """The best constant E and D, and the evaluations spent."""
+        """Return the best constant E and D, and the evaluations spent."""
         return self._fixed("constant", SPEEDS, range(self.task.action.executions + 1), (1,))
 
     def interval(self) -> tuple[Fixed, int]:
-        """The best constant E with one or two executions in every N-th block."""
+        """Return the best constant E with one or two executions in every N-th block."""
         D = range(1, min(2, self.task.action.executions) + 1)
         return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS)
 
     def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:
-            return Fixed(1000.0 * rounded(E), D, every, name)
+            return Fixed(rounded(E), D, every, name)
 
         costs = self._cached(name, lambda point: plan(*point))
-        found = grid_search(costs, product(self._speeds(speeds), D, every))
+        found = grid_search(costs, product(speed_grid(self.task, speeds).tolist(), D, every))
         E, *rest = found.point
         found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
         return plan(found.point, *rest), found.evaluations
-
-    def _speeds(self, count: int) -> list[float]:
-        return [float(speed) / 1000.0 for speed in speed_grid(self.task, count)]
 
     def _refine(self, cost: Callable[[float], float], found: BestPoint) -> BestPoint:
         if self.task.action.speed_levels is not None:
             return found
         low, high = self.task.action.speed_ends
-        return refine(cost, found, low / 1000.0, high / 1000.0)
+        return refine(cost, found, low, high)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
-        """The best of several CMA-ES runs of a rule, on the validation episodes."""
+        """Return the best of several CMA-ES runs of a rule, on the validation episodes."""
         runs = [self.run(self.cached_run(name, seed), name, evaluations, seed) for seed in range(starts)]
         best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
@@ -138,7 +135,7 @@ class Tuner:
         return evolve(costs, start, evaluations, seed)
 
     def cached_run(self, name: str, seed: int) -> CachedCosts:
-        """The costs of a CMA-ES run of a rule."""
+        """Return the costs of a CMA-ES run of a rule."""
         return self._cached(f"{name}-{seed}", lambda vector: self._made(name, vector))
 
     def _made(self, name: str, vector: Any) -> Policy:
@@ -149,7 +146,7 @@ class Tuner:
         return from_vector(RULES[name], self.task, vector)
 
     def _cached(self, search: str, made: Callable[[Any], Policy]) -> CachedCosts:
-        """The costs of a search whose points are made into policies; another code, task or list of seeds has others."""
+        """Return the costs of a search over policies, cached by code, task and seeds."""
         policy = search.partition("-")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
@@ -169,7 +166,7 @@ class TuningRun:
     policy: str
     seed: int
     folder: Path | None
-    """Of the cache; None of a run on a node, which cannot reach it."""
+    """Folder of the cache; None of a run on a node, which cannot reach it."""
     evaluations: int
     episodes: int
     fresh: bool
@@ -201,7 +198,7 @@ def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned
         policy, parameters, spent = tuner.rule(name, evaluations, starts)
     else:
         plan, spent = tuner.constant() if name == "constant" else tuner.interval()
-        policy, parameters = plan, {"E": rounded(plan.E / 1000.0), "D": plan.D, "every": plan.every}
+        policy, parameters = plan, {"E": plan.E, "D": plan.D, "every": plan.every}
     return Tuned(
         parameters=parameters,
         training_cost=round(tuner.cost(policy), 4),
@@ -225,10 +222,10 @@ def tune(
     jobs: int = 1,
     ray: str | None = None,
 ) -> dict[str, Tuned]:
-    """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
+    """Tune the policies missing in the task's file, and store each one when it is done.
 
-    Those that it has for another task are tuned anew. A search that was killed goes on from its cache, in
-    `<task>/tuning` below `runs`. What is found does not depend on `jobs` or `ray`.
+    Policies tuned for another task are tuned again. A killed search resumes from its cache in `<task>/tuning` below
+    `runs`. The result does not depend on `jobs` or `ray`.
 
     Raises:
         ConfigError: a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
@@ -286,7 +283,7 @@ def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[
 
 
 def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> bool:
-    """Whether parameters of a file cost on their training episodes what it says: those of another task do not."""
+    """Return whether parameters have the cost that their file states; those of another task do not."""
     try:
         policy = make_policy(name, simulation, folder)
     except ConfigError:
@@ -297,7 +294,7 @@ def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> boo
 
 
 def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
-    """The tuned policies of a task; none if the file is damaged and to be written anew."""
+    """Return the tuned policies of a task; none if the file is damaged and to be written anew."""
     try:
         return read_tuned(problem, folder)
     except ConfigError:

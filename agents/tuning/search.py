@@ -1,4 +1,4 @@
-"""Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector; a cache of costs."""
+"""Two searches for the minimum of a function, a refined grid and CMA-ES, with a cache of costs."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +32,7 @@ class BestPoint(NamedTuple):
 
 
 def grid_search(costs: Costs, points: Iterator[Any]) -> BestPoint:
-    """The cheapest of the points; the first of equals."""
+    """Return the cheapest of the points; the first of equals."""
     found: list[tuple[float, Any]] = []
     while some := list(islice(points, TOGETHER)):
         found += zip(costs(some), some, strict=True)
@@ -78,9 +78,9 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
 
 
 class CachedCosts:
-    """Costs of points, cached in a file: a search that was killed repeats itself, without the evaluations of before.
+    """Costs of points, cached in a file: a restarted search repeats itself without new evaluations.
 
-    What is asked for together is a line of the file; one that a kill has cut short is evaluated again.
+    Points requested together are one line of the file; a line cut short by a kill is evaluated again.
     """
 
     def __init__(

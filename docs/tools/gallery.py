@@ -10,8 +10,8 @@ from pathlib import Path
 from pictures import lighter
 from PIL import Image
 
-from agents.benchmark.plan import CORE
 from agents.video import watch
+from grind_env.envs.names import CORE
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.naming import named_policy, usual_name
 from grind_env.policies.problem import find_problem

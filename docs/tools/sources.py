@@ -92,13 +92,12 @@ def results() -> Iterator[Page]:
         content = path.read_bytes()
         content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
-    for of, folder in (("study", RESULTS / "dress_study"), ("plants", RESULTS / "dress_study" / "plants")):
-        yield f"benchmark/dress_{of}.txt", table_of(COLUMNS, read_studies(folder)).markdown().encode()
-        shown = [
-            f"### {path.stem}\n\n![dress study of {path.stem}](results/{path.relative_to(RESULTS).as_posix()})\n"
-            for path in sorted(folder.glob("*.png"))
-        ]
-        yield f"benchmark/dress_{of}_pictures.txt", "\n".join(shown).encode()
+    yield "benchmark/dress_study.txt", table_of(COLUMNS, read_studies(RESULTS / "dress_study")).markdown().encode()
+    shown = [
+        f"### {path.stem}\n\n![dress study of {path.stem}](results/{path.relative_to(RESULTS).as_posix()})\n"
+        for path in sorted((RESULTS / "dress_study").glob("*.png"))
+    ]
+    yield "benchmark/dress_study_pictures.txt", "\n".join(shown).encode()
 
 
 def write(folder: Path) -> int:

@@ -1,1 +1,1 @@
-"""What can be known of wheel and lot from what was measured."""
+"""Beliefs of the hidden wheel and lot, estimated from measurements."""

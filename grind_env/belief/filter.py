@@ -1,4 +1,4 @@
-"""The compiled loop of the ensemble filter in `wheel.py`: adjust, mount a new wheel, draw a new lot, summarise."""
+"""The compiled loop of the ensemble filter in `wheel.py`: update, new wheel, new lot, summary."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What differs from wheel to wheel and from lot to lot, and what the filter in `wheel.py` reads and believes of it."""
+"""Hidden quantities of wheel and lot, and how the filter in `wheel.py` reads and estimates them."""
 
 import math
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
 
 
 class Hidden(NamedTuple):
-    """What a member of the ensemble assumes, as standard normal numbers; their scales are a `Hidden` too.
+    """Hidden factors of an ensemble member, as standard normal numbers; the scales are a `Hidden` too.
 
     All fields are numbers with no unit.
     """
@@ -29,7 +29,7 @@ class Hidden(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """What the filter reads, in physical units.
+    """Readings of the filter, in physical units.
 
     `mean_power`, `first_power` and `peak_power` are W, `diameter` is mm;
     `new_lot` is 1 if the coming part begins a lot.
@@ -49,7 +49,7 @@ class Signals(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """What a block is judged by, as far as power tells of it."""
+    """Judgement of a block, as far as power shows it."""
 
     ends_part: float
     """1 if it finishes a part."""
@@ -62,7 +62,7 @@ class Judged(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """What is believed of the wheel now and of the lot of the coming block; each shape (N,)."""
+    """Belief of the wheel now and of the lot of the coming block; each shape (N,)."""
 
     wear_flat: Any
     """Mean of the wear-flat area A."""

@@ -1,14 +1,14 @@
-"""What can be believed of the wear-flat area of the wheel and of the severity of the lot, which no machine measures.
+"""Belief of the wear-flat area of the wheel and of the dulling rate of the lot, which no machine measures.
 
-An ensemble filter. Every member is a whole wheel with factors of its own. With each block it is ground by the same
-compiled cycle as the true one, from the programmed E and D and the pre-gauged stock; then all members are adjusted to
-the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new lot draws
-its factors anew. Moving the members instead of weighing them matters: in PowerLimited a bootstrap filter of 512 weighed
-particles followed the wear no better than 16 moved ones, and was too sure of itself. The size gauge told nothing more.
+The belief is an ensemble filter. Every member is a wheel with its own factors. The same compiled cycle as for the true
+wheel grinds each block with all members, from the programmed E and D and the pre-gauged stock. Then the members are
+adjusted to the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new
+lot draws new factors. In PowerLimited 512 weighted particles (bootstrap filter) followed the wear no better than 16
+adjusted members, and were overconfident. The size gauge added no information.
 
-The filter knows the task with its spreads and the noise of its sensors, as the process engineer does who sets it up;
-of an episode it knows the measured observation alone. It draws no random numbers: the members are rows of a fixed
-Latin hypercube, so that the belief is a function of what was measured, and the same in every form of environment.
+The filter knows the task with its spreads and sensor noise, as the process engineer does. Of an episode it sees the
+measured observation only. It draws no random numbers: the members are rows of a fixed Latin hypercube, so the belief is
+a function of the measurements, equal in every form of environment.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ class BeliefError(GrindError):
 
 
 class Model(Protocol):
-    """What the filter is given of the task that it follows; an environment makes it (`envs.model`)."""
+    """Interface of the filter to the task that it follows; an environment makes it (`envs.model`)."""
 
     base: Table
     """Nominal parameters, shape (any, fields of `StrokeParameters`)."""
@@ -47,7 +47,7 @@ class Model(Protocol):
     simulation: Any
     """Steps the members; `read` says observations in physical units, `clear` lets members begin."""
     branches: Any
-    """Of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
+    """Branches of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
     dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
 
@@ -55,7 +55,7 @@ class Model(Protocol):
         """Rows in `base` of blocks of these rows in the table of kinds, shape (N,)."""
 
     def judged(self, rows: Numbers) -> Table:
-        """What such a block is judged by, shape (N, fields of `Judged`)."""
+        """Return the judgement of such a block, shape (N, fields of `Judged`)."""
 
     def room(self, n: int) -> Any:
         """Room for N members: episodes of one block, with `wheels` and more."""
@@ -75,7 +75,7 @@ class Model(Protocol):
 
 
 class Forecast(NamedTuple):
-    """What the members expected to be read of the last block, each shape (N, M)."""
+    """Expected readings of the last block, by member, each shape (N, M)."""
 
     mean_power: Any
     """W, like the peak; 0 where there is nothing to read."""
@@ -134,12 +134,12 @@ class WheelBelief:
 
     @property
     def wheels(self) -> Table:
-        """Of the members, shape (N, M, fields of `WheelState`): a view."""
+        """Return the wheels of the members, shape (N, M, fields of `WheelState`): a view."""
         wheels: Table = self.members.wheels.reshape(len(self.fresh), self.size, -1)
         return wheels
 
     def factors(self) -> Table:
-        """The factors of the members for the coming block, shape (N, M, factors)."""
+        """Return the factors of the members for the coming block, shape (N, M, factors)."""
         drawn = np.empty((*self.hidden.shape[:2], len(FACTORS)))
         write_factors(self.hidden, self.model.sigmas, self.model.ageing, self.ground, np.arange(len(drawn)), drawn)
         return drawn
@@ -167,7 +167,7 @@ class WheelBelief:
             mean_power=seen["mean_power"],
             first_power=seen["first_power"],
             peak_power=seen["peak_power"],
-            speed=1000.0 * seen["last_speed"],
+            speed=seen["last_speed"],
             # a whole number again, which the single precision of the observation may have missed
             executions=np.round(seen["last_executions"]),
             pre_dress=seen.get("last_pre_dress", np.zeros(n)),
@@ -208,7 +208,7 @@ class WheelBelief:
         return (episodes[:, None] * self.size + np.arange(self.size)).ravel()
 
     def _ground(self, episodes: Numbers, signals: Signals) -> Table:
-        """What the members of some episodes find in their last block, shape (N, M, fields of `Tally`)."""
+        """Return the results of the members of some episodes in their last block, shape (N, M, fields of `Tally`)."""
         index = self._of(episodes)
         self.model.write_factors(self.members, index, self.factors().reshape(-1, len(FACTORS))[index])
         choice = [np.repeat(each, self.size) for each in (signals.speed, signals.executions, signals.pre_dress)]

@@ -1,4 +1,4 @@
-"""How much a program may execute: none runs without end, and what is seen to be too much is not begun."""
+"""Limits on the work of a program, so that no program runs without end."""
 
 import math
 
@@ -7,7 +7,7 @@ from grind_env.control.options import TAKEN_BY
 
 
 class BlockBudget:
-    """Counts blocks and strokes, those of subprograms and dress programs with them."""
+    """Counter of blocks and strokes, including those of subprograms and dress programs."""
 
     def __init__(self, limit: int) -> None:
         self.limit, self.spent = limit, 0
@@ -31,10 +31,10 @@ class BlockBudget:
 
 
 class Rounds:
-    """Something that is executed over and over, such as a subprogram: the first rounds show what all of them take.
+    """Repeated execution, such as of a subprogram; the first rounds predict the rest.
 
-    Each is taken to need what the least of those made has needed, of two at least: the first one may differ. Rounds
-    within others are as many again in each of those.
+    Each round is assumed to need the least of the finished rounds, of two at least, because the first may differ.
+    Nested rounds multiply.
     """
 
     def __init__(self, budget: BlockBudget, place: Place, count: int, within: "Rounds | None" = None) -> None:

@@ -1,4 +1,4 @@
-"""Reads every block of a program and executes it, to report what is wrong or what it does."""
+"""Read and execute every block of a program, and report its errors or its effect."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,25 +16,25 @@ from grind_env.control.trace import error_record
 from grind_env.control.words import read_block
 
 MOST_ERRORS = 1000
-"""Of reading that are told: a file that is no part program may have one in each line."""
+"""Most errors of reading that are told: a file that is no part program may have one in each line."""
 
 
 @dataclass(slots=True)
 class Report:
-    """What a check found.
+    """Findings of a check.
 
     Attributes:
         programs: number of programs read.
         blocks: number of blocks in them.
-        motions: number of motions made.
-        seconds: time of the execution, s; with a job that of the parts, loading and dresses included.
+        motions: number of motions.
+        seconds: time of the execution, s; with a job the time of the parts, loading and dresses included.
         cycles: every cycle executed, with its strokes and dresses.
-        between: strokes that the table makes after a G82 or G83, until the next cycle or G80.
-        messages: what the control told the operator.
-        warnings: with a job, what the program does not do on its machine as it should.
-        errors: every error of reading (at most `MOST_ERRORS`), and the one that has ended the execution, by place.
-        stopped: this last one; None if the program was executed to its end, or not at all.
-        executed: whether it was, which it is not with faulty program names.
+        between: strokes of the table after a G82 or G83, until the next cycle or G80.
+        messages: messages of the control to the operator.
+        warnings: with a job, parts of the program without the expected effect on its machine.
+        errors: every error of reading (at most `MOST_ERRORS`), and the error that ended the execution, by place.
+        stopped: the error that ended the execution; None if it reached the end, or did not start.
+        executed: whether the program was executed; False for faulty program names.
     """
 
     programs: int = 0
@@ -75,12 +75,14 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
     ended = [] if report.stopped is None else [report.stopped]
     read = islice(_reading_errors(programs, control or Control()), MOST_ERRORS)
     found = {str(error): error for error in (*read, *faults, *ended)}
-    report.errors = sorted(found.values(), key=lambda error: _place(error, programs.name))
+    report.errors = sorted(
+        found.values(), key=lambda error: (error.file != programs.name, error.file, error.line or 0, error.column or 0)
+    )
     return report
 
 
 def ended_at(report: Report) -> str:
-    """A sentence on where the execution has ended, if that is not the only error; else empty."""
+    """Return a sentence on where the execution has ended, if that is not the only error; else empty."""
     error = report.stopped
     if len(report.errors) < 2:
         return ""
@@ -89,10 +91,6 @@ def ended_at(report: Report) -> str:
     if error is None:
         return ""
     return f"the program was not executed further than {error.file}:{error.line}; check it again once that is mended"
-
-
-def _place(error: ControlError, main: str) -> tuple[bool, str, int, int]:
-    return error.file != main, error.file, error.line or 0, error.column or 0
 
 
 def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlError]:
@@ -125,7 +123,7 @@ def _execution_error(programs: Programs, control: Control | None, report: Report
 
 
 def report_record(report: Report, file: str) -> dict[str, Any]:
-    """A report on a file in JSON types."""
+    """Return a report on a file in JSON types."""
     return {
         "programs": report.programs,
         "blocks": report.blocks,
@@ -150,7 +148,7 @@ def report_record(report: Report, file: str) -> dict[str, Any]:
 
 
 def summary(report: Report) -> str:
-    """A report without errors as text: a line for the whole, and one for each cycle."""
+    """Return a report without errors as text: a line for the whole, and one for each cycle."""
     lines = [
         f"{_count(report.programs, 'program')}, {_count(report.blocks, 'block')}, "
         f"{_count(report.motions, 'motion')}, {report.seconds:.2f} s"

@@ -27,7 +27,7 @@ class Control:
     start: what G10 or the dresser change in them lives as long as the execution.
 
     Attributes:
-        acceleration: of every axis, mm/s^2; linear ramps (PD-21).
+        acceleration: acceleration of every axis, mm/s^2; linear ramps (PD-21).
         rapid_feed: speed along the path of G00, mm/min.
         maximum_feed: F and E above it are clamped to it (12-60), mm/min.
         reversal_dwell: rest of the table at every reversal, s; part of the time of the stroke before it.
@@ -41,25 +41,25 @@ class Control:
         number_format: digits of lengths and feeds, and how missing zeros are read.
         variables: values that ``#`` variables, local or common ones, have at the start; no unit of their own.
         compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
-        radius: of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
+        radius: radius of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
         radii: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5).
         lengths: length offsets by the last two digits of T, mm, added to the work origin.
-        entire_wheel: the scheme in which the radius takes the place of the X length offset (15-11).
+        entire_wheel: whether the radius replaces the X length offset (15-11).
         non_motion_blocks: successive blocks without motion in the plane that compensation survives (15-20).
-        minimum_generated_block: generated blocks below it on both axes are dropped, mm (mill manual 21-42).
+        minimum_generated_block: generated blocks shorter on both axes are dropped, mm (mill manual 21-42).
         minimum_feed_reduction: least share of F on inside arcs (12-55).
         strict_entry_both_axes: whether an entry move must move both axes of the plane (15-12).
         work_offsets: origins of G54 to G59.3 by their code, mm.
         external_offset: shift of all of them (11-10), mm.
         reference_points: of G28 or G30 P1, and of G30 P2 to P4, mm.
         groove_retract: retract amount e of G76 and G77, mm; None for 0.5 mm, and 0.02 in while G70 is in force.
-        dress_amount: what one dress takes off the wheel radius of entry 33, mm.
-        minimum_radius: of the wheel, below which the operator is warned, mm.
+        dress_amount: depth that one dress removes from the wheel radius of entry 33, mm.
+        minimum_radius: wheel radius below which the operator is warned, mm.
         announce_cycles: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops.
         announce_feeds: whether a `FeedAhead` comes before every G01 block without compensation, with the table at rest.
-        whole_cycles: whether a G82 or G83 that nothing can come between is one `CycleStrokes` rather than an event for
-            every stroke and pick. Its auto-dresses are counted in it: a dress program is executed until it has once
-            left the tables of the control as it found them.
+        whole_cycles: whether an undisturbed G82 or G83 is one `CycleStrokes` instead of an event for every stroke and
+            pick. It includes its auto-dresses: a dress program is executed until it has once left the tables of the
+            control unchanged.
 
     Raises:
         ControlError: setting, a value outside its range.

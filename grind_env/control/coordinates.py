@@ -11,15 +11,15 @@ from grind_env.control.reader import HIGHEST_PROGRAM
 
 
 class WorkSystems:
-    """Where the program's origin lies on the machine.
+    """Origin of the program on the machine.
 
     Attributes:
         offsets: origins of G54 to G59.3 by their code, mm.
         external: shift of all of them, mm.
-        shift: by G92, mm.
+        shift: shift by G92, mm.
         local: shift of all work systems by G52, mm.
         length: the active length offset, mm.
-        wear: shift towards the part by what dresses have taken off the wheel, mm.
+        wear: shift towards the part by the depth of dresses, mm.
     """
 
     def __init__(self, control: Control) -> None:

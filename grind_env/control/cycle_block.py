@@ -21,7 +21,7 @@ WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
 
 @dataclass(frozen=True, slots=True)
 class ModalWords:
-    """What later cycle blocks may omit, per role and not per letter (ruling 5), in coordinates of the program.
+    """Words that later cycle blocks may omit, per role and not per letter (ruling 5), in program coordinates.
 
     Picks are signed; all lengths are mm.
     """
@@ -39,7 +39,7 @@ class ModalWords:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What the meaning of a cycle block depends on besides its words, mm in coordinates of the program and mm/min.
+    """Context of a cycle block besides its words, mm in program coordinates and mm/min.
 
     Attributes:
         reciprocating: the axis that reciprocates; None if none does.
@@ -53,7 +53,7 @@ class Situation:
 
 
 def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
-    """The plan of a cycle block in coordinates of the program, and what later blocks may omit."""
+    """Return the plan of a cycle block in coordinates of the program, and what later blocks may omit."""
     code, _, pre_dress = command.action.partition(".")
     rules = RULES[code]
     if command.modes.per_revolution:
@@ -118,13 +118,13 @@ def redirect(
 
 
 def integrand(command: Command, letter: str, start: float) -> float:
-    """An integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
+    """Return an integrand as reversal point: the last G90 or G91 of the block decides (16-9)."""
     value = command.lengths[letter]
     return displaced(start, value.mm) if command.modes.incremental else value.mm
 
 
 def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> int:
-    """The axis across the plane; for G81 the one named in the block (16-13), else that of the last cycle."""
+    """Return the axis across the plane; for G81 the one named in the block (16-13), else the last cycle's."""
     first, second = PLANES[command.modes.plane]
     if rules.plunges:
         return 3 - first - second
@@ -220,7 +220,7 @@ def _add_crossover(
 def _end_and_pick(
     command: Command, axis: int, start: float, end: float | None, pick: float | None, missing: tuple[str, str]
 ) -> tuple[float, float]:
-    """Where an axis goes to and its pick, mm, as the block says or as blocks before it did."""
+    """Return target and pick of an axis, mm, from the block or from earlier blocks."""
     letter, integrand = AXES[axis], INTEGRANDS[axis]
     if letter in command.words:
         end = coordinate(command, letter, start)

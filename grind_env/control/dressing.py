@@ -1,4 +1,4 @@
-"""What a dressing interrupt remembers of its way out, and the way back (22-11)."""
+"""Memory of the way out of a dressing interrupt, and the retrace (22-11)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -35,7 +35,7 @@ class Recorder:
             self.legs.append(Leg(path.end, feed))
 
     def way_back(self, position: Position, link: Callable[[], float | None]) -> list[Leg]:
-        """The moves from `position` back to the start.
+        """Return the moves from `position` back to the start.
 
         A straight link, at a feed that `link` returns in mm/min, leads to the end of the last remembered move, unless
         the axes stand there; then each move is run backwards at its own rate. Without remembered moves it leads to the

@@ -10,7 +10,7 @@ class ControlError(GrindError):
 
     Attributes:
         name: short code such as ``block-format`` or ``missing-parameter``.
-        message: one sentence: what was found, and what is legal.
+        message: one sentence: the mistake, and legal values.
         block: N word of the block, or its line number when it has none; None for a file as a whole.
         line: line in the file, from 1.
         column: column in that line, from 1.
@@ -33,7 +33,7 @@ class ControlError(GrindError):
 
 
 class Place(NamedTuple):
-    """Where a block stands: file, line and column from 1, and its N word or else its line number."""
+    """Place of a block: file, line and column from 1, and its N word or else its line number."""
 
     file: str
     line: int

@@ -32,7 +32,7 @@ class Execution(Iterator[Event]):
 
     @property
     def position(self) -> Position:
-        """Where the axes stand or, beside reciprocation, are commanded to, mm."""
+        """Return the position of the axes, or their target beside reciprocation, mm."""
         return self._interpreter.timeline.position
 
     @property
@@ -52,7 +52,7 @@ class Execution(Iterator[Event]):
 
     @property
     def unread(self) -> tuple[str, ...]:
-        """What to say of each variable given at the start whose value nothing has read so far."""
+        """Return a sentence for each given variable that nothing has read so far."""
         return tuple(self._interpreter.variables.unread())
 
     @property
@@ -62,7 +62,7 @@ class Execution(Iterator[Event]):
 
     @property
     def over(self) -> bool:
-        """Whether the text has been gone through, so that the table only comes to rest, or strokes on by itself."""
+        """Return whether the text is finished, so that the table only stops, or strokes on by itself."""
         return self._interpreter.over
 
     def move_axis(self, axis: int, coordinate: float) -> None:
@@ -74,7 +74,7 @@ class Execution(Iterator[Event]):
         self._interpreter.chosen = words
 
     def planned(self, block: Block) -> CyclePlan:
-        """The plan of the cycle block announced by the last `CycleAhead`, with its own words.
+        """Return the plan of the cycle block announced by the last `CycleAhead`, with its own words.
 
         Raises:
             ControlError: the block is faulty.
@@ -128,7 +128,7 @@ def dress_program_moves(
     start: Position = (0.0, 0.0, 0.0),
     modes: Modes | None = None,
 ) -> list[Motion]:
-    """The motions of one execution of a dress program, its retrace included.
+    """Return the motions of one execution of a dress program, its retrace included.
 
     Args:
         programs: the file that holds it, or that it lies beside.

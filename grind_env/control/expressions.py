@@ -11,7 +11,7 @@ MORE_DIGITS = "has more digits than the control can hold; use smaller numbers"
 
 
 def evaluated(block: Block, variables: Variables) -> Block:
-    """The block with its expressions replaced by their values; the block itself if it has none.
+    """Return the block with its expressions replaced by their values; the block itself if it has none.
 
     A value counts as written with a decimal point. The words still print as they were written.
     """
@@ -22,14 +22,14 @@ def evaluated(block: Block, variables: Variables) -> Block:
 
 
 def foreseen(block: Block) -> Block:
-    """The block with those of its expressions replaced that have the same value whenever it is executed."""
+    """Return the block with its constant expressions replaced by their values."""
     if not block.has_expressions:
         return block
     return block._replace(words=tuple(_foreseen(block, word) for word in block.words))
 
 
 def fault_in(block: Block, fault: FormulaFault, first: int) -> ControlError:
-    """The error of a fault in a text that begins at a position of the block's own."""
+    """Return the error of a fault in a text that begins at a position of the block's own."""
     return block.place.error(fault.name, fault.message, block.source.column + first + fault.position)
 
 

@@ -1,4 +1,4 @@
-"""Where every rule of the control comes from: statements of the manuals, decisions, and the tests that hold them."""
+"""Sources of every rule of the control: statements of the manuals, decisions, and their tests."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Fact:
 
 
 def load_facts() -> tuple[Fact, ...]:
-    """All facts in the order of the file.
+    """Return all facts in the order of the file.
 
     Example:
         >>> from grind_env.control.facts import load_facts

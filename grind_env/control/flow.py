@@ -20,7 +20,7 @@ from grind_env.control.words import Block
 TEXT_END = "text end"
 """How a program ends whose text does, before an M02, M30 or M99."""
 MOST_BLOCKS = 20_000
-"""Of a program that jumps; its blocks are kept in memory."""
+"""Most blocks of a program that jumps; its blocks are kept in memory."""
 
 
 class BlockStream:
@@ -69,11 +69,11 @@ class Round(NamedTuple):
     """A time at which a jump back was made."""
 
     values: tuple[object, int]
-    """Of all variables, and how often a system variable had been read."""
+    """Values of all variables, and how often a system variable had been read."""
     span: int
     """For how many jumps it is kept."""
     left: int
-    """Of these, to come."""
+    """Number of these jumps to come."""
 
 
 @dataclass(slots=True)
@@ -101,7 +101,7 @@ class Call:
 
 
 class Landmarks(NamedTuple):
-    """Where jumps of a program may lead; indices ascend."""
+    """Targets of jumps in a program; indices ascend."""
 
     labels: Mapping[int, Sequence[int]]
     """Indices of the blocks with an N number."""
@@ -224,7 +224,7 @@ def _landmarks(blocks: Blocks) -> Landmarks:
 
 
 def landmarks(blocks: Blocks, block: Block) -> Landmarks:
-    """Where the jump of a block may lead."""
+    """Return the possible targets of a block's jump."""
     if len(blocks) > MOST_BLOCKS:
         message = f"the program has {len(blocks)} blocks, but jumps and loops are for up to {MOST_BLOCKS}"
         raise block.error("jump", f"{message}; put the loop into a subprogram")

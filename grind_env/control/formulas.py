@@ -1,7 +1,7 @@
 """Paramacro expressions: text to a tree, and a tree to its value (20-2; functions D).
 
-Values are decimal numbers, so that 0.1+0.2 is 0.3; what a variable, a word or a comparison takes is rounded to
-`DECIMALS`. The value of a vacant variable is None, which only a copy of it and EQ and NE bear.
+Values are decimal numbers, so that 0.1+0.2 is 0.3; values of variables, words and comparisons are rounded to
+`DECIMALS`. A vacant variable is None, which only copies, EQ and NE accept.
 """
 
 import functools
@@ -114,18 +114,18 @@ def operand(text: str, start: int = 0) -> tuple[Tree, int]:
 
 
 def value_of(tree: Tree, read: Read) -> Value:
-    """The value of an expression, rounded; None if it is a vacant variable."""
+    """Return the value of an expression, rounded; None if it is a vacant variable."""
     found = _value(tree, read)
     return None if found is None else rounded(found)
 
 
 def number_of(tree: Tree, read: Read) -> Decimal:
-    """The same of an expression that must have a value."""
+    """Return the same of an expression that must have a value."""
     return rounded(_number(tree, read))
 
 
 def rounded(value: Decimal) -> Decimal:
-    """A value as variables, words and comparisons take it."""
+    """Return a value as variables, words and comparisons take it."""
     return value.quantize(_LAST_DECIMAL, context=ARITHMETIC) + 0
 
 
@@ -167,14 +167,14 @@ def _number(tree: Tree, read: Read) -> Decimal:
 
 
 def vacant(number: int) -> str:
-    """The sentence about a variable without a value where one is needed."""
+    """Return the sentence about a variable without a value where one is needed."""
     if number == 0:
         return "#0 never has a value; it stands for a vacant variable behind = EQ and NE only"
     return f"#{number} has no value; assign one before, as in #{number}=1, or give it with --set '#{number}=1'"
 
 
 def variable_number(tree: Variable, read: Read) -> int:
-    """The number of a variable."""
+    """Return the number of a variable."""
     number = rounded(_number(tree.number, read))
     if number != number.to_integral_value():
         message = f"#{number.normalize():f} is no variable; its number must be whole"

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from decimal import ROUND_HALF_UP, ROUND_UP, Context, Decimal
 
 SIGNIFICANT_DIGITS = 14
-"""Of angles and of what angles give; what lies beyond differs between processors."""
+"""Significant digits of angles and of what angles give; what lies beyond differs between processors."""
 
 _PRECISE = Context(prec=50)
 

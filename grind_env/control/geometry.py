@@ -86,13 +86,13 @@ Path: TypeAlias = Straight | Circular
 
 
 def split(path: Path, fraction: float) -> tuple[Path, Path]:
-    """The parts of a path before and after a fraction of its length."""
+    """Return the parts of a path before and after a fraction of its length."""
     middle = path.point(fraction)
     return replace(path, end=middle), replace(path, start=middle)
 
 
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
-    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5)."""
+    """Return the arc about the centre at `offset` from the start along the plane's first and second axis (14-5)."""
     first, second = PLANES[plane]
     centre = list(start)
     centre[first] += offset[0]
@@ -110,7 +110,7 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
 
 
 def arc_with_radius(start: Position, end: Position, radius: float, rotation: int, plane: str) -> Circular:
-    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5)."""
+    """Return the arc with a radius; a negative one asks for the arc above 180 degrees (14-5)."""
     first, second = PLANES[plane]
     u, v = end[first] - start[first], end[second] - start[second]
     chord = math.hypot(u, v)

@@ -18,7 +18,7 @@ Target = tuple[str, int, float]
 
 
 def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
-    """The picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
+    """Return the picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
@@ -38,7 +38,7 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
 
 @functools.lru_cache(maxsize=64)
 def plunges(plan: CyclePlan) -> int:
-    """The plunges that a cycle makes to its depth."""
+    """Return the plunges that a cycle makes to its depth."""
     return sum(kind == "plunge" for picks, _ in turns(plan, coverage=False) for kind, _, _ in picks)
 
 
@@ -65,13 +65,13 @@ class Turns(NamedTuple):
     plunge: tuple[float, ...]
     """Coordinate of the plunge axis in the middle of each stroke, mm."""
     cross: tuple[float, ...]
-    """Of the third axis."""
+    """Cross of the third axis."""
     picks: tuple[tuple[float, ...], ...]
     """Times of the picks that follow each stroke, s."""
     dresses: tuple[int, ...]
     """Auto-dresses due after it."""
     end: Position
-    """Of the plunge axis and the third one after the last pick, mm; the table is where it was."""
+    """End of the plunge axis and the third one after the last pick, mm; the table is where it was."""
 
 
 @functools.lru_cache(maxsize=64)
@@ -96,10 +96,10 @@ def all_turns(
 
 
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
-    """Work off at once a cycle that nothing comes between; its auto-dresses are noted and take no time.
+    """Execute an undisturbed cycle at once; its auto-dresses are noted and take no time.
 
-    Times are added up as the timeline does, so that they have the same bits. Nothing is done, and None returned,
-    without a stroke or if a pick is still under way when the table passes the middle of the stroke after it.
+    Times are added as in the timeline, so that they have the same bits. Returns None, and does nothing, without a
+    stroke or if a pick is still under way in the middle of the next stroke.
     """
     table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only

@@ -71,7 +71,7 @@ class GrooveLeg:
 
 
 def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
-    """The plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
+    """Return the plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
     code = command.action
     axis, spacing_axis = PLANES[command.modes.plane][:: -1 if code == "G77" else 1]
     infeed, space = AXES[axis], AXES[spacing_axis]
@@ -105,7 +105,7 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
 
 
 def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
-    """The path of a grooving cycle; legs without length are left out."""
+    """Return the path of a grooving cycle; legs without length are left out."""
     here = plan.start
     for groove, across in enumerate(groove_positions(plan), 1):
         for end, kind in _one_groove(plan, across):
@@ -185,7 +185,7 @@ def _step(command: Command, letter: str, retract: float) -> float:
 
 
 def _last_groove(command: Command, axis: int, start: float) -> tuple[float, float]:
-    """Where the last groove is, and the spacing; K, or I in G76, counts only if there is more than one groove."""
+    """Return the place of the last groove, and the spacing; K, or I in G76, counts only for several grooves."""
     letter = AXES[axis]
     last = coordinate(command, letter, start) if letter in command.words else start
     if abs(last - start) <= DEPTH_TOLERANCE:

@@ -197,9 +197,7 @@ class Interpreter:
         program = self.programs.find(number)
         if program is None:
             raise block.error(
-                "program-not-found",
-                f"{word} names no program; O{number} must be in the file or beside it",
-                word,
+                "program-not-found", f"{word} names no program; O{number} must be in the file or beside it", word
             )
         return program
 

@@ -1,32 +1,22 @@
-"""What comes between the motions of a program and the strokes of the table: dresses and program interrupts."""
+"""Interruptions between motions of a program and strokes of the table: dresses and program interrupts."""
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from typing import TypeAlias
 
+from grind_env.control import motions
 from grind_env.control.control import Control
 from grind_env.control.dressing import Recorder
 from grind_env.control.errors import Place
 from grind_env.control.flow import TEXT_END
 from grind_env.control.geometry import split
-from grind_env.control.motions import (
-    CyclePlan,
-    DressEnd,
-    DressStart,
-    Event,
-    InterruptEnd,
-    InterruptStart,
-    Message,
-    Position,
-    Source,
-)
 from grind_env.control.moves import Mover, MoveSection
 from grind_env.control.operator import Interrupt
 from grind_env.control.reader import Program, Programs
 from grind_env.control.variables import Notes, Variables
 
-Execute: TypeAlias = Callable[[Program, Place], Generator[Event, None, str]]
+Execute: TypeAlias = Callable[[Program, Place], Generator[motions.Event, None, str]]
 """Executes a program in the middle of another one; returns how it ends."""
 
 
@@ -49,11 +39,11 @@ class Interruptions:
         self.known_dresses: dict[int, Notes] = {}
         self.changing_dress: int | None = None
 
-    def nothing_comes_between(self, plan: CyclePlan) -> bool:
-        """Whether nothing can come between the strokes of a cycle but dresses that have nothing to tell.
+    def nothing_comes_between(self, plan: motions.CyclePlan) -> bool:
+        """Return whether only dresses without messages can come between the strokes of a cycle.
 
-        A dress program that has been executed, and has found and left the same tables, does so again. Under G96 the
-        wheel may turn faster after a dress, and below its minimum radius there is a message.
+        A dress program that has once left the tables unchanged does so again. Under G96 the wheel may turn faster after
+        a dress, and below its minimum radius there is a message.
         """
         control, panel = self.control, self.control.panel
         asked = self.timeline.requested or self.requests or panel.interrupts
@@ -63,7 +53,7 @@ class Interruptions:
         known = plan.dresses == 0 or (notes is not None and self.variables.agree(notes) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
-    def travel(self, sections: list[MoveSection]) -> Iterator[Event]:
+    def travel(self, sections: list[MoveSection]) -> Iterator[motions.Event]:
         """Move along sections; an immediate interrupt may cut one in two (lathe manual 29-6)."""
         timeline, mover, left = self.timeline, self.mover, deque(sections)
         while left:
@@ -84,17 +74,17 @@ class Interruptions:
                 if away:
                     return
 
-    def next_reversal(self) -> Iterator[Event]:
+    def next_reversal(self) -> Iterator[motions.Event]:
         yield from self.timeline.finish_stroke()
         yield from self.serve(0)
 
-    def after_motion(self) -> Iterator[Event]:
+    def after_motion(self) -> Iterator[motions.Event]:
         if self.timeline.owed and self.timeline.reciprocation is not None:
             yield from self.timeline.reach_reversal()
         if self.timeline.held:
             yield from self.serve(0)
 
-    def after_block(self) -> Iterator[Event]:
+    def after_block(self) -> Iterator[motions.Event]:
         while (requests := self._due()) is not None:
             table = self.timeline.reciprocation
             if table is None or table.at_reversal:
@@ -102,7 +92,7 @@ class Interruptions:
             else:
                 yield from self.next_reversal()
 
-    def serve(self, auto: int) -> Iterator[Event]:
+    def serve(self, auto: int) -> Iterator[motions.Event]:
         """Run what is due at a reversal point: auto-dresses first, then the operator's (22-11), then interrupts."""
         timeline, table = self.timeline, self.timeline.reciprocation
         if table is None:
@@ -121,15 +111,15 @@ class Interruptions:
             timeline.settle()
             yield from self.after_block()
 
-    def dress(self, number: int, cause: str) -> Iterator[Event]:
+    def dress(self, number: int, cause: str) -> Iterator[motions.Event]:
         """Execute a dress program with all axes at rest, and come back to where they stood (22-11)."""
         timeline, mover, table = self.timeline, self.mover, self.timeline.reciprocation
         program = self.programs.find(number)
         assert program is not None  # the block that names it has been checked
-        yield DressStart(timeline.time, number, cause)
+        yield motions.DressStart(timeline.time, number, cause)
         tables, values = mover.tables, self.variables.state
         self.variables.begin_notes()
-        yield from self._run(program, Source.DRESS, returning=True)
+        yield from self._run(program, motions.Source.DRESS, returning=True)
         notes = self.variables.end_notes()
         if mover.tables != tables:
             self.changing_dress = self.changing_dress or number
@@ -139,10 +129,10 @@ class Interruptions:
             mover.follow_wheel(self.control.dress_amount)
         if table is not None:
             table.dresses += 1
-        yield DressEnd(timeline.time, number, cause)
+        yield motions.DressEnd(timeline.time, number, cause)
         yield from mover.turn_spindle()
         if mover.tooling.wheel_radius < self.control.minimum_radius:
-            yield Message(timeline.time, "the wheel radius is below its minimum")
+            yield motions.Message(timeline.time, "the wheel radius is below its minimum")
 
     def unserved(self) -> Iterator[str]:
         for request in self.requests:
@@ -152,25 +142,25 @@ class Interruptions:
             )
 
     def _immediate(self, finish: float) -> float | None:
-        """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""
+        """Return the time of an immediate interrupt between now and a time; during reciprocation it must wait."""
         timeline = self.timeline
-        if self.mover.source is not Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
+        if self.mover.source is not motions.Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
             return None
         first = self.requests[0]
         return first.at if first.immediate and timeline.time < first.at < finish else None
 
     def _due(self) -> deque[Interrupt] | None:
-        """The requests of which the first is due by now, those at the panel before those by time.
+        """Return the requests of which the first is due by now, those at the panel before those by time.
 
         An interrupt program is not interrupted.
         """
-        if self.mover.source is Source.PROGRAM:
+        if self.mover.source is motions.Source.PROGRAM:
             for requests in (self.control.panel.interrupts, self.requests):
                 if requests and requests[0].at <= self.timeline.time:
                     return requests
         return None
 
-    def _interrupt(self, requests: deque[Interrupt], goal: Position) -> Generator[Event, None, bool]:
+    def _interrupt(self, requests: deque[Interrupt], goal: motions.Position) -> Generator[motions.Event, None, bool]:
         """Run the first of some program interrupts; whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
 
         `goal` is where the axes are programmed to be at the end of the motion or block that it interrupts.
@@ -181,16 +171,16 @@ class Interruptions:
             raise self.mover.place.error(
                 "program-not-found", f"the interrupt asks for O{interrupt.program}; it must be in the file or beside it"
             )
-        yield InterruptStart(timeline.time, interrupt.program, interrupt.kind)
-        moved = yield from self._run(program, Source.INTERRUPT, returning=interrupt.kind == 2)
-        yield InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
+        yield motions.InterruptStart(timeline.time, interrupt.program, interrupt.kind)
+        moved = yield from self._run(program, motions.Source.INTERRUPT, returning=interrupt.kind == 2)
+        yield motions.InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
         yield from self.mover.turn_spindle()
         away = moved and interrupt.kind == 1
         if away:
             self.mover.detour = goal
         return away
 
-    def _run(self, program: Program, source: Source, returning: bool) -> Generator[Event, None, bool]:
+    def _run(self, program: Program, source: motions.Source, returning: bool) -> Generator[motions.Event, None, bool]:
         """Execute a program within another one, which finds modes and table as they were; whether it moved an axis.
 
         The radius compensation is dropped without a motion and armed again afterwards.
@@ -206,7 +196,7 @@ class Interruptions:
         mover.source = source
         end = yield from self.execute(program, table.place if table else place)
         if end != "M99":
-            kind = "dress" if source is Source.DRESS else "interrupt"
+            kind = "dress" if source is motions.Source.DRESS else "interrupt"
             found = "the end of its text" if end == TEXT_END else end
             raise program.last_place().error(
                 f"{kind}-program",
@@ -216,7 +206,7 @@ class Interruptions:
             yield from mover.retrace(recorder)
         compensation.forget()
         compensation.programmed, compensation.plane, compensation.detect = programmed, plane, detect
-        mover.recorder, mover.source, mover.modes, mover.place = None, Source.PROGRAM, modes, place
+        mover.recorder, mover.source, mover.modes, mover.place = None, motions.Source.PROGRAM, modes, place
         timeline.inch = modes.inch
         if table is not None:
             table.free_at = timeline.time

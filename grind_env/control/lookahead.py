@@ -1,7 +1,7 @@
-"""What comes next in the compensation plane: the motions ahead, read before they are executed (15-59).
+"""Look-ahead in the compensation plane: coming motions, read before they are executed (15-59).
 
-Nothing is executed and no error is raised here: where a block cannot be read, the view ends, and the error comes
-when execution reaches the block.
+Nothing is executed and no error is raised here: the view ends at an unreadable block, whose error comes with its
+execution.
 """
 
 import itertools
@@ -33,10 +33,8 @@ REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000
 """Paramacro blocks in a row beyond which the view ends; they do not count as blocks without motion."""
 PRESET_CODES = ("G52", "G92", "G92.1")
-
-
 Arguments: TypeAlias = Mapping[int, Decimal] | None
-"""Of a macro, as of `Call`."""
+"""Arguments of a macro, as of `Call`."""
 
 
 class Barrier(Enum):
@@ -60,7 +58,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """Where the view ahead begins: the block under execution and its end; points as of `Prospect`."""
+    """Start of the view ahead: the current block and its end; points as in `Prospect`."""
 
     command: Command
     position: Position
@@ -70,7 +68,7 @@ class Outlook:
 
 
 def in_plane(path: Path, plane: str) -> bool:
-    """Whether a path moves an axis of the plane."""
+    """Return whether a path moves an axis of the plane."""
     return not isinstance(path, Straight) or any(path.start[axis] != path.end[axis] for axis in PLANES[plane])
 
 
@@ -177,7 +175,7 @@ def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Pro
 
 
 def _shifts(command: Command) -> bool:
-    """Whether a block moves the origin of the work system in force (lathe 11-8); G10 may load another one."""
+    """Return whether a block moves the origin of the active work system (lathe 11-8); G10 may load another one."""
     if command.code != "G10":
         return command.code in PRESET_CODES
     number = command.words.get("P")
@@ -193,11 +191,11 @@ def _motion(command: Command, position: Position, origin: Position, table: int |
 
 
 class _Walk:
-    """Iterates over the blocks ahead as calls and returns lead to them.
+    """Iterator over the blocks ahead, through calls and returns.
 
     Attributes:
-        ended: whether there is none left.
-        plain: whether all that it has come by is, so that no variable leads it.
+        ended: whether no block is left.
+        plain: whether no block so far depends on a variable.
     """
 
     def __init__(self, calls: list[Call], find: Callable[[int], Program | None], variables: Variables) -> None:

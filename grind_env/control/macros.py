@@ -38,10 +38,10 @@ def macro_call(block: Block) -> MacroCall:
         raise block.error("missing-parameter", "G65 lacks P; it takes the number of the macro program")
     if "O" in words:
         raise block.error("block-format", f"{words['O']} is no argument of G65; {' '.join(ARGUMENT_VARIABLES)} are")
-    arguments = {ARGUMENT_VARIABLES[letter]: _value(word) for letter, word in words.items() if letter not in "GPL"}
+    arguments = {
+        ARGUMENT_VARIABLES[letter]: Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")
+        for letter, word in words.items()
+        if letter not in "GPL"
+    }
     times = numbers.integer(block, words["L"], 0, MOST_REPEATS) if "L" in words else 1
     return MacroCall(block, words["P"], times, arguments)
-
-
-def _value(word: Word) -> Decimal:
-    return Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Modes(NamedTuple):
-    """What a block leaves in force for the next one; the defaults are those at power-up."""
+    """Modal state left by a block for the next; the defaults are the state at power-up."""
 
     motion: str = "G00"
     """G00, G01, G02 or G03."""

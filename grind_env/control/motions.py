@@ -1,10 +1,9 @@
-"""What a part program makes the machine do, as a stream of events in the order in which they end.
+"""Events of a part program: the motions of the machine, in the order in which they end.
 
-Picks alone stand elsewhere: each follows the stroke at whose end it is made. A short one ends before that stroke, a
-slow one after events that follow.
+Picks are the exception: each follows its stroke. A short pick ends before its stroke, a slow one after later events.
 
-Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min,
-whatever units the program uses.
+Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min, in all
+programs.
 """
 
 from collections.abc import Mapping
@@ -20,7 +19,7 @@ Position: TypeAlias = tuple[float, float, float]
 
 
 def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
-    """A position with other coordinates on some axes, mm."""
+    """Return a position with other coordinates on some axes, mm."""
     changed = list(position)
     for axis, coordinate in coordinates.items():
         changed[axis] = coordinate
@@ -28,7 +27,7 @@ def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
 
 
 class Source(str, Enum):
-    """What commanded a motion."""
+    """Source of a motion."""
 
     PROGRAM = "program"
     CYCLE = "cycle"
@@ -40,7 +39,7 @@ class Source(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CyclePlan:
-    """The parameters of a surface-grinding cycle with every default filled in (table 16.C).
+    """Parameters of a surface-grinding cycle with every default filled in (table 16.C).
 
     Axes are 0 = X, 1 = Y, 2 = Z; coordinates are mm; picks are mm, positive, towards their target. A G81 has
     neither plunge nor cross axis and its picks are 0.
@@ -53,11 +52,11 @@ class CyclePlan:
         cross_axis: None for G81 and G82.
         primary: primary reversal point, mm.
         secondary: secondary reversal point, mm.
-        plunge_start: where the plunge axis stands before the cycle, mm.
+        plunge_start: position of the plunge axis before the cycle, mm.
         depth_target: plunge depth (Y in G19) as a coordinate, mm.
         primary_pick: J, plunge pick at the primary reversal, mm; in G83 at the cross start.
         secondary_pick: Q, plunge pick at the secondary reversal, mm; in G83 at the crossover end.
-        cross_start: where the cross axis stands before the cycle, mm.
+        cross_start: position of the cross axis before the cycle, mm.
         cross_end: crossover (Z in G19) as a coordinate, mm.
         primary_cross_pick: K, mm.
         secondary_cross_pick: R, mm.
@@ -97,7 +96,7 @@ class CyclePlan:
 
     @property
     def plunges(self) -> bool:
-        """Whether it plunges to a depth of its own; if not, its strokes go on beside the program."""
+        """Return whether it plunges to a depth of its own; if not, its strokes continue beside the program."""
         return self.plunge_axis is not None
 
     @property
@@ -397,22 +396,4 @@ class Message(Instant):
     text: str
 
 
-Event: TypeAlias = (
-    Motion
-    | CycleAhead
-    | FeedAhead
-    | CycleStart
-    | CycleStrokes
-    | CycleEnd
-    | TableStop
-    | DressStart
-    | DressEnd
-    | InterruptStart
-    | InterruptEnd
-    | ProgramStop
-    | ProgramEnd
-    | Spindle
-    | Switch
-    | Hold
-    | Message
-)
+Event: TypeAlias = Motion | CycleStrokes | Instant

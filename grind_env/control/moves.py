@@ -188,7 +188,7 @@ class Mover:
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def feed_end(self, command: Command) -> Position | None:
-        """Where a G01 block of the program leads from rest, without compensation, mm; None for any other block."""
+        """Return the end of a G01 block from rest, without compensation, mm; None for any other block."""
         stands = self._reciprocating is None and self.recorder is None and self.detour is None
         compensated = command.modes.compensation != "G40" or self.compensation.programmed is not None
         if command.action != "G01" or not command.lengths or not stands or compensated:
@@ -205,8 +205,7 @@ class Mover:
         table = self._reciprocating
         if table is not None and path.moves(table):
             raise command.error(
-                "axis-conflict",
-                f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc",
+                "axis-conflict", f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc"
             )
         return self._sections(command, path, ahead)
 
@@ -346,8 +345,7 @@ class Mover:
         table = self._reciprocating
         if compensated and table is not None and table in PLANES[modes.plane]:
             raise command.error(
-                "axis-conflict",
-                f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
+                "axis-conflict", f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before"
             )
         if compensated and in_plane(path, modes.plane):
             outlook = Outlook(command, path.end, self._origin(command), self.work.length, table)

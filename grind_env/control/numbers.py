@@ -25,7 +25,7 @@ LONGEST_T_WORD = 4
 
 @dataclass(frozen=True, slots=True)
 class NumberFormat:
-    """How the numbers of a part program are read (AMP).
+    """Format of the numbers of a part program (AMP).
 
     Zero suppression concerns numbers written without a point: "neither" takes them for whole units, "leading" puts
     their last digit at the last decimal, "trailing" their first digit at the first integer digit. It holds for
@@ -65,14 +65,14 @@ STANDARD = NumberFormat()
 
 
 def length(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
-    """A coordinate or pick in mm, or a feed in mm per minute or revolution."""
+    """Return a coordinate or pick in mm, or a feed in mm per minute or revolution."""
     if inch:
         return float(Decimal(_formatted(block, word, form.inch, form)) * MILLIMETRES_PER_INCH) + 0.0
     return float(_formatted(block, word, form.metric, form)) + 0.0
 
 
 def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
-    """The feed of an F or E word, mm per minute or revolution."""
+    """Return the feed of an F or E word, mm per minute or revolution."""
     if inch and len(word.whole) > form.inch[0] and (word.point or form.zero_suppression == "neither"):
         meant = f"{word.letter}{Decimal(f'{word.whole}.{word.decimals}') / MILLIMETRES_PER_INCH:.1f}"
         message = (
@@ -87,7 +87,7 @@ def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) ->
 
 
 def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
-    """A number without unit of length, in the metric format (D): a spindle speed or a dwell."""
+    """Return a number without unit of length, in the metric format (D): a spindle speed or a dwell."""
     value = float(_formatted(block, word, form.metric, form)) + 0.0
     if value < 0.0:
         raise block.error("out-of-range", f"{word} is negative; it must be 0 or more", word)
@@ -95,7 +95,7 @@ def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
 
 
 def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
-    """A whole number such as that of D, L, P or M; zero suppression does not concern it (D)."""
+    """Return a whole number such as D, L, P or M; zero suppression does not apply (D)."""
     _refuse_unevaluated(block, word)
     if word.decimals.strip("0"):
         raise block.error("number-format", f"{word} is not an integer; {word.letter} takes a whole number", word)
@@ -106,7 +106,7 @@ def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
 
 
 def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
-    """The entries of the radius and of the length table that a T word selects (15-12).
+    """Return the entries of the radius and of the length table that a T word selects (15-12).
 
     One or two digits select the same entry of both tables; of four, the first two are the radius entry and the last
     two the length entry; three are four without the leading zero (D).
@@ -121,7 +121,7 @@ def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
 
 
 def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
-    """The code of a G word in the form ``G01`` or ``G81.1``.
+    """Return the code of a G word in the form ``G01`` or ``G81.1``.
 
     Without a point the number ends at its point, except under trailing zero suppression, which takes it for two
     digits and decimals: G2 is G20, and G920 is G92, there being no macros (lathe manual 10-17).
@@ -137,13 +137,13 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
 
 
 def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
-    """The error of a G word that no code answers to; without a hint it says which codes there are."""
+    """Return the error of a G word that no code answers to; without a hint it says which codes there are."""
     legal = hint or f"{listed((*SWITCHES, *ACTIONS, MACHINE_COORDINATES, MACRO_CALL))} are"
     return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 
 def without_excess(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> str | None:
-    """A length or feed as the control reads it, if it has more decimals than that; None if it has not."""
+    """Return a length or feed as the control reads it, if it has more decimals than that; None if it has not."""
     digits = form.inch if inch else form.metric
     if not word.decimals[digits[1] :].strip("0"):
         return None
@@ -151,7 +151,7 @@ def without_excess(block: Block, word: Word, inch: bool, form: NumberFormat = ST
 
 
 def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFormat) -> str:
-    """The number with its point, as many integer digits as the format has or fewer, and no decimals in excess."""
+    """Return the number with its point and at most the integer digits and decimals of the format."""
     whole_digits, decimal_digits = digits
     whole, decimals = word.whole, word.decimals
     _refuse_unevaluated(block, word)
@@ -182,15 +182,13 @@ def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:
 
 
 def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
-    """The nearest number with the decimals of the format; only one written with a point can have more."""
+    """Return the nearest number with the decimals of the format; only one written with a point can have more."""
     whole_digits, decimal_digits = digits
     exact = Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")
     value = exact.quantize(Decimal(1).scaleb(-decimal_digits), ROUND_HALF_UP)
     if abs(value) >= 10**whole_digits:
         raise block.error(
-            "number-format",
-            f"{word} is rounded to {whole_digits + 1} integer digits; {whole_digits} are allowed",
-            word,
+            "number-format", f"{word} is rounded to {whole_digits + 1} integer digits; {whole_digits} are allowed", word
         )
     return f"{value:f}"
 

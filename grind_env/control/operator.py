@@ -1,4 +1,4 @@
-"""What the operator does at the panel while a program runs, and program interrupts."""
+"""Operator actions at the panel while a program runs, and program interrupts."""
 
 from collections import deque
 from dataclasses import dataclass, field

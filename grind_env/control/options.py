@@ -8,7 +8,7 @@ from grind_env.control.operator import Interrupt
 from grind_env.errors import shortened
 
 HIGHEST_ENTRY = 99
-"""Of the radius table, which two digits of a T word select from."""
+"""Highest entry of the radius table, which two digits of a T word select from."""
 
 TAKEN_BY = "grind check, trace, run or report"
 """Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
@@ -19,7 +19,7 @@ _INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")
 
 
 def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
-    """The radius of every entry, and those of single entries of the radius table, from texts such as 2.5 and 1=2.5."""
+    """Return the radius of all entries, and of single entries of the table, from texts such as 2.5 and 1=2.5."""
     every, radii = 0.0, {}
     for option in options:
         entry, _, size = option.rpartition("=")

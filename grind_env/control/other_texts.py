@@ -1,4 +1,4 @@
-"""Texts that are no part program of this control, and the sentence that says what they are."""
+"""Detection of texts that are no part program of this control, with a sentence that names their kind."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -63,7 +63,7 @@ def check_before(blocks: Sequence[SourceText]) -> None:
 
 
 def has_words(block: SourceText, *, faulty: bool) -> bool:
-    """Whether a block holds more than comments; what is to be said of a faulty one is given."""
+    """Return whether a block holds more than comments, given the result for a faulty one."""
     try:
         return bool(read_block(block).words)
     except ControlError:

@@ -23,18 +23,18 @@ COORDINATE_DECIMALS = 7
 
 
 def coordinate(command: Command, letter: str, start: float, origin: float = 0.0) -> float:
-    """An axis word: the mode at its own position decides whether it counts from `start` or `origin` (PD-4)."""
+    """Return an axis word: the mode at its own position decides whether it counts from `start` or `origin` (PD-4)."""
     value = command.lengths[letter]
     return displaced(start if value.incremental else origin, value.mm)
 
 
 def displaced(start: float, way: float) -> float:
-    """Where `way` leads from `start`, mm, free of the binary residue: increments of 0.1, 0.1 and 0.1 end at 0.3."""
+    """Return the end of `way` from `start`, mm, without binary residue: increments of 0.1, 0.1 and 0.1 end at 0.3."""
     return round(start + way, COORDINATE_DECIMALS) + 0.0
 
 
 def target(command: Command, position: Position, origin: Position, without: int | None = None) -> Position:
-    """Where the axis words lead, mm on the machine; the axis `without` stays, because it reciprocates (PD-7)."""
+    """Return the target of the axis words, mm on the machine; the reciprocating axis `without` stays (PD-7)."""
     x, y, z = (
         coordinate(command, letter, position[axis], origin[axis])
         if letter in command.lengths and axis != without
@@ -45,7 +45,7 @@ def target(command: Command, position: Position, origin: Position, without: int 
 
 
 def arc_path(command: Command, position: Position, origin: Position) -> Circular | None:
-    """The arc of a G02 or G03 block; None if it holds no word of an arc."""
+    """Return the arc of a G02 or G03 block; None if it holds no word of an arc."""
     action, plane = command.action, command.modes.plane
     first, second = PLANES[plane]
     centre_letters = INTEGRANDS[first], INTEGRANDS[second]
@@ -80,7 +80,7 @@ def feed_rate(modes: Modes, speed: float | None, control: Control, missing: Miss
 
 
 def no_feed_rate(command: Command) -> ControlError:
-    """The error of a motion without F, or under G95 without S."""
+    """Return the error of a motion without F, or under G95 without S."""
     needed = "F" if command.modes.feed is None else "S"
     return command.error("no-feedrate", f"{command.action} is commanded without {needed}; program it here or before")
 

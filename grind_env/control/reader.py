@@ -101,7 +101,7 @@ class Programs:
         return iter(self._programs)
 
     def find(self, number: int) -> Program | None:
-        """The program O`number` of the file, or of the file ``O<number>.nc`` beside it.
+        """Return the program O`number` of the file, or of the file ``O<number>.nc`` beside it.
 
         A text without a name in that file is taken to be O`number`.
         """
@@ -136,7 +136,7 @@ def read_file(path: str | Path, faults: list[ControlError] | None = None) -> Pro
 
 
 def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
-    """The files ``O<number>.nc`` beside a program that it may call, and those that these may call.
+    """Return the files ``O<number>.nc`` beside a program that it may call, and those that these may call.
 
     The program is not executed: every number of a P word is taken for that of a program, and an expression for all.
     """

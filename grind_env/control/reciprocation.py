@@ -95,7 +95,7 @@ class Reciprocation:
 
     @property
     def at_secondary(self) -> bool:
-        """Whether the axis stands at the secondary point, where a new cycle takes over (PD-23)."""
+        """Return whether the axis is at the secondary point, where a new cycle takes over (PD-23)."""
         starts_there = self.at is Reversal.START and self.coordinate == self.secondary
         return self.underway is None and (self.at is Reversal.SECONDARY or starts_there)
 

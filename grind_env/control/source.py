@@ -95,26 +95,26 @@ class Mark:
 
 
 def text_of(text: str, name: str) -> Text:
-    """A text that is in memory; half surrogate pairs, which are no characters, become question marks."""
+    """Return a text that is in memory; half surrogate pairs, which are no characters, become question marks."""
     return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
 
 
 def readable(text: str) -> str:
-    """A text of a program that was decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
+    """Return a text decoded with `surrogateescape`, with the bytes that are not UTF-8 as in Latin-1."""
     return text if text.isascii() else text.translate(_EIGHT_BIT)
 
 
 def lines_of(text: Text) -> list[str]:
-    """The lines of a text without their ends, numbered from 0, as they are to be shown."""
+    """Return the lines of a text without their ends, numbered from 0, as they are to be shown."""
     with text.open() as handle:
         data = handle.read().removeprefix(codecs.BOM_UTF8)
     return [readable(line.decode(errors="surrogateescape")) for line in _LINE_END.split(data)]
 
 
 def text_in(path: Path) -> Text:
-    """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
+    """Return the text of a file; a large file must not change while it is read.
 
-    A pipe, which can be read only once, is kept as well.
+    A pipe, which can be read only once, is read into memory.
     """
     try:
         with open_file(path) as handle:
@@ -126,7 +126,7 @@ def text_in(path: Path) -> Text:
 
 
 class Scanner:
-    """Cuts a text into blocks, from a mark up to the ``%`` behind them; `unread` if text stands behind that."""
+    """Cutter of a text into blocks, from a mark up to the ``%`` behind them; `unread` if text follows."""
 
     def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
         self._handle, self._text, self._start = handle, text, start
@@ -161,7 +161,7 @@ class Scanner:
 
     @property
     def mark(self) -> Mark:
-        """Where the text goes on after the block that came last; before a ``%``, which ends it there."""
+        """Return the place after the last block; before a ``%``, which ends the text."""
         if self._last is None:
             return self._start
         match, offset, line, line_begin = self._last
@@ -215,5 +215,5 @@ def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
 
 
 def changed(title: str) -> ControlError:
-    """The error of a text that is no longer what it was when its programs were found."""
+    """Return the error of a text that is no longer what it was when its programs were found."""
     return ControlError("file", f"{title} has changed since it was read; read it again")

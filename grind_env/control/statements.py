@@ -1,6 +1,6 @@
-"""Blocks that command no motion but decide what is executed: assignments, jumps and loops of paramacros.
+"""Blocks without motion that decide what is executed: assignments, jumps and loops of paramacros.
 
-Nothing is executed here; a statement is read once, and `flow.obey` does what it says.
+A statement is only read here; `flow.obey` executes it.
 """
 
 import re
@@ -88,20 +88,20 @@ def statement(text: str, start: int) -> tuple[Statement, int]:
 
 
 def label_of(text: str) -> int | None:
-    """The N number with which the text of a block begins; None without one."""
+    """Return the N number with which the text of a block begins; None without one."""
     match = _LABEL.match(text)
     return int(match[1]) if match else None
 
 
 def with_label(text: str, number: int) -> str:
-    """The text of a block that begins with an N number, with another one."""
+    """Return the text of a block that begins with an N number, with another one."""
     match = _LABEL.match(text)
     assert match is not None
     return f"{text[: match.start(1)]}{number}{text[match.end(1) :]}"
 
 
 def end_of(text: str) -> int | None:
-    """The number of the END that the text of a block is; None for others."""
+    """Return the number of the END that the text of a block is; None for others."""
     match = _END.match(text)
     return int(match[1]) if match else None
 

@@ -1,7 +1,7 @@
 """The system variables: positions, coordinate offsets and the radius table (numbers as usual, D).
 
-Lengths are in the units in force, X as G07 or G08 writes it. What is read of the wheel's radius, or of an axis that
-cycles lead, depends on what the wheel has done: `Reading.dependent` keeps the first such number.
+Lengths are in the units in force, X as set by G07 or G08. Values of the wheel radius, or of an axis led by cycles,
+depend on the wheel: `Reading.dependent` keeps the first such variable.
 """
 
 from decimal import Decimal
@@ -26,10 +26,10 @@ NONE_SUCH = (
 
 
 class SystemVariables:
-    """Those of one execution.
+    """System variables of one execution.
 
     Attributes:
-        dependent: the first variable read whose value depends on the wheel or on where a cycle has ended; None before.
+        dependent: first variable read that depends on the wheel or on the end of a cycle; None before.
     """
 
     def __init__(self, mover: Mover) -> None:
@@ -86,7 +86,7 @@ class SystemVariables:
 
 
 def _offset(number: int) -> tuple[str | None, int] | None:
-    """The work system, None for the external offset, and the axis of an offset's number; None for other numbers."""
+    """Return work system (None for the external offset) and axis of an offset's number; None for other numbers."""
     if 0 <= (axis := number - EXTERNAL) < len(AXES):
         return None, axis
     system, axis = divmod(number - FIRST_SYSTEM, SYSTEM_STEP)

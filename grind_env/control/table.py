@@ -1,4 +1,4 @@
-"""What sets the table going and stops it: the grinding cycles, G80, and the end of the program."""
+"""Start and stop of the table: by grinding cycles, G80, and the end of the program."""
 
 import functools
 from collections.abc import Iterator
@@ -97,7 +97,7 @@ class Reciprocator:
         yield from self.stop()
 
     def run_on(self) -> Iterator[Event]:
-        """The strokes of a G81 that the end of the text leaves running (ruling 11)."""
+        """Return the strokes of a G81 that the end of the text leaves running (ruling 11)."""
         table = self.timeline.reciprocation
         while table is not None and not table.plan.plunges and table.count < self.control.strokes:
             yield from self.interruptions.next_reversal()

@@ -11,25 +11,11 @@ from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from grind_env.control import motions
 from grind_env.control.budget import BlockBudget
 from grind_env.control.control import Control
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
-from grind_env.control.motions import (
-    Arc,
-    Dwell,
-    Event,
-    Hold,
-    Infeed,
-    Line,
-    Message,
-    Pick,
-    Position,
-    Rapid,
-    Source,
-    Stroke,
-    placed,
-)
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
 from grind_env.control.rules import INSTANT, motion_time, pick_begin
@@ -45,7 +31,7 @@ class Moving:
     speed: float
     acceleration: float
 
-    def at(self, time: float) -> Position:
+    def at(self, time: float) -> motions.Position:
         length = self.path.length
         if time >= self.finish or length == 0.0:
             return self.path.end
@@ -53,19 +39,19 @@ class Moving:
 
 
 class Timeline:
-    """Where the axes are, and when.
+    """Positions of the axes over time.
 
     Attributes:
-        time: s; the program is executed up to here.
-        position: where the axes stand or, beside reciprocation, are commanded to.
+        time: time up to which the program is executed, s.
+        position: position of the axes or, beside reciprocation, their target.
         reciprocation: the reciprocating axis; None while none is, and during a dress.
-        held: an operator's request keeps the table at its reversal point until all axes stand.
-        owed: an operator's request waits for the end of a program motion.
+        held: whether an operator's request keeps the table at its reversal point until all axes stand.
+        owed: whether an operator's request waits for the end of a program motion.
         inch: units in force, for output.
-        infeed_shift: what dresses of the cycle have added to its plunge coordinates, mm.
-        share: of every E that the table reaches.
-        dwell: of the table at a reversal point, s.
-        led_by_cycles: axes that reciprocate or cross, or did; where they end depends on the words of their cycles.
+        infeed_shift: sum that dresses of the cycle have added to its plunge coordinates, mm.
+        share: share of E that the table reaches.
+        dwell: dwell of the table at a reversal point, s.
+        led_by_cycles: axes that reciprocate or cross, or did; their end depends on the words of their cycles.
     """
 
     def __init__(self, control: Control, budget: BlockBudget) -> None:
@@ -95,13 +81,13 @@ class Timeline:
     def requested(self) -> bool:
         return self.control.panel.dress_requested or bool(self._requests)
 
-    def wait(self, time: float) -> Iterable[Event]:
+    def wait(self, time: float) -> Iterable[motions.Event]:
         """Hold before a motion that would begin at a time, as long as the operator wants (PD-16)."""
         cause = self.control.panel.holding
         return () if cause is None else self._on_hold(time, cause)
 
-    def _on_hold(self, time: float, cause: str) -> Iterator[Event]:
-        yield Hold(time, cause)
+    def _on_hold(self, time: float, cause: str) -> Iterator[motions.Event]:
+        yield motions.Hold(time, cause)
         if self.control.panel.holding is not None:
             raise ControlError(
                 "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
@@ -122,11 +108,11 @@ class Timeline:
         place: Place,
         path: Path,
         feed: float | None,
-        source: Source,
+        source: motions.Source,
         *,
         dwell: float = 0.0,
         groove: tuple[int, int] | None = None,
-    ) -> Iterator[Event]:
+    ) -> Iterator[motions.Event]:
         """Run along a path from now on, at mm/min or as a rapid, or dwell for some s; the table reciprocates beside it.
 
         `groove` has axis and number of a groove whose infeed it is.
@@ -157,17 +143,17 @@ class Timeline:
             "inch": self.inch,
         }
         if path.length == 0.0:
-            yield Dwell(**frame)
+            yield motions.Dwell(**frame)
         elif feed is None:
-            yield Rapid(**frame)
+            yield motions.Rapid(**frame)
         elif isinstance(path, Circular):
-            yield Arc(**frame, feed=rate, centre=path.centre, rotation=path.rotation, plane=path.plane)
+            yield motions.Arc(**frame, feed=rate, centre=path.centre, rotation=path.rotation, plane=path.plane)
         elif groove is not None:
-            yield Infeed(**frame, feed=rate, axis=groove[0], groove=groove[1])
+            yield motions.Infeed(**frame, feed=rate, axis=groove[0], groove=groove[1])
         else:
-            yield Line(**frame, feed=rate, reciprocating=self.reciprocation is not None)
+            yield motions.Line(**frame, feed=rate, reciprocating=self.reciprocation is not None)
 
-    def finish_stroke(self) -> Generator[Event, None, Underway]:
+    def finish_stroke(self) -> Generator[motions.Event, None, Underway]:
         table = self._table()
         yield from self.wait(self.time)
         stroke = table.underway or self._set_out(table)
@@ -175,14 +161,14 @@ class Timeline:
         self.time = stroke.finish
         return stroke
 
-    def reach_reversal(self) -> Iterator[Event]:
+    def reach_reversal(self) -> Iterator[motions.Event]:
         table = self._table()
         if table.at_reversal:
             yield from self._hold(table)
         else:
             yield from self.finish_stroke()
 
-    def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[Event]:
+    def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[motions.Event]:
         """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
         yield from self.wait(self.time)
         table = self._table()
@@ -193,18 +179,18 @@ class Timeline:
         begin = pick_begin(stroke.begin, stroke.travel, ramp, picked)
         while self._picks and self._picks[0].finish <= stroke.begin:
             self._picks.popleft()
-        path = Straight(self.position, placed(self.position, {axis: target}))
+        path = Straight(self.position, motions.placed(self.position, {axis: target}))
         seconds = motion_time(path.length, rate / 60.0, acceleration)
         self._picks.append(Moving(path, begin, begin + seconds, rate / 60.0, acceleration))
         self.position = path.end
-        yield Pick(
+        yield motions.Pick(
             start=path.start,
             end=path.end,
             begin=begin,
             seconds=seconds,
             block=table.plan.block,
             line=table.plan.line,
-            source=Source.CYCLE,
+            source=motions.Source.CYCLE,
             inch=self.inch,
             axis=axis,
             feed=rate,
@@ -230,11 +216,11 @@ class Timeline:
                 f"program ends at {self.time:.1f} s; ask for it before"
             )
 
-    def _shown(self, time: float) -> Position:
+    def _shown(self, time: float) -> motions.Position:
         position = self.position if self._motion is None else self._motion.at(time)
         return self._with_table(position, time)
 
-    def _true(self, time: float) -> Position:
+    def _true(self, time: float) -> motions.Position:
         """Position of all axes at a time, picks being where they are."""
         if not self._picks:
             return self._shown(time)
@@ -243,14 +229,14 @@ class Timeline:
             position = pick.at(time)
         return self._with_table(position, time)
 
-    def _with_table(self, position: Position, time: float) -> Position:
+    def _with_table(self, position: motions.Position, time: float) -> motions.Position:
         table = self.reciprocation
         if table is None:
             return position
         here = table.underway.coordinate(time) if table.underway else table.coordinate
-        return placed(position, {table.axis: here})
+        return motions.placed(position, {table.axis: here})
 
-    def _reciprocate(self, until: float) -> Iterator[Event]:
+    def _reciprocate(self, until: float) -> Iterator[motions.Event]:
         """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
         table = self.reciprocation
         while table is not None and not self.held:
@@ -272,12 +258,12 @@ class Timeline:
         rate = self.table_rate(table)
         return table.begin(self._shown(table.free_at), rate, self.control.acceleration, self.dwell)
 
-    def _arrive(self, table: Reciprocation, stroke: Underway) -> Stroke:
+    def _arrive(self, table: Reciprocation, stroke: Underway) -> motions.Stroke:
         end = self._shown(stroke.finish)
         table.arrive()
         self._settle_axis(table)
         assert stroke.middle is not None  # the middle is passed before the end
-        return Stroke(
+        return motions.Stroke(
             start=stroke.start,
             middle=stroke.middle,
             end=end,
@@ -285,7 +271,7 @@ class Timeline:
             seconds=stroke.travel + self.dwell,
             block=table.plan.block,
             line=table.plan.line,
-            source=Source.CYCLE,
+            source=motions.Source.CYCLE,
             inch=self.inch,
             axis=table.axis,
             feed=stroke.feed,
@@ -293,7 +279,7 @@ class Timeline:
             cycle=table.plan,
         )
 
-    def _hold(self, table: Reciprocation) -> Iterator[Event]:
+    def _hold(self, table: Reciprocation) -> Iterator[motions.Event]:
         """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11).
 
         Beside a program motion the table goes on: stopped, it would let the wheel feed into one end of the part
@@ -307,7 +293,7 @@ class Timeline:
                     panel.dress_requested = False
                 else:
                     self._requests.popleft()
-                yield Message(table.free_at, "no dress program")
+                yield motions.Message(table.free_at, "no dress program")
             elif moving:
                 self.owed = True
                 return
@@ -315,7 +301,7 @@ class Timeline:
                 self.held = True
 
     def _settle_axis(self, table: Reciprocation) -> None:
-        self.position = placed(self.position, {table.axis: table.coordinate})
+        self.position = motions.placed(self.position, {table.axis: table.coordinate})
 
     def _table(self) -> Reciprocation:
         assert self.reciprocation is not None  # called by cycles only

@@ -37,7 +37,7 @@ class Tooling:
 
     @property
     def wheel_radius(self) -> float:
-        """That in entry 33, mm, which dresses keep up to date (15-11)."""
+        """Return the radius in entry 33, mm, which dresses keep up to date (15-11)."""
         return self.radius_of(WHEEL_RADIUS)
 
     @wheel_radius.setter

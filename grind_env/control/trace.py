@@ -21,7 +21,7 @@ KINDS: dict[type[Motion], str] = {
 
 
 def record(event: Event) -> dict[str, Any] | None:
-    """The record of a motion; None for an event that moves nothing."""
+    """Return the record of a motion; None for an event that moves nothing."""
     if not isinstance(event, Motion):
         return None
     unit = float(numbers.MILLIMETRES_PER_INCH) if event.inch else 1.0
@@ -41,7 +41,7 @@ def record(event: Event) -> dict[str, Any] | None:
 
 
 def error_record(error: ControlError, file: str = "") -> dict[str, Any]:
-    """The record of an error; the message names its file where that is not the program's own."""
+    """Return the record of an error; the message names its file where that is not the program's own."""
     elsewhere = f"{error.file}: " if error.file and error.file != file else ""
     return {
         "kind": "error",

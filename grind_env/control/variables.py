@@ -10,7 +10,7 @@ LOCALS = range(1, 34)
 COMMON = (range(100, 200), range(500, 1000))
 ALARM = 3000
 LARGEST_VALUE = 1e30
-"""Of a variable at the start."""
+"""Largest value of a variable at the start."""
 DEEPEST_MACRO = 4
 """Levels of macros called by G65 (20-13)."""
 
@@ -22,7 +22,7 @@ Notes: TypeAlias = Mapping[tuple[int, int], Value]
 
 
 class System(Protocol):
-    """What of the control itself a program can read and write."""
+    """Data of the control that a program can read and write."""
 
     def read(self, number: int) -> Decimal: ...
 
@@ -52,7 +52,7 @@ class Variables:
         self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
 
     def read(self, number: int) -> Value:
-        """The value of a variable; None of a vacant one, which #0 always is."""
+        """Return the value of a variable; None of a vacant one, which #0 always is."""
         held = self._held(number)
         if held is None:
             self.system_reads += number != 0
@@ -154,5 +154,5 @@ class Foreseen:
 
 
 def is_common(number: int) -> bool:
-    """Whether all programs share a variable."""
+    """Return whether all programs share a variable."""
     return any(number in numbers for numbers in COMMON)

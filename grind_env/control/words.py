@@ -141,13 +141,13 @@ def _statement(text: str, start: int, place: Place, column: int, *, alone: bool)
 
 
 def _is_exponent(text: str, position: int, before: Word) -> bool:
-    """Whether an E stands directly behind the number of a word, as that of an exponent does."""
+    """Return whether an E directly follows the number of a word, like the E of an exponent."""
     number = before.letter not in REPEATABLE and text[position - 1] in ".0123456789"
     return number and _EXPONENT.match(text, position) is not None
 
 
 def _exponent(before: Word, word: Word, power: str, place: Place) -> ControlError:
-    """The error of a number written with an exponent, whose E would be a word of its own."""
+    """Return the error for a number with an exponent, whose E would be a separate word."""
     number = f"{before.sign}{before.whole or '0'}.{before.decimals or '0'}"
     value = Decimal(f"{number}{power.strip().replace(' ', '')}").normalize()
     message = f"{before}{power.strip()} looks like a number with an exponent; write {before.letter}{value:f}"
@@ -157,9 +157,7 @@ def _exponent(before: Word, word: Word, power: str, place: Place) -> ControlErro
 def _labelled(place: Place, word: Word) -> Place:
     if word.expression or word.sign or word.point or len(word.whole) > LONGEST_LABEL:
         raise place.error(
-            "number-format",
-            f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits",
-            word.column,
+            "number-format", f"{word} is not a block label; N takes up to {LONGEST_LABEL} digits", word.column
         )
     return Place(place.file, place.line, place.column, int(word.whole))
 
@@ -189,7 +187,7 @@ def _after_blank_or_comment(text: str, start: int, place: Place, column: int) ->
 
 
 def _any_word(text: str, start: int, place: Place, column: int, addresses: frozenset[str]) -> tuple[Word, int]:
-    """The word that begins at `start`, and the position after it; its number may have blanks or be an expression."""
+    """Return the word at `start`, and the position after it; its number may have blanks or be an expression."""
     letter = text[start].upper()
     if letter not in addresses:
         known = " ".join(sorted(addresses))

@@ -1,6 +1,6 @@
-"""From an action to E, D and the pre-dress, and back.
+"""Actions to E, D and the pre-dress, and back.
 
-The same decision can be taken in four forms (`action=...` of the environments):
+An action has one of four forms (`action=...` of the environments):
 
 * `box`: `Box(-1, 1)`. The first component chooses E, geometrically over the speed range (or in equal bins over the
   speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D: none up
@@ -140,7 +140,7 @@ class ActionCodec:
         return columns
 
     def table(self, actions: Any, count: int | None = None) -> Table:
-        """A batch of actions as numbers, shape (N, columns); of `count` actions if that is given.
+        """Return a batch of actions as numbers, shape (N, columns); of `count` actions if that is given.
 
         Raises:
             ActionError: if they are not numbers or have another shape.
@@ -233,7 +233,7 @@ class ActionCodec:
         return clipped
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
-        """As `choose`, of a batch of actions: arrays of shape (N,).
+        """Decode a batch of actions, as `choose`: arrays of shape (N,).
 
         Raises:
             ActionError: if they are not in the action space.
@@ -249,7 +249,7 @@ class ActionCodec:
         return np.asarray(self.levels[np.abs(np.log(speeds[:, None] / self.levels)).argmin(axis=1)])
 
     def encode(self, speeds: ArrayLike, executions: ArrayLike, pre_dresses: ArrayLike = 0.0) -> Any:
-        """A batch of actions that choose E in mm/min, D and the pre-dress, each shape (N,); the middle of every bin.
+        """Return a batch of actions for E in mm/min, D and the pre-dress, each shape (N,); the middle of every bin.
 
         Raises:
             ActionError: if one of them cannot be chosen in this task.
@@ -297,7 +297,7 @@ def _whole(name: str, size: int) -> ActionColumn:
 
 
 def plain(value: float) -> str:
-    """A number with all digits that tell it from its neighbours, and no more."""
+    """Return a number with all digits that tell it from its neighbours, and no more."""
     return repr(float(value)).removesuffix(".0")
 
 
@@ -339,7 +339,7 @@ def _executions_of(a: float, most: float) -> float:
 
 
 def _middle_of(D: Table, most: int) -> Table:
-    """The component in the middle of those that choose each D, shape (N,)."""
+    """Return the component in the middle of those that choose each D, shape (N,)."""
     above = NO_DRESS + (D - 0.5) / max(most, 1) * (1.0 - NO_DRESS)
     return np.where(D > 0.0, above, 0.5 * (NO_DRESS - 1.0))
 

@@ -1,4 +1,4 @@
-"""The ids of tasks of blocks: the arguments that `gym.make` takes for them, and the simulation of a task.
+"""Environments of tasks of blocks: the arguments of `gym.make`, and the simulation of a task.
 
 The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
 """
@@ -26,14 +26,14 @@ SPEEDS = 12
 INTERVALS = (1, 2, 3, 5, 8, 12, 20)
 """Blocks from one dress to the next; without any dress, too."""
 EPISODES = 16
-"""Of each plan."""
+"""Episodes of each plan."""
 COST = Outcome._fields.index("cost")
 
 
 def usual_cost(task: Task) -> float:
-    """Mean cost of a block, $, by the cheapest pair of an E and a dress interval for all blocks.
+    """Return the mean cost of a block, $, with the cheapest fixed pair of E and dress interval.
 
-    One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
+    A dress has one execution. All plans grind the same few episodes, because lots, stocks and wheels decide the cost.
     """
     simulation = BlockSimulation(replace(task, reference_cost=1.0))
     tried = [float(round(speed)) for speed in np.geomspace(*task.action.speed_ends, SPEEDS)]
@@ -56,7 +56,7 @@ def simulation_of(
     cycle: str | None = None,
     plant: str | None = None,
 ) -> BlockSimulation:
-    """The simulation of a task of blocks; arguments as for `make`.
+    """Return the simulation of a task of blocks; arguments as for `make`.
 
     Raises:
         TaskError: an argument is not legal.

@@ -1,4 +1,4 @@
-"""What the constructors of the environments are given: a value of a wrong type is refused before it does harm."""
+"""Checks of constructor arguments of the environments."""
 
 import os
 from typing import Any
@@ -9,11 +9,11 @@ from grind_env.envs.tasks import TaskError
 from grind_env.errors import quoted
 
 SHOWN = ("measured", "full")
-"""Of observation and info: what a shop knows, or what is hidden from it, too."""
+"""Values of `observation` and `info`: what a shop knows, or what is hidden, too."""
 
 
 def check_count(name: str, count: object, otherwise: str = "") -> int:
-    """A number of sub-environments, threads or steps."""
+    """Return a number of sub-environments, threads or steps."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1{otherwise}")
     return int(count)
@@ -51,7 +51,7 @@ def check_file(name: str, value: object) -> None:
 
 
 def check_variables(variables: object) -> list[str]:
-    """The assignments in a text such as "#500=0, #101=15000", which may be left out."""
+    """Return the assignments in a text such as "#500=0, #101=15000", which may be left out."""
     if variables is None:
         return []
     if not isinstance(variables, str):

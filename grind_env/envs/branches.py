@@ -1,6 +1,6 @@
-"""What a planner, a belief or an adviser needs of a problem beside its contract: blocks taken one by one, and prices.
+"""Branches of a problem, for planners, beliefs and advisers: single blocks on copies of episodes, and prices.
 
-`Episodes` has what is the same in every form: copies, windows of their tapes, and the coming blocks.
+`Episodes` has the parts that are equal in every form: copies, windows of their tapes, and the coming blocks.
 """
 
 from abc import ABC, abstractmethod
@@ -41,7 +41,7 @@ class Branches(ABC):
     change_seconds: float
     """What a wheel change takes, s."""
     second_price: float
-    """Of the machine, $/s."""
+    """Price of a second of the machine, $/s."""
     own_speeds: Table | None
     """E that a program says in blocks of each kind, mm/min, shape (kinds,); None where nothing is said."""
 
@@ -59,7 +59,7 @@ class Branches(ABC):
         """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""
 
     def part_from(self, block: int) -> range:
-        """A block of the nominal sequence and those after it up to the end of its part."""
+        """Return a block of the nominal sequence and those after it up to the end of its part."""
         last = block
         while last + 1 < len(self._ends) and not self._ends[last]:
             last += 1
@@ -145,16 +145,16 @@ class BlockBranches(Branches):
 
 
 class ProgramBranches(Branches):
-    """Branches of a program: the dress program is the first one, and every episode begins with the same wheel.
+    """Branches of a program: its first dress program holds, and every episode begins with the same wheel.
 
     Args:
-        blocks: of the program, each a `BlockOutline`.
-        job: its job.
+        blocks: blocks of the program, a `BlockOutline` each.
+        job: job of the program.
         kind_of_row: number of the kind of each block.
-        revolutions: of the wheel, 1/s.
+        revolutions: wheel speed, 1/s.
 
     Attributes:
-        strokes: of each block on nominal parts, shape (blocks,); who has ground them sets it.
+        strokes: strokes of each block on nominal parts, shape (blocks,); set after these are ground.
     """
 
     strokes: Table

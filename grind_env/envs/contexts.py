@@ -1,32 +1,29 @@
-"""What a user can fix of an episode: a context of named factors, and the split that the other factors are drawn from.
+"""Contexts of an episode: factors that a user can fix, and the split of the drawn factors.
 
 `env.reset(options={"context": {"kA": 2.0, "material": "inconel_718"}, "split": "inner"})` fixes the factors named and
 draws the rest from the split `inner`. Both hold for later episodes too, until a reset names others; None removes a
 context, and the split `all` holds nothing out. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to
 chance. For the vector environment either may be a list, one entry for each sub-environment.
 
-An environment made with a machine that is not the model (`plant="meter"`, see `grind_env.plants`) takes another one of
-the same families as the option `plant`, which holds likewise; None stands for that of the environment. A name without a
-seed is that of a machine that every episode draws anew.
+`reset` with the option `plant` takes another machine of the same families, if the environment was made with an
+out-of-model machine (`plant="meter"`, see `grind_env.plants`). The option holds until the next; None stands for the
+machine of the environment. A name without a seed draws a new machine for every episode.
 
-A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise.
+A factor without effect in a task is refused. `grind/Job-v0` takes the factors of lot, wheel, coolant and noise.
 
-A material that is fixed in a task of one material is not observed, not even in `observation="full"`: like every other
-factor of a context it changes what is ground and not the layout of the observation, so that a policy trained on the
-task can be tested on another material as it is. An agent that is to know it needs it appended to the observation. In
-a task of several materials the flag of the one fixed is set; all flags are 0 for a material that the task does not
-have.
+A fixed material in a task of one material is not observed, not even in `observation="full"`. Like other factors it
+changes the process and not the layout of the observation, so a policy can be tested on another material. Append the
+material to the observation if an agent must know it. In a task of several materials the flag of the fixed one is set;
+all flags are 0 for a material outside the task.
 
-Splits (`grind_env.envs.splits`) hold out ranges of the factors: the distribution of every log-normal factor (lot,
-wheel, coolant) is cut into ten ranges of equal probability, and an episode of a split draws its factors from the ranges
-of `SPLITS` only. So every single lot, wheel and coolant of the split `interpolation` is new to an agent that was
-trained on `inner`, and lies between factors that it has met. Those of `extrapolation` lie beyond: wear and pressure
-past the last factor that a task draws, half as much stock again, three times the noise, and in every episode another
-material and another wheel of the catalogue, which the observation does not tell. A material is no harder on the wheel
-than the task's hardest one, and a wheel, of the same abrasive, is another in its dulling, its grade, its G-ratio and
-its roughness. A program says what it grinds and with which wheel: `grind/Job-v0` keeps both and its stocks, and has the
-tails and the noise. A split is given by its name and implied by nothing, no seed either: a seed makes one episode, in
-each split another of the same draws.
+Splits (`grind_env.envs.splits`) hold out ranges of the factors. The distribution of every log-normal factor (lot,
+wheel, coolant) is cut into ten ranges of equal probability, and a split draws factors only from its ranges. So every
+lot, wheel and coolant of `interpolation` is new to an agent trained on `inner`, and lies between known factors.
+`extrapolation` goes beyond: wear and pressure past the range of the task, half as much stock again, three times the
+noise, and another material and wheel of the catalogue, which the observation does not show. The material is no harder
+on the wheel than the task's hardest one; the wheel has the same abrasive, with other dulling, grade, G-ratio and
+roughness. In `grind/Job-v0` the program fixes material, wheel and stocks. The seed does not choose the split: a seed
+makes another episode in each split, from the same random numbers.
 """
 
 import math
@@ -51,7 +48,7 @@ class ContextError(GrindError):
 
 
 class Fixed(NamedTuple):
-    """What a context fixes, one number each; NaN for what is drawn.
+    """Factors that a context fixes, one number each; NaN for a drawn factor.
 
     `diamond_flat` is mm, `executions_left` a number of dress executions. `stock`, `kA`, `pm`, `wheel_kA`, `ra_scale`,
     `fc`, `Gref`, `hf`, `coolant_ageing`, `slack` and `noise` are factors, as `CONTEXT_FACTORS` says.
@@ -110,13 +107,13 @@ CONTEXT_FACTORS: Mapping[str, Factor] = {
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What is given of an episode before the rest is drawn.
+    """The fixed part of an episode, before the rest is drawn.
 
     Attributes:
         fixed: numbers of the context.
         kinds: index of the kind of every block, shape (blocks,); None if the task decides.
-        split: what it changes of the distribution that the rest is drawn from.
-        plant: the machine, or those that one is drawn from; None for what the simulation was made with.
+        split: the split, which changes the distributions of the drawn factors.
+        plant: the machine, or the machines to draw from; None for the machine of the simulation.
     """
 
     fixed: Fixed = FREE
@@ -126,7 +123,7 @@ class Given:
 
 
 def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """The context that fixes all at its nominal value: the deterministic task; `barred` as for `read_options`."""
+    """Return the context with all factors nominal: the deterministic task; `barred` as for `read_options`."""
     left = task.start.executions_left
     nominal: dict[str, Any] = {name: factor.nominal for name, factor in CONTEXT_FACTORS.items()}
     if left is not None:
@@ -137,7 +134,7 @@ def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict
 
 
 def without_effect(task: Task) -> dict[str, str]:
-    """The factors that would change nothing in a task, each with the reason."""
+    """Return the factors that would change nothing in a task, each with the reason."""
     reasons = {
         "coolant_ageing": (task.setup.coolant_ageing == 0.0, "has a coolant that does not age"),
         "executions_left": (task.start.executions_left is None, "starts with a new wheel"),
@@ -154,14 +151,14 @@ def read_options(
     barred: Mapping[str, str] | None = None,
     made: "Plants | None" = None,
 ) -> Given:
-    """What the options of a reset give.
+    """Read the options of a reset.
 
     Args:
         task: the task.
-        options: of the reset.
-        before: what was given; what they do not name stays so.
-        barred: names in a context that mean nothing, each with the reason; by default `without_effect(task)`.
-        made: the machines that the environment was made with.
+        options: options of the reset.
+        before: earlier options, which hold unless named.
+        barred: names without effect in a context, each with the reason; by default `without_effect(task)`.
+        made: machines with which the environment was made.
 
     Raises:
         PlantError: there is no such machine.
@@ -183,7 +180,7 @@ def read_options(
 
 
 def with_machines(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Generator]) -> Sequence[Given]:
-    """What is given of episodes, with the machine of each; their generators stay where they are."""
+    """Return the fixed parts of episodes with the machine of each; the generators do not advance."""
     made: Plants | None = simulation.plants
     if made is None:
         return given
@@ -197,12 +194,12 @@ def with_machines(simulation: Any, given: Sequence[Given], rngs: Sequence[np.ran
 def read_all_options(
     options: Mapping[str, Any] | None, before: Sequence[Given], read: Callable[[dict[str, Any], Given], Given]
 ) -> list[Given]:
-    """What the options of a reset give to N sub-environments; the value of an option may be a list of N entries.
+    """Read the options of a reset for N sub-environments; the value of an option may be a list of N entries.
 
     Args:
-        options: of the reset.
-        before: what was given to each.
-        read: says what the options of one give, and what was given before.
+        options: options of the reset.
+        before: earlier options of each.
+        read: reads the options of one, given its earlier options.
 
     Raises:
         ContextError: as `read`, or if a list has another length.
@@ -223,7 +220,7 @@ def read_all_options(
 
 
 def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
-    """The options of a reset, each with its value.
+    """Return the options of a reset, each with its value.
 
     Raises:
         ContextError: if they are no dict.
@@ -236,14 +233,14 @@ def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
 
 
 def distinct(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
-    """What is given, each object once, and which of these is given of each of M episodes, shape (M,)."""
+    """Return the distinct objects, and the index of the object of each of M episodes, shape (M,)."""
     once = {id(each): each for each in given}
     numbers = {key: number for number, key in enumerate(once)}
     return [*once.values()], np.array([numbers[id(each)] for each in given])
 
 
 def find_split(name: Any) -> Split:
-    """The split of that name.
+    """Return the split of that name.
 
     Raises:
         ContextError: if there is no such split.

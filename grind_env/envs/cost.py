@@ -29,13 +29,13 @@ class Shop(NamedTuple):
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
     wheel_width: float
-    """Of the whole wheel, mm."""
+    """Width of the whole wheel, mm."""
     new_diameter: float
     change_seconds: float
     execution_depth: float = 0.0
     """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
     late_price: float = 0.0
-    """Of lateness, $/h."""
+    """Price of lateness, $/h."""
     change_price: float = 0.0
     materials: float = 1.0
     """Number of materials: each kind of blocks stands in a table once for each of them."""
@@ -96,14 +96,14 @@ class Found(NamedTuple):
     pick: float
     """By how much a stroke has gone deeper at most, mm."""
     taper: float = 0.0
-    """Of the part as gauged, um."""
+    """Taper of the part as gauged, um."""
 
 
 read_shop, write_outcome, read_found = column_reader(Shop), column_writer(Outcome), column_reader(Found)
 
 
 def shop_row(task: Task) -> Shop:
-    """The numbers that are the same for all blocks of a task."""
+    """Return the numbers that are the same for all blocks of a task."""
     rates = task.rates
     return Shop(
         execution_depth=task.execution_depth,
@@ -122,7 +122,7 @@ def shop_row(task: Task) -> Shop:
 
 
 def reward_terms(task: Task) -> dict[str, int]:
-    """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
+    """Return the terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
     names = [*COST_TERMS]
     if task.due is not None:
         names.append("late")
@@ -145,14 +145,7 @@ def rates_of(shop: Shop) -> Rates:
 
 @inlined
 def outcome_of(
-    kind: KindRow,
-    row: TapeRow,
-    shop: Shop,
-    part: PartState,
-    result: Tally,
-    clock: float,
-    diameter: float,
-    found: Found,
+    kind: KindRow, row: TapeRow, shop: Shop, part: PartState, result: Tally, clock: float, diameter: float, found: Found
 ) -> Outcome:
     """Return the costs of a block and the state of its part.
 

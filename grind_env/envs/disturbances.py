@@ -1,4 +1,4 @@
-"""Random disturbances: the noise tape of each episode, drawn from its key, of tasks and of users' programs."""
+"""Random disturbances: the noise tape of each episode, drawn from its key, for tasks and part programs."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -96,11 +96,7 @@ class Disturbances(ABC):
         self.kinds, self.spreads, self.sequence = np.array(kinds), np.array([spreads]), sequence
 
     def begin(
-        self,
-        episodes: Episodes,
-        index: NDArray[np.int64],
-        rngs: Sequence[np.random.Generator],
-        given: Sequence[Given],
+        self, episodes: Episodes, index: NDArray[np.int64], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """Begin an episode with a key from each of M generators; whatever is given, each draws two numbers.
 

@@ -1,4 +1,4 @@
-"""What docstrings say of each name under a heading: pages and schemas are made of them."""
+"""Sections of docstrings by name, from which pages and schemas are made."""
 
 import inspect
 import re
@@ -9,7 +9,7 @@ NAMED = re.compile(r"^    (\w+): (.+)$")
 
 
 def meanings(of: Callable[..., Any], heading: str) -> dict[str, str]:
-    """The names under a heading such as `Args` of a docstring, each with its meaning in one line."""
+    """Return the names under a heading such as `Args` of a docstring, each with its meaning in one line."""
     _, _, text = inspect.cleandoc(of.__doc__ or "").partition(f"\n{heading}:\n")
     found: dict[str, str] = {}
     name = ""

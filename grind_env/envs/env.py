@@ -1,4 +1,4 @@
-"""The single environment of every id in which E and D are chosen."""
+"""The single environment of every id whose actions are E and D."""
 
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -62,26 +62,26 @@ class EpisodeLength:
 
 
 class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
-    """One episode of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
+    """Single environment of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
 
     Args:
-        simulation: what a step is, what can be chosen and what is observed.
+        simulation: dynamics, actions and observations.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
-        info: `"measured"` for what a shop knows of a step, or `"full"`, see `grind_env.envs.infos`.
+        info: `"measured"`, or `"full"`; see `grind_env.envs.infos`.
         out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Attributes:
-        task: of the simulation.
-        codec: its actions.
-        given: what the options of a reset have fixed.
+        task: task of the simulation.
+        codec: converter of actions.
+        given: factors fixed by the options of a reset.
         plant: name of the machine of the episode; empty for the model.
         episodes: the episode; None before the first reset.
-        over: whether its last block has been ground.
-        blocks: the steps taken since the reset, as the simulation says them.
-        outcomes: what came of each.
+        over: whether the last block has been ground.
+        blocks: texts of the blocks since the reset.
+        outcomes: outcome of each block.
 
     Raises:
         GrindError: an argument is not legal.
@@ -121,7 +121,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return self.simulation.entries
 
     def written(self) -> Written:
-        """The episode as one takes it to the machine: its program, the job, and the dresses that are asked for.
+        """Return the episode as one takes it to the machine: its program, the job, and the dresses that are asked for.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
@@ -131,7 +131,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return written._replace(job=replace(written.job, plant=self.plant))
 
     def part_program(self) -> str:
-        """The steps taken since the last reset as a part program with its dress program.
+        """Return the steps taken since the last reset as a part program with its dress program.
 
         A user's own program has the words chosen in the blocks that were run, and its own in the others.
 
@@ -158,9 +158,8 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         """Start an episode; the same seed draws the same episode.
 
         Args:
-            seed: of the generator, which else goes on.
-            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until others are
-                given.
+            seed: seed of the generator; without one the generator continues.
+            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until changed.
 
         Returns:
             The observation, and as info the name of the machine where the environment was made with some.
@@ -211,7 +210,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return observation, outcome.reward, self.over, False, info
 
     def view(self) -> EpisodePicture:
-        """The machine after the last block.
+        """Return the machine after the last block.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.

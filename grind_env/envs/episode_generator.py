@@ -1,4 +1,4 @@
-"""How the episodes of a task begin: what of them is drawn, and their first wheels."""
+"""The start of the episodes of a task: their random draws and first wheels."""
 
 import math
 from typing import Any, NamedTuple
@@ -24,10 +24,10 @@ used = replacer(WheelState, "A", "V")
 
 
 class Opening(NamedTuple):
-    """How the episodes of a task begin."""
+    """Start of the episodes of a task."""
 
     diameter: float
-    """Of the wheel where nothing is drawn, mm."""
+    """Diameter of the wheel where nothing is drawn, mm."""
     least_diameter: float
     execution_depth: float
     """Diameter that one dress execution takes off, mm."""
@@ -35,7 +35,7 @@ class Opening(NamedTuple):
     """Fewest dress executions left; NaN if the diameter is not drawn."""
     most_left: float
     lead: float
-    """Of the dress before the first block, mm."""
+    """Lead of the dress before the first block, mm."""
     depth: float
     wear_flat_area: float
     """NaN for that of a dressed wheel."""
@@ -80,7 +80,7 @@ class EpisodeGenerator(Disturbances):
         mount_wheels(episodes.wheels, *drawn, self.opening, self._parameter_row)
 
     def wheel(self, diamond_flat: float) -> WheelState:
-        """The new wheel at the start of an episode, dressed with a diamond of that wear flat, mm."""
+        """Return the new wheel at the start of an episode, dressed with a diamond of that wear flat, mm."""
         opening = self.opening
         wheel = dressed_wheel(opening.diameter, diamond_flat, opening.lead, opening.depth, self.parameters)
         area = opening.wear_flat_area

@@ -1,4 +1,4 @@
-"""The state of N episodes side by side, and the copies of them that a planner tries something on."""
+"""The state of N episodes side by side, and copies of them for planners."""
 
 import copy
 from dataclasses import dataclass, field, replace
@@ -51,19 +51,19 @@ class Episodes:
     whole_program: bool = False
 
     def arrays(self) -> dict[str, Any]:
-        """All arrays by name."""
+        """Return all arrays by name."""
         return {name: getattr(self, name) for name in EpisodeArrays._fields}
 
     def in_order(self) -> tuple[Any, ...]:
-        """What the compiled step takes of them, in its order."""
+        """Return the arrays of the compiled step, in its order."""
         return _of_step(self)
 
     def wheel(self, i: int) -> WheelState:
-        """The wheel of episode i."""
+        """Return the wheel of episode i."""
         return WheelState(*self.wheels[i, :OWN_FROM].tolist())
 
     def extra_state(self, i: int) -> tuple[float, ...]:
-        """What process and gauge of episode i remember besides."""
+        """Return further memory of process and gauge in episode i."""
         return tuple(self.wheels[i, OWN_FROM:].tolist())
 
     def pick(self, index: ArrayLike) -> "Episodes":
@@ -76,16 +76,16 @@ class Episodes:
         return replace(self, programs=programs, **{name: array[chosen] for name, array in self.arrays().items()})
 
     def row(self, i: int) -> Table:
-        """The row of the coming block of episode i, shape (fields of `TapeRow`,); its last block must not be over."""
+        """Return the row of the coming block of episode i, shape (fields of `TapeRow`,), while the episode runs."""
         return np.asarray(self.tape[i, self.block[i] % self.tape.shape[1]])
 
     def coming(self) -> Table:
-        """The rows of the coming blocks, or of the last ones, on the tapes; shape (N, fields of `TapeRow`)."""
+        """Return the rows of the coming blocks, or of the last ones, on the tapes; shape (N, fields of `TapeRow`)."""
         at = np.minimum(self.block, self.source[:, BLOCKS].astype(np.int64) - 1) % self.tape.shape[1]
         return np.asarray(self.tape[np.arange(len(at)), at])
 
     def hide_noise(self) -> None:
-        """Take the noise of the gauges to come out of whole tapes, and what it is drawn from: no machine knows it."""
+        """Remove future gauge noise and its source from full tapes, since no machine knows them."""
         self.tape[..., NOISE] = 0.0
         self.source[:, DRAWN_FROM] = 0.0
 
@@ -103,7 +103,7 @@ class Episodes:
         return replace(self, block=np.zeros_like(self.block)).on(tape[owner, first : first + blocks])
 
     def on(self, tape: Table) -> "Episodes":
-        """The same with another tape, shape (N, rows, fields of `TapeRow`), after which they end."""
+        """Return the same with another tape, shape (N, rows, fields of `TapeRow`), after which they end."""
         source = self.source.copy()
         # each block of a program is a kind of its own
         left = self.schedule.shape[1] - tape[:, :1, KIND] if self.whole_program else tape.shape[1]

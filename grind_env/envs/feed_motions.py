@@ -1,4 +1,4 @@
-"""Motions of plain reciprocation with an infeed by the program: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
+"""Motions of G81 with a programmed infeed: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
 
 The table reciprocates on its own while the program feeds the wheel down, so that a stroke is as deep as the infeed has
 come when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D of them the
@@ -29,7 +29,7 @@ class Infeed(NamedTuple):
     rate: float
     """F/60, mm/s."""
     acceleration: float
-    """Of the infeed, mm/s2."""
+    """Acceleration of the infeed, mm/s2."""
     target: float
     """Depth Y, mm; a whole number of um, like the ends of the infeed blocks."""
     requests: float
@@ -138,5 +138,5 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
 
 
 def segments(infeed: Infeed) -> list[Segment]:
-    """The infeed blocks of a block, for a program text."""
+    """Return the infeed blocks of a block, for a program text."""
     return [segment(infeed, float(number)) for number in range(int(infeed.requests) + 1)]

@@ -57,5 +57,5 @@ GAUGE = Noisy(_read)
 
 
 def noisy(gauge: Gauge) -> Gauge:
-    """A gauge with the noise of the tasks on what it shows."""
+    """Return a gauge with the noise of the tasks on what it shows."""
     return GAUGE if gauge is TRUTH else beside(gauge, GAUGE)

@@ -1,4 +1,4 @@
-"""The memory of the shop floor from block to block, and the measured part of it."""
+"""Memory of the shop floor from block to block, and the measured part of it."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ GAUGE_EVERY = 3
 class History(NamedTuple):
     """Memory of the shop floor from block to block.
 
-    `speed` is E in m/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
+    `speed` is E in mm/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
     `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions`, of the last block,
     `since_gauged`, `blocks_since_dress`, `dresses`, `parts` and `wheel_changes` are numbers of them.
     """
@@ -54,7 +54,7 @@ class History(NamedTuple):
     found_diameter: float
     """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
     taper: float
-    """Of the last finished part as gauged, um; 0 of one that the wheel covers."""
+    """Taper of the last finished part as gauged, um; 0 of one that the wheel covers."""
 
 
 read_memory, write_memory = column_reader(History), column_writer(History)
@@ -142,7 +142,7 @@ def remembered(
     volume = (0.0 if found.change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
     return History(
-        speed=chosen.E / 1000.0,
+        speed=chosen.E,
         executions=chosen.D,
         pick=found.pick,
         width=kind.width,

@@ -1,4 +1,4 @@
-"""What a step reports besides observation and reward: the info of the single environment, and of many in arrays.
+"""The `info` of a step, for the single environment and for many in arrays.
 
 All entries are numbers, `reward_time` and the other `reward_` entries the terms that add up to the reward.
 By default they are what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found
@@ -69,7 +69,7 @@ class InfoWriter:
         self._scales = np.array([scaling for _, *scaling in self._read.values()]).reshape(-1, 2)
 
     def single(self, outcome: Outcome, observation: NDArray[np.float32], chosen: Sequence[float]) -> dict[str, Any]:
-        """The info of one environment: from its outcome, the observation after it, and what was chosen."""
+        """Return the info of one environment: from its outcome, the observation after it, and what was chosen."""
         finished, good, shown = outcome.finished, outcome.good, observation.tolist()
         bad = finished - good if self.full else _found_bad(finished, good)
         info = {
@@ -86,7 +86,7 @@ class InfoWriter:
     def vector(
         self, outcomes: Array, observations: NDArray[np.float32], choice: tuple[Array, ...], mask: Array
     ) -> dict[str, Any]:
-        """The info of N environments, every entry with its mask; those that are not in `mask` have none.
+        """Return the info of N environments, every entry with its mask; those that are not in `mask` have none.
 
         No two arrays share memory, and the arrays of `choice` go into the info.
         """

@@ -1,4 +1,4 @@
-"""The inputs of a simulation by name: the program and the job, or the task, that an agent or a state belongs to."""
+"""The inputs of a simulation by name: program and job, or task, for which an agent or a state was made."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What makes a task easier to learn: standardised observations, and rewards that count from the best fixed plan."""
+"""Views for learning: standardised observations, and rewards relative to the best fixed plan."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,7 +22,7 @@ are many times as large. The seeds are the first of training."""
 JITTER = 0.1
 """By which E varies within an episode, of its geometric range."""
 LEAST_DEVIATION = 0.01
-"""Of an entry that hardly ever changes, in its unit of the observation."""
+"""Least deviation of an entry that hardly ever changes, in its unit of the observation."""
 DIGITS = 3
 """Behind the point: so much of means and deviations is the same on every machine."""
 
@@ -33,11 +33,11 @@ def ease_rewards(rewards: NDArray[Any]) -> NDArray[Any]:
 
 
 def lateness(simulation: Simulation, observations: Array) -> Array:
-    """What it costs that the parts of the coming due date are late already, over the reference cost, shape (N,).
+    """Return the cost of lateness so far of the parts of the coming due date, over the reference cost, shape (N,).
 
-    The environment charges it at the date, with the last of these parts. Whoever learns is better charged what it has
-    grown by with each block, which is the same in the end (Ng, Harada, Russell, ICML 1999, 278) and tells which block
-    was too slow. 0 without dates.
+    The environment charges lateness at the date, with the last of its parts. Learners get the growth in each block
+    instead, which sums to the same (Ng, Harada, Russell, ICML 1999, 278) and shows which block was slow. 0 without
+    dates.
     """
     due, names = simulation.task.due, [reading.name for reading in simulation.entries]
     if due is None:
@@ -48,7 +48,7 @@ def lateness(simulation: Simulation, observations: Array) -> Array:
 
 
 def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
-    """Mean and standard deviation of every entry of what is shown, in the better part of random play."""
+    """Return mean and standard deviation of every observation entry, in the better part of random play."""
     memories = memories_of(simulation, codec.space, forms)
     rng, n = np.random.default_rng(0), EPISODES
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
@@ -75,7 +75,7 @@ def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[Mem
 
 
 def _random(codec: ActionCodec, rng: np.random.Generator, speed: Array, share: Array) -> Any:
-    """An action of each episode.
+    """Return an action of each episode.
 
     Args:
         codec: of actions.

@@ -1,4 +1,4 @@
-"""Machines that are not the model (`grind_env.plants`), as arguments and the options of a reset name them."""
+"""Out-of-model machines (`grind_env.plants`) as arguments and reset options of environments."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ class OtherMachine(GrindError):
 
 
 def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
-    """The machines that an argument names, which may be of a module, or without one those that a file names."""
+    """Return the machines that an argument names, which may be of a module, or without one those that a file names."""
     if argument is None and not of_file:
         return None
     from grind_env.plants import find_plants
@@ -25,7 +25,7 @@ def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
 
 
 def read_plant_option(value: Any, made: "Plants | None") -> "Plants | None":
-    """The machines that the option of a reset names; None for those that the environment was made with."""
+    """Return the machines that the option of a reset names; None for those that the environment was made with."""
     found = plants_of(value)
     if found is None:
         return None
@@ -42,7 +42,7 @@ def read_plant_option(value: Any, made: "Plants | None") -> "Plants | None":
 
 
 def seed_beside(rng: np.random.Generator) -> int:
-    """A seed of 32 bits from a stream beside that of a generator, which stays where it is.
+    """Return a seed of 32 bits from a stream beside that of a generator, which stays where it is.
 
     So an episode has its stocks, lots and noise whatever the machine.
     """

@@ -1,4 +1,4 @@
-"""Memories: what the episodes at hand have shown so far, for any number of them side by side.
+"""Memories of past observations, for any number of episodes side by side.
 
 A stack of the past, or a belief of the hidden state of the wheel. `wrappers.py` puts them around environments, and
 an agent that steps episodes itself can hold one as well.
@@ -27,10 +27,10 @@ class WrapperError(GrindError):
 
 
 class EpisodeMemory(Protocol):
-    """What N episodes have shown so far, as one flat observation each."""
+    """Memory of N episodes, as one flat observation each."""
 
     space: spaces.Box[np.float32]
-    """Of one episode."""
+    """Space of one episode."""
 
     def begin(self, n: int) -> None:
         """N episodes begin with the next observations."""
@@ -85,7 +85,7 @@ class StackMemory:
 
 
 def belief_entries() -> tuple[Reading, ...]:
-    """How a belief stands in an observation."""
+    """Return the observation entries of a belief."""
     return (
         Reading("belief_wear_flat", "", 0.0, 0.05, 0.0, 5.0, "belief", "mean of the wear-flat area A"),
         Reading("belief_wear_flat_spread", "", 0.0, 0.05, 0.0, 5.0, "belief", "its standard deviation"),
@@ -134,7 +134,7 @@ def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
 
 
 def action_numbers(space: spaces.Space[Any], actions: Array) -> Array:
-    """A batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
+    """Return a batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
     values = np.asarray(actions, np.float64).reshape(len(actions), -1)
     if isinstance(space, spaces.Box):
         return np.clip(values, space.low, space.high)

@@ -1,4 +1,4 @@
-"""A simulation as the filter of a belief grinds its members with it."""
+"""A simulation whose episodes are the members of a belief filter."""
 
 from collections.abc import Sequence
 
@@ -20,10 +20,10 @@ FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 
 
 class MemberModel:
-    """A simulation whose episodes are members: one block at a time, with factors of their own.
+    """Simulation whose episodes are the members of a filter: one block at a time, with factors of their own.
 
     Args:
-        simulation: of what is followed; its entries say how observations are read.
+        simulation: the simulation that is estimated; its entries define the observations.
 
     Raises:
         BeliefError: its steps are not run in compiled code.

@@ -1,4 +1,4 @@
-"""Names of the tasks and ids of their environments: all that registration needs, and quick to import."""
+"""Names of tasks and ids of their environments: all that registration needs, quick to import."""
 
 from pathlib import Path
 
@@ -7,6 +7,9 @@ FOLDER = Path(__file__).with_name("tasks")
 
 MODULE_NAMES = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
 """Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
+
+CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
+"""Tasks of the benchmark, each of which asks something of its own; the others are diagnostic."""
 
 ANY_TASK = "grind/Task-v0"
 """The id of all tasks that are in files of the user."""
@@ -23,5 +26,5 @@ def shipped_names() -> list[str]:
 
 
 def environment_id(name: str) -> str:
-    """The Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
+    """Return the Gymnasium id of a task: `power_limited` is `grind/PowerLimited-v0`, `CBN` is `grind/CBN-v0`."""
     return f"grind/{''.join(word[:1].upper() + word[1:] for word in name.split('_'))}-v0"

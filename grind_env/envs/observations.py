@@ -1,4 +1,4 @@
-"""What an agent sees: named readings with unit, scale, noise and delay.
+"""Observations: named readings with unit, scale, noise and delay.
 
 A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at
 the range of its sensor. `HIDDEN` readings are only in `observation="full"`.
@@ -31,7 +31,7 @@ LEAST_SLACK = 0.05
 class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units; `readings` says what each one means.
 
-    `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
+    `mean_power`, `first_power` and `peak_power` are W. `last_speed` is mm/min. `last_pick`, `last_width`, `diameter`,
     `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `taper` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
     `scrap` is $. `part_rise` is a temperature difference, K.
@@ -113,7 +113,7 @@ HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:
-    """The observation of a task, entry by entry, the hidden ones last; what means or changes nothing is left out.
+    """Return the observation of a task, entry by entry, hidden ones last, without constant readings.
 
     Args:
         task: the task.
@@ -134,16 +134,12 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
     if task.cycle != "G83":
         absent.add("taper")
     shown = (reading for reading in _table(task) if reading.name not in absent)
-    return measured_first((*shown, *_one_hot(task)))
-
-
-def measured_first(entries: Iterable[Reading]) -> tuple[Reading, ...]:
-    """The entries in their order, the hidden ones behind all others: a measured observation begins every full one."""
-    return tuple(sorted(entries, key=lambda entry: entry.noise == "hidden"))
+    # a measured observation begins every full one
+    return tuple(sorted((*shown, *_one_hot(task)), key=lambda entry: entry.noise == "hidden"))
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
-    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a task.
+    """Return the measured readings, with values, that no choice, draw or context changes in a task.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """
@@ -180,14 +176,14 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
 def _table(task: Task) -> list[Reading]:
     """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
-    low, high = (speed / 1000.0 for speed in task.action.speed_ends)
+    low, high = task.action.speed_ends
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)
     period = (
         max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
     )
-    # what an infeed covers in a stroke of 3 m/min is 0.06 mm
+    # what an infeed covers in a stroke of 3000 mm/min is 0.06 mm
     deepest = 5.0 if task.cycle == "G81" else 2.0
     left = "stock left on the last finished part"
     left += " where it is farthest from its size" if task.cycle == "G83" else ""
@@ -209,7 +205,7 @@ def _table(task: Task) -> list[Reading]:
         Reading("first_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise,
                 "mean load of the first (up to 6) full plunges of the last block"),
         Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest load of the last block"),
-        Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
+        Reading("last_speed", "mm/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
         Reading("last_pick", "mm", 0.0, 0.02, 0.0, deepest, "exact", "depth per stroke of the last block"),
         Reading("last_width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the last block"),
@@ -276,13 +272,13 @@ def _flag(name: str, meaning: str) -> Reading:
 
 
 def task_materials(task: Task) -> list[str]:
-    """Materials that are told apart: those of the kinds, if there are several."""
+    """Return the materials with a flag in the observation: the materials of the kinds, if there are several."""
     names = [name for name in task.materials if any(kind.material == name for kind in task.kinds)]
     return names if len(names) > 1 else []
 
 
 class Layout(NamedTuple):
-    """Where the entries of an observation come from."""
+    """Sources of the entries of an observation."""
 
     columns: NDArray[np.int64]
     """Index into `Readings` of every entry, shape (entries,); -1 for one that is none."""
@@ -295,27 +291,27 @@ class Layout(NamedTuple):
 
 
 class Scaling(NamedTuple):
-    """How readings become the entries of an observation.
+    """Scaling of readings to entries of an observation.
 
     `offset` and `scale` have the units of the readings; `low` and `high` have no unit.
     """
 
     layout: Layout
     offset: NDArray[np.float64]
-    """Of each entry, shape (entries,), like the next three."""
+    """Offset of each entry, shape (entries,), like the next three."""
     scale: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
 
 def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
-    """The scaling of an observation with these entries."""
+    """Return the scaling of an observation with these entries."""
     columns = (np.array([getattr(entry, name) for entry in entries]) for name in ("offset", "scale", "low", "high"))
     return Scaling(_layout(task, entries), *columns)
 
 
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """Where these entries come from; any that is neither a reading nor a flag reads 0, for the caller to write."""
+    """Return the sources of entries; the caller writes entries that are neither reading nor flag, which read 0."""
     names = [entry.name for entry in entries]
     first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(

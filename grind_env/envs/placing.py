@@ -1,4 +1,4 @@
-"""Where a coming cycle block lies on its part: as the script says, or as deep as the stock on the noise tape."""
+"""The place of a cycle block on its part: from the script, or from the stock on the noise tape."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A part program under execution, cycle block by cycle block: a step of an environment is the program itself.
+"""A part program executed cycle block by cycle block, one step of an environment each.
 
 The control stops before every cycle block, takes the words that an agent has chosen for it, and goes on to the next
 one, while `machine.run` grinds what it commands.
@@ -26,15 +26,15 @@ Words = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRun:
-    """What happens from a cycle block to the next one, or to the end of the program; the first from its start.
+    """Run of a program from a cycle block to the next block or the end; the first run includes the beginning.
 
     Attributes:
         plan: parameters of the cycle.
         inch: whether G70 is in force in its block.
         part: number of its part, from 1.
         strokes: dtype `STROKE_ROW`, with the infeeds of grooves.
-        increments: by how much each stroke goes deeper than the one before it on its part, mm.
-        plunged: whether each has gone deeper than any before it at some place of its own.
+        increments: additional depth of each stroke over the stroke before it on its part, mm.
+        plunged: whether each stroke is deeper than all before it at some place.
         dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
         finished: parts that were taken off the machine, dtype `PART_ROW`.
         judged: whether a stage of the part has ended, or the part.
@@ -72,18 +72,18 @@ class PassageError(GrindError):
 class ProgramEpisode:
     """One execution of a part program.
 
-    A copy, also by pickling, makes the same choices anew.
+    A copy, also by pickling, repeats the same choices.
 
     Args:
         programs: the program.
         job: the job.
-        course: what it comes by with its own words; empty if that is not known.
+        course: values of the unchanged program; empty if unknown.
 
     Attributes:
         run: the machine.
-        time: of the job up to which blocks have been run, s; the way to the first one belongs to its step.
+        time: time of the job up to which blocks have been run, s; the first step includes the way to its block.
         block: the coming cycle block; None at the end of the program.
-        chosen: the blocks that have been run, with the words chosen for them.
+        chosen: the finished blocks, with the chosen words.
     """
 
     def __init__(self, programs: Programs, job: Job, course: Sequence[Passage] = ()) -> None:
@@ -102,7 +102,7 @@ class ProgramEpisode:
         self.time = 0.0
 
     def __getstate__(self) -> dict[str, Any]:
-        """What the episode is made of; the execution itself cannot be copied."""
+        """Return the inputs and choices of the episode, because the execution itself cannot be copied."""
         return {"arguments": self._arguments, "words": [words for _, words in self.chosen]}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -210,6 +210,6 @@ def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> 
 
 
 def _increments(strokes: Array) -> Array:
-    """By how much each stroke goes deeper than the one before it on its part, mm; the first one as if from 0."""
+    """Return the additional depth of each stroke over the one before, mm; the first counts from 0."""
     before = np.concatenate([[0.0], np.where(np.diff(strokes["part"]) == 0, strokes["Z"][:-1], 0.0)])
     return np.asarray(strokes["Z"] - before[: strokes.size])

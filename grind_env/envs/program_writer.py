@@ -1,4 +1,4 @@
-"""How an episode is written down as a part program, for tasks and for users' programs."""
+"""Protocol for writing an episode as a part program, for tasks and users' programs."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
-"""How the random numbers of an episode are drawn: those of blocks for many at once, in vector registers.
+"""Random numbers of an episode, drawn for many blocks at once in vector registers.
 
-Each is a function of the key of the episode, of what is drawn, and of the number of that.
+Each number is a function of the key of the episode, of its purpose, and of a counter.
 """
 
 from typing import Any, NamedTuple
@@ -84,7 +84,7 @@ def spread(sigma: float, z: float) -> float:
 
 
 class Drawn(NamedTuple):
-    """What is drawn of a block: a word where it is not said what it is, or a standard normal number."""
+    """Random numbers of a block: raw words unless stated otherwise, or standard normal numbers."""
 
     lot: float
     """Word that says whether a part begins a lot."""

@@ -1,4 +1,4 @@
-"""What an environment shows, written on its observation space.
+"""Description of an environment's observation, stored in its observation space.
 
 A library that saves a model saves the spaces it was trained on as well. So a model that comes from a file says itself
 which task it saw, and through which wrappers, and can be shown the same again without the environment.
@@ -26,10 +26,10 @@ CLIP = 10.0
 
 
 class MemoryForm(Protocol):
-    """How a wrapper makes the memory that it shows."""
+    """Form of the memory that a wrapper adds to the observation."""
 
     def memory(self, simulation: Simulation | None, observations: Space, actions: Space) -> EpisodeMemory:
-        """The memory, from the spaces of one observation and of one action."""
+        """Return the memory, from the spaces of one observation and of one action."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,13 +93,13 @@ class StandardMemory:
 
 @dataclass(frozen=True, slots=True)
 class TaskShown:
-    """What is shown of a task.
+    """Description of the observation of a task.
 
     Attributes:
-        task: its name.
-        version: of the tasks.
-        entries: of the observation of the environment itself.
-        memories: what wrappers make of it, the innermost first.
+        task: name of the task.
+        version: version of the tasks.
+        entries: entries of the environment's own observation.
+        memories: memories added by wrappers, the innermost first.
     """
 
     task: str
@@ -115,12 +115,12 @@ else:
 
 
 class ShownBox(AnyBox):
-    """A Box that says what the observations in it show.
+    """Box space that describes its observations.
 
     Args:
         low: lowest observation, shape (entries,).
-        high: highest observation, likewise.
-        shown: what they show.
+        high: highest observation, shape (entries,).
+        shown: description of the observations.
     """
 
     def __init__(self, low: Array, high: Array, shown: TaskShown) -> None:
@@ -129,14 +129,14 @@ class ShownBox(AnyBox):
 
 
 def shown_space(simulation: Simulation) -> ShownBox:
-    """The observation space of an environment of a simulation."""
+    """Return the observation space of an environment of a simulation."""
     return ShownBox(
         *bounds(simulation.entries), TaskShown(simulation.task.name, TASK_VERSION, tuple(simulation.entries))
     )
 
 
 def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
-    """The observation space behind a wrapper that shows a memory; `space` is that before it."""
+    """Return the observation space behind a wrapper that shows a memory; `space` is that before it."""
     if not isinstance(space, ShownBox):
         return memory.space
     shown = replace(space.shown, memories=(*space.shown.memories, form))
@@ -146,7 +146,7 @@ def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMem
 def memories_of(
     simulation: Simulation, action_space: spaces.Space[Any], forms: Sequence[MemoryForm]
 ) -> list[EpisodeMemory]:
-    """The memories that wrappers around an environment show, the innermost first."""
+    """Return the memories that wrappers around an environment show, the innermost first."""
     space: spaces.Box[Any] = shown_space(simulation)
     memories: list[EpisodeMemory] = []
     for form in forms:
@@ -156,7 +156,7 @@ def memories_of(
 
 
 def remembered(memories: Sequence[EpisodeMemory], observations: Array, actions: Array | None, mask: Flags) -> Array:
-    """What the outermost of memories shows; arguments are those of `EpisodeMemory.take`."""
+    """Return the observation of the outermost memory; arguments as for `EpisodeMemory.take`."""
     for memory in memories:
         observations = memory.take(observations, actions, mask)
     return observations

@@ -1,11 +1,11 @@
-"""A problem without Gymnasium: N episodes side by side, how they are drawn and stepped, and what is observed of them.
+"""A simulation: N episodes of a problem side by side, without Gymnasium: reset, step, observe.
 
-Policies, evaluations, trainings and the environments themselves see no more of a problem than the methods of this
-class, its `writer` (`program_writer.py`) and its `viewer` (`view.py`). Every environment that chooses E and D has a
-simulation, as `env.unwrapped.simulation`; the single one steps one episode of it, the native vector one and the
-planners many. What a planner, a belief or an adviser needs beyond it are its `branches`. Tasks
-(`blocks/simulation.py`) and users' programs (`job/simulation.py`) differ in what draws their episodes, in the script
-that they run, and in how an episode is written down and shown.
+Policies, evaluations, trainings and environments use a problem only through the methods of this class, its `writer`
+(`program_writer.py`) and its `viewer` (`view.py`). Every environment with E and D has a simulation,
+`env.unwrapped.simulation`: the single environment steps one episode, the native vector environment and planners many.
+Planners, beliefs and advisers also use its `branches`. Tasks (`blocks/simulation.py`) and users' programs
+(`job/simulation.py`) differ in the draws of their episodes, in the script, and in how an episode is written down and
+shown.
 """
 
 import copy
@@ -52,22 +52,22 @@ SimulationT = TypeVar("SimulationT", bound="Simulation")
 
 
 class Simulation(ABC):
-    """The dynamics of a problem: it draws and steps episodes, and says what is observed of them.
+    """Dynamics of a problem: draws, steps and observes episodes.
 
     Attributes:
-        task: names and limits; a simulation of a program has one that says the same of it.
-        entries: of the observation, the measured ones first.
-        usual: readings that the environment does not show because they never change, by name.
+        task: names and limits; made from the job for a part program.
+        entries: entries of the observation, the measured ones first.
+        usual: readings left out of the observation because they never change, by name.
         kinds: numbers of the rows of its script, shape (rows, fields of `KindRow`).
-        process: what grinds.
-        gauge: what is measured of it.
-        plants: machines that are not the model, of which each episode has one; None for the model.
-        branches: what planners, beliefs and advisers need beside.
-        compiled: whether compiled code runs a step, so that many branches can be tried before a choice.
+        process: the grinding process.
+        gauge: the gauges.
+        plants: out-of-model machines, one for each episode; None for the model.
+        branches: further methods for planners, beliefs and advisers.
+        compiled: whether steps are compiled, so that many branches can be tried before a choice.
         pre_dress: whether a choice has a third number: 1 for a dress before the first plunge.
-        barred: what a context of `grind_env.envs.contexts` cannot fix, each with the reason.
+        barred: factors that a context cannot fix, each with the reason.
         shops: numbers of the task, shape (1, fields of `Shop`).
-        whole_program: as of `Episodes`; tapes are then always full.
+        whole_program: as in `Episodes`; tapes are then always full.
     """
 
     task: Task
@@ -84,11 +84,11 @@ class Simulation(ABC):
     shops: Table
     whole_program: bool = False
     tables: ScriptTables
-    """Of its script."""
+    """Tables of its script."""
     _generator: Any
     _scaling: Scaling
     _lead: Table
-    """As of `transition.Tables`, like the next ones."""
+    """As in `transition.Tables`, like the next ones."""
     _base: Table
     _cooler: Table
     _infeed: float = 0.0
@@ -116,7 +116,7 @@ class Simulation(ABC):
         self._extra_state = tuple(joint()) if state is None else (*state, *gauge.own())
 
     def __getstate__(self) -> dict[str, Any]:
-        """What grinds and shows other machines is found again by their name."""
+        """Leave out compiled objects of other machines, which are rebuilt from their names."""
         left_out = ("process", "gauge") if self.plants is not None else ()
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
@@ -190,7 +190,7 @@ class Simulation(ABC):
         episodes.stages[index], episodes.machine[index], episodes.forces[index] = 0.0, 0, 1.0
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """What the coming blocks make of a choice, each of shape (N,)."""
+        """Return the choice as the coming blocks take it, each of shape (N,)."""
         return choice
 
     def step(
@@ -260,7 +260,7 @@ class Simulation(ABC):
         return blocks, plans, own, rest_times, motions, zones, *numbers, self._lead, self._infeed, self._approach, *room
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
-        """Which episodes have ground their last block, shape (N,)."""
+        """Return which episodes have ground their last block, shape (N,)."""
         return np.asarray(episodes.block >= episodes.source[:, BLOCKS])
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -284,7 +284,7 @@ class Simulation(ABC):
         return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
-        """What observations say in physical units, by name, each shape (N,), with what never changes."""
+        """Return observations in physical units, by name, each shape (N,), with readings that never change."""
         constant = {name: np.full(len(observation), value) for name, value in self.usual.items()}
         seen = constant | physical(observation, self.entries[: observation.shape[1]])
         # power is spent on the width of the wheel, of a part that is wider
@@ -307,6 +307,6 @@ def with_start_of(simulation: SimulationT, plant: "Plant") -> SimulationT:
 
 
 def advance(simulation: Simulation, episodes: Episodes, speeds: Table, executions: Table) -> tuple[Table, Table]:
-    """As `Simulation.step`, of the episodes that are not over; the shapes are those of all N."""
+    """Step the episodes that are not over, as `Simulation.step`; shapes are for all N."""
     running = ~simulation.over(episodes)
     return simulation.step(episodes, speeds, executions, active=None if running.all() else np.flatnonzero(running))

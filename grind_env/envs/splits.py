@@ -1,7 +1,7 @@
-"""The splits: what each changes of the distribution that the factors of episodes are drawn from.
+"""Splits: changes of the distributions from which the factors of episodes are drawn.
 
-A split is one row of `SPLITS`, and everything that draws an episode reads it from there: a seed draws the same numbers
-in every split, of which each split makes other factors.
+A split is one row of `SPLITS`, from which all draws read it. A seed draws the same random numbers in every split; each
+split turns them into other factors.
 """
 
 from collections.abc import Mapping
@@ -9,19 +9,19 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 RANGES = 10
-"""Of equal probability, into which the distribution of a factor is cut."""
+"""Ranges of equal probability, into which the distribution of a factor is cut."""
 
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """What a split changes.
+    """Changes by a split.
 
     Attributes:
-        ranges: of every log-normal factor, counted from the lowest one, from which it is drawn; empty for all.
+        ranges: ranges of every log-normal factor to draw from, counted from the lowest; empty for all.
         reach: factor on the logarithmic standard deviations of wear and pressure.
         stock: factor on the stock of every part that a task draws.
         noise: factor on the noise of all readings and of the pre-gauged stock.
-        foreign: whether an episode has a wheel and a material that the task does not have.
+        foreign: whether wheel and material come from outside the task.
     """
 
     ranges: tuple[int, ...] = ()
@@ -32,7 +32,7 @@ class Split:
 
     @property
     def leaves_task(self) -> bool:
-        """Whether its episodes are none that the task itself could draw: scores of the task say nothing of them."""
+        """Return whether its episodes lie outside the task, so that scores of the task do not apply."""
         return replace(self, ranges=()) != Split()
 
 
@@ -66,6 +66,6 @@ class Draws(NamedTuple):
 
 
 def draws_of(split: Split) -> Draws:
-    """The numbers of a split."""
+    """Return the numbers of a split."""
     bits = float(sum(1 << k for k in split.ranges))
     return Draws(bits, split.reach, split.stock, split.noise, float(split.foreign))

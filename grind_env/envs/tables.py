@@ -1,4 +1,4 @@
-"""The numbers of the kinds of blocks that the compiled step works on: a row for every kind in every material."""
+"""Numbers of the kinds of blocks for the compiled step: a row for every kind in every material."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -37,7 +37,7 @@ read_kind = column_reader(KindRow)
 
 
 def kind_row(task: Task, kind: Kind) -> KindRow:
-    """The numbers of a block kind."""
+    """Return the numbers of a block kind."""
     return KindRow(
         stock=kind.stock,
         pick=kind.pick,

@@ -1,9 +1,9 @@
-"""The noise tape of an episode, of which a row is drawn when its block comes up.
+"""The noise tape of an episode: one row of random numbers for each block, drawn when the block comes up.
 
-Everything random in an episode is a function of its key, of a number (of a block, an order, a date, a stroke) and of
-what is drawn for it. So the same seed means the same stock, lots, wheels and measurement noise, whatever the policy
-does, and policies can be compared on common random numbers. What has no spread in a task is not drawn, and the other
-numbers are the same without it.
+Every random number of an episode is a function of the episode's key, of a counter (of a block, an order, a date, a
+stroke) and of its purpose. So the same seed means the same stock, lots, wheels and measurement noise for every policy,
+and policies are compared on common random numbers. Factors without spread in a task are not drawn, and the other
+numbers do not change.
 """
 
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ from grind_env.kernel.random import uniform
 
 
 class TapeRow(NamedTuple):
-    """What the tape holds for one block."""
+    """Random numbers of one block on the tape."""
 
     kind: float
     """Index of the block kind."""
@@ -64,9 +64,9 @@ class TapeRow(NamedTuple):
     mean_noise: float
     """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike; no unit."""
     first_noise: float
-    """Of the first power, likewise; no unit."""
+    """Noise of the first power; no unit."""
     peak_noise: float
-    """Of the peak power, likewise; no unit."""
+    """Noise of the peak power; no unit."""
     size_noise: float
     """Noise of the size gauge, likewise; no unit."""
     roughness_noise: float
@@ -104,7 +104,7 @@ def place_of(block: int, rows: int) -> int:
 
 
 class Origin(NamedTuple):
-    """What the rows of an episode are drawn from.
+    """Inputs from which the rows of an episode are drawn.
 
     `material`, an index, and the factors `stock`, `kA`, `pm`, `ra_scale` and `slack` are those of `contexts.Fixed`: NaN
     for what is drawn. `key_0` and `key_1` have no units.
@@ -117,7 +117,7 @@ class Origin(NamedTuple):
     drawn: float
     """Number of rows drawn so far."""
     ranges: float
-    """Of the split: bit k for the one of index k; 0 for all."""
+    """Ranges of the split: bit k for the one of index k; 0 for all."""
     reach: float
     """Factor on the logarithmic standard deviations of wear and pressure."""
     stocks: float
@@ -149,7 +149,7 @@ class Origin(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """What the row drawn last hands on to the next one."""
+    """Values passed from the last drawn row to the next."""
 
     kA: float
     """Factor of the lot on the wear-flat growth."""
@@ -162,7 +162,7 @@ class Carried(NamedTuple):
     due: float
     """Next due date, s."""
     stock: float
-    """Of the part, mm."""
+    """Stock of the part, mm."""
 
 
 SOURCE = len(Origin._fields) + len(Carried._fields)

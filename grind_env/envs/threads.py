@@ -1,4 +1,4 @@
-"""A step of many episodes, shared among threads: compiled code runs without the lock of Python."""
+"""A step of many episodes shared among threads: compiled code releases Python's lock."""
 
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""The compiled step of every environment: load the part, run the cycle block, price it, read the gauges, go on.
+"""The compiled step of every environment: load the part, run the cycle block, price it, read the gauges.
 
 A row of the noise tape says which block comes: its row in the script, of a task a kind of block in a material, and its
 stock. Arrays come in plain tuples: Python hands over three of them (1.8 us) about as fast as all their arrays one by
@@ -61,12 +61,7 @@ from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import RestTimes
-from grind_env.machine.script.replay import (
-    Placed,
-    covered_blocks_of,
-    read_block,
-    zoned_blocks_of,
-)
+from grind_env.machine.script.replay import Placed, covered_blocks_of, read_block, zoned_blocks_of
 from grind_env.machine.script.settings import BlockSettings, E, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
@@ -94,7 +89,7 @@ NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 
 
 class StageSoFar(NamedTuple):
-    """What a part has come to since the operator last judged it, and where the machine stands."""
+    """Results of a part since its last judgement, and the position of the machine."""
 
     torque: float
     """Highest torque of a stroke over that at which the spindle stalls."""
@@ -125,7 +120,7 @@ class Tables(NamedTuple):
     motions: Any
     zones: Any
     kinds: Any
-    """Of each row, shape (rows, fields of `KindRow`)."""
+    """Kinds of each row, shape (rows, fields of `KindRow`)."""
     base: Any
     """Parameters of each machine that this may be, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
     cooler: Any
@@ -175,7 +170,7 @@ class EpisodeArrays(NamedTuple):
     stages: Any
     """Shape (N, fields of `StageSoFar`)."""
     surfaces: Any
-    """Of parts in zones, shape (N, zones, fields of `Zone`)."""
+    """Surfaces of parts in zones, shape (N, zones, fields of `Zone`)."""
     machine: Any
     """Number of the machine on which each runs, shape (N,), int64."""
     forces: Any
@@ -183,7 +178,7 @@ class EpisodeArrays(NamedTuple):
 
 
 class Choices(NamedTuple):
-    """What is chosen for the coming block of N episodes, all but the settings of shape (N,)."""
+    """Choices for the coming block of N episodes; each of shape (N,) but for the settings."""
 
     speeds: Any
     """E, mm/min."""
@@ -246,7 +241,7 @@ class SurfaceStore(NamedTuple):
     surfaces: str
     """What of `EpisodeArrays` holds them."""
     blocks_of: Callable[[Process], Callable[..., None]]
-    """Of `machine.script.replay`."""
+    """Blocks of `machine.script.replay`."""
     lay: Callable[..., None]
     """`lay(surfaces, i, zones)`: puts a new part on machine i."""
     gauge: Callable[..., tuple[PartState, float]]
@@ -339,7 +334,7 @@ def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: Stro
 
 @functools.cache
 def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Callable[..., None]]:
-    """What is compiled of blocks that have been run, `settle_one` and `settle_blocks`."""
+    """Return the compiled settling of finished blocks, `settle_one` and `settle_blocks`."""
     read, own = gauge.read, joined(process.own, gauge.own)
     read_own, write_own = column_reader(own, OWN_FROM), column_writer(own, OWN_FROM)
 
@@ -404,7 +399,7 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
 
 @functools.cache
 def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
-    """The parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    """Return the parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
     surfaces, blocks_of, lay, gauge_part, error_of = COVERED if covered else IN_ZONES
     surface_array, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
     (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
@@ -488,19 +483,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
             seen = Found(good, size_error, change, handover, tables.placed[i, DEEPEST], taper)
-            settle_one(
-                i,
-                tables.kinds,
-                number,
-                shop,
-                episodes,
-                chosen,
-                pre_dress,
-                by_tape,
-                tally,
-                seen,
-                outcomes,
-            )
+            settle_one(i, tables.kinds, number, shop, episodes, chosen, pre_dress, by_tape, tally, seen, outcomes)
         draw_rows(
             episodes.tape, episodes.block, episodes.source, episodes.schedule, tables.drawn, tables.spreads, active
         )
@@ -510,7 +493,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
 
 @functools.cache
 def step_of(process: Process, gauge: Gauge, covered: bool) -> Callable[..., None]:
-    """The compiled step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+    """Return the compiled step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
     prepare, grind, settle = stages_of(process, gauge, covered)
 
     @entry

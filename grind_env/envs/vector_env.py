@@ -1,4 +1,4 @@
-"""The native vector environment of every id in which E and D are chosen: all sub-environments in one step."""
+"""The native vector environment of every id whose actions are E and D: one call steps all sub-environments."""
 
 import inspect
 from collections.abc import Callable, Sequence
@@ -32,9 +32,9 @@ REWARD = Outcome._fields.index("reward")
 
 
 class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
-    """N times `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
+    """N environments as `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
 
-    Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.
+    Sub-environment i has its own generator, seeded with `seed + i` or with entry i of a list of seeds.
 
     Args:
         simulation: as for `GrindEnv`.
@@ -45,7 +45,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
         info: as for `GrindEnv`.
-        threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
+        threads: number of threads, which share the episodes; pays for some thousand episodes on idle cores.
         out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Raises:
@@ -214,7 +214,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         return {"plant": names, "_plant": mask.copy()}
 
     def render(self) -> tuple[Any, ...] | None:
-        """The machine of each sub-environment after its last block, as `GrindEnv.render` shows it.
+        """Return the machine of each sub-environment after its last block, as `GrindEnv.render` shows it.
 
         After an episode, mode `"SameStep"` shows the next one; the other modes show its last block until the reset.
 
@@ -247,7 +247,7 @@ OF_VECTORS = inspect.signature(GrindVectorEnv).parameters.keys() - {"simulation"
 
 
 def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]:
-    """The vector form of an id: arguments as for the id, and those of `GrindVectorEnv`."""
+    """Return the vector form of an id: arguments as for the id, and those of `GrindVectorEnv`."""
 
     def vector(num_envs: int = 1, **arguments: Any) -> GrindVectorEnv:
         shown = {name: arguments.pop(name) for name in OF_VECTORS & arguments.keys()}
@@ -259,7 +259,7 @@ def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]
 
 
 def _masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
-    """The vector info of the sub-environments in `mask` alone."""
+    """Return the vector info of the sub-environments in `mask` alone."""
     chosen: dict[str, Any] = {}
     for name, value in info.items():
         if name.startswith("_"):
@@ -272,7 +272,7 @@ def _masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
 
 
 def _final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
-    """The vector info of a step in mode `"SameStep"`: what belongs to the episodes that it ended is set apart.
+    """Return the vector info of a step in mode `"SameStep"`: what belongs to the episodes that it ended is set apart.
 
     Args:
         info: of the step.
@@ -292,7 +292,7 @@ def _final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[
 
 
 def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """The autoreset mode of that name."""
+    """Return the autoreset mode of that name."""
     try:
         return AutoresetMode(mode)
     except ValueError:
@@ -301,7 +301,7 @@ def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
-    """A seed for each sub-environment; None to go on with its generator."""
+    """Return a seed for each sub-environment; None to go on with its generator."""
     if seed is None:
         return [None] * num_envs
     given: Any = seed

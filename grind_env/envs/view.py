@@ -1,4 +1,4 @@
-"""The view of a running episode: an `EpisodePicture` read off a task or a job and what came of each block."""
+"""The picture of a running episode as data: an `EpisodePicture` from a task or job and its finished blocks."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ STOCK_ROOM = 1.75
 
 
 def extent_of(task: Task) -> Extent:
-    """What stays the same in the pictures of a task."""
+    """Return the parts of the pictures of a task that never change."""
     kinds = [task.kinds[task.kind_of_block(k)] for k in range(task.blocks)]
     lowest, highest = task.action.speed_ends
     return Extent(
@@ -67,7 +67,7 @@ class TaskViewer(Viewer):
 
 @dataclass(frozen=True, slots=True)
 class ProgramViewer(Viewer):
-    """Shows episodes of a user's program, whose outlines are each a `BlockOutline`; `text` says a block of it."""
+    """Viewer of episodes of a user's program, given a `BlockOutline` for each block; `text` writes a block."""
 
     name: str
     task: Task
@@ -119,7 +119,7 @@ class ProgramViewer(Viewer):
 
 
 def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
-    """Return what a picture shows of a block, which has E and D, and of what came of it."""
+    """Return the picture data of a finished block with E and D, and of its outcome."""
     return GroundBlock(
         speed=block.speed,
         executions=block.executions,
@@ -136,7 +136,7 @@ def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
 
 
 def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:
-    """The part of the next block of episode i, with all the stock of that block on it."""
+    """Return the part of the next block of episode i, with all the stock of that block on it."""
     row = TapeRow(*episodes.row(i).tolist())
     kind = task.kinds[int(row.kind)]
     return Workpiece(name=kind.name, length=kind.length, stock=row.stock, left=row.stock)

@@ -1,7 +1,7 @@
-"""Wrappers that change what is shown: a stack of the past, a belief of the hidden state of the wheel, what is learned.
+"""Wrappers that change the observation: a stack of the past, a belief of the hidden wheel, scaling for learning.
 
-All exist for single and for vector environments, with the same numbers. A memory must hold the episode at hand and
-nothing of the one before, in every autoreset mode: `VectorMemory` sees to that.
+All wrappers exist for single and vector environments, with the same numbers. A memory holds the current episode only,
+in every autoreset mode; `VectorMemory` takes care of this.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -80,7 +80,6 @@ class VectorMemory(ArrayWrapper):
         return self.memory.take(observations, None, mask), info
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Step and remember; forget what ended."""
         observations, rewards, terminations, truncations, info = self.env.step(actions)
         begun = self.over if self.mode is AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
         ended = terminations | truncations
@@ -130,11 +129,11 @@ class VectorHistoryStack(VectorMemory):
 
 
 class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
-    """Appends to the observation what can be believed of wear-flat area and lot severity; see `grind_env.belief`.
+    """Append the belief of wear-flat area and dulling rate to the observation; see `grind_env.belief`.
 
     Args:
         env: an environment whose steps are cycle blocks, wrapped or not, as long as its observation is not.
-        members: members of the ensemble.
+        members: ensemble size.
 
     Raises:
         WrapperError: if it is no grinding environment with its own observation, or members is no whole number.
@@ -164,15 +163,14 @@ class VectorBeliefFilter(VectorMemory):
 
 
 class ForLearning(MemoryWrapper, RecordConstructorArgs):
-    """What a learner likes: a standardised observation, and a reward that is 0 for the best fixed plan.
+    """Standardise the observation, and shift the reward to 0 for the best fixed plan.
 
-    Every entry of the observation comes less its mean and over its standard deviation in random play, which are the
-    same for every environment of a task. The reward is one more than that of the environment and at least -10, because
-    a part that is scrap costs many times what can be learned from it. In what is judged nothing is cut:
-    `grind_env.evaluate` counts the cost.
+    Every entry of the observation is standardised by its mean and standard deviation in random play, which are equal
+    for every environment of a task. The reward is raised by one and cut at -10, because the large cost of a scrapped
+    part teaches little more. Evaluation is not affected: `grind_env.evaluate` uses the true cost.
 
     Args:
-        env: an environment of this package, in which E and D are chosen, wrapped by those above or not.
+        env: an environment with E and D of this package, wrapped by the wrappers above or not.
 
     Raises:
         WrapperError: if it is none, or something else is around it.
@@ -197,14 +195,13 @@ class VectorForLearning(VectorMemory):
         super().__init__(env, _standard(env, env.single_observation_space))
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
         ground = ~self.over if self.mode is AutoresetMode.NEXT_STEP else np.ones(self.num_envs, bool)
         observations, rewards, terminations, truncations, info = super().step(actions)
         return observations, np.where(ground, ease_rewards(rewards), rewards), terminations, truncations, info
 
 
 def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
-    """How the observations of an environment, in that space, are standardised."""
+    """Return the standardisation of an environment's observations in this space."""
     simulation = simulation_of(env)
     if simulation is None or not isinstance(space, ShownBox):
         raise WrapperError(
@@ -216,13 +213,13 @@ def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
 
 
 def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
-    """The simulation of an environment of this package; None if it has none."""
+    """Return the simulation of an environment of this package; None if it has none."""
     unwrapped = env.unwrapped
     return unwrapped.simulation if isinstance(unwrapped, GrindEnv | GrindVectorEnv) else None
 
 
 def _entries_with_belief(env: Any, members: object) -> tuple[Reading, ...]:
-    """The entries of an environment that shows its own observation, and those of a belief of so many members."""
+    """Return the entries of an environment that shows its own observation, and those of a belief of so many members."""
     simulation = simulation_of(env)
     if simulation is None or env.observation_space != env.unwrapped.observation_space:
         raise WrapperError(

@@ -1,4 +1,4 @@
-"""Part programs with their jobs, to try things on: plates (G82), a keyway (G81) and a rail (G83)."""
+"""Example part programs with jobs: plates (G82), a keyway (G81) and a rail (G83)."""
 
 from pathlib import Path
 
@@ -8,12 +8,12 @@ FOLDER = Path(__file__).parent
 
 
 def names() -> list[str]:
-    """The part programs; each has its job beside it."""
+    """Return the part programs; each has its job beside it."""
     return sorted(path.name for path in FOLDER.glob("*.nc"))
 
 
 def path(name: str) -> Path:
-    """Where an example lies: a part program, or its job.
+    """Return the path of an example: a part program, or its job.
 
     Raises:
         GrindError: there is none by this name.

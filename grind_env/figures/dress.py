@@ -1,4 +1,4 @@
-"""What a dress changes: the last part on a dull wheel, and the next one after the dress, stroke by stroke."""
+"""The effect of a dress: the last part on a dull wheel and the next part after the dress, stroke by stroke."""
 
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,7 @@ PANELS = {
 }
 """Heading, factor and limit (a field of `process.cost.Limits`) of each panel, by the field of `record.STROKE_ROW`."""
 HEIGHT = 0.85
-"""Of a panel, in."""
+"""Height of a panel, in."""
 
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
@@ -38,7 +38,7 @@ def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
 
 
 def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
-    """The last part that was done before the first dress on a dull wheel, the first one begun after it, and its time.
+    """Return the last part before the first dress on a dull wheel, the first part after it, and the time.
 
     Parts by their numbers, the time in s.
 
@@ -56,7 +56,7 @@ def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
 
 
 def dress_figure(record: GrindingRecord) -> "Figure":
-    """Draw depth, power, temperature, Ra and wear flats of the part before the first dress and of the one after it."""
+    """Draw depth, power, temperature, Ra and wear flats of the parts before and after the first dress."""
     dull, sharp, seconds = around_dress(record)
     limits = record.job.of_part(dull).limits
     with paper_style():

@@ -1,1 +1,1 @@
-"""The machine: control and process joined, for one part program and for the cycles of many machines at once."""
+"""The machine: control and process together, for one part program and for the cycles of many machines at once."""

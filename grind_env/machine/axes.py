@@ -1,4 +1,4 @@
-"""Roles of the axes of a surface grinder: they follow one another as in table 16.A, X-Y-Z in plane G19.
+"""Roles of the axes of a surface grinder, in the order of table 16.A: X-Y-Z in plane G19.
 
 An axis is 0 = X, 1 = Y, 2 = Z. In each plane the reciprocating axis is the one across it, its first axis
 plunges and its second one crosses (PD-2), so that the roles are cyclic.
@@ -8,10 +8,10 @@ AXES = "XYZ"
 
 
 def plunge_axis(reciprocating: int) -> int:
-    """The axis that plunges, for the reciprocating axis."""
+    """Return the axis that plunges, for the reciprocating axis."""
     return (reciprocating + 1) % 3
 
 
 def cross_axis(reciprocating: int) -> int:
-    """The axis that crosses, for the reciprocating axis."""
+    """Return the axis that crosses, for the reciprocating axis."""
     return (reciprocating + 2) % 3

@@ -1,4 +1,4 @@
-"""What the events of the control mean on the machine: blocks of strokes, dresses, stops, parts that are taken off."""
+"""Control events as work of the machine: blocks of strokes, dresses, stops, removed parts."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -18,22 +18,22 @@ from grind_env.machine.watch.obstacles import shows_place
 
 
 class EventConsumer(ABC):
-    """A program on the machine, one event of the control at a time.
+    """Consumer of control events of a program on the machine.
 
-    `GrindingRun` grinds what comes of the events; the writer of a script writes it down.
+    `GrindingRun` grinds the results; the writer of a script writes them down.
 
     Attributes:
-        dressing_speed: of the wheel when the last dress began.
+        dressing_speed: wheel speed at the start of the last dress.
         station_numbers: from 0; none of a job without stations.
-        position: of the axes, mm.
-        axis: along which the table goes in the last block of strokes.
-        plan: of that block; None before the first one.
-        begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
+        position: position of the axes, mm.
+        axis: table axis of the last block of strokes.
+        plan: plan of that block; None before the first one.
+        begun: number of blocks of strokes so far: cycles, and feed moves that are strokes.
         has_ground: whether a block or a groove has begun.
-        found: whether the program has moved the wheel since an operator has left it somewhere.
-        pending_stop: M00 that takes the part off once the table stands.
+        found: whether the program has moved the wheel since an operator left it.
+        pending_stop: M00 that removes the part when the table stands.
         stroked_until: time of the control at which the last stroke ended, s.
-        unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
+        unloaded_at: time of the job at which the part was removed, s; None during work.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
@@ -117,7 +117,7 @@ class EventConsumer(ABC):
 
     @property
     def line(self) -> int:
-        """Of the block of strokes in force or before; 0 before the first one."""
+        """Return the line of the current or last block of strokes; 0 before the first."""
         return 0 if self.plan is None else self.plan.line
 
     @property
@@ -154,7 +154,7 @@ class EventConsumer(ABC):
 
     @abstractmethod
     def coming_jobs(self) -> Sequence[Job]:
-        """The job of the part that a feed move may be over; none if it grinds nothing."""
+        """Return the job of the part that a feed move may be over; none if it grinds nothing."""
 
     def start_dress(self, event: motions.DressStart) -> None:
         self.dressing.begin(event)

@@ -1,4 +1,4 @@
-"""A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
+"""Grind a part program: every stroke, infeed and dress that the control commands, with its physics."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -21,14 +21,14 @@ __all__ = ["GrindingError", "grind", "grind_file", "refuse_unjudged"]
 def grind(programs: Programs, job: Job, *, control: Control | None = None) -> GrindingRecord:
     """Run a part program.
 
-    A part begins at the start of the program and after each M00, where the operator loads the next one: the
-    wheel is touched off on its true surface. At M01 the operator gauges the part, so that the wheel wear so
-    far is compensated. At either, and at the end, a wheel below its least diameter is changed if the job gives the
-    time for it (`Times.wheel_change`); what the new wheel costs is not counted. A program without M00 grinds one part.
-    A stroke that destroys the wheel is warned of, and the wheel goes on with its wear flats at their limit.
+    A part begins at the start of the program and after each M00, at which the operator loads the next part and touches
+    off the wheel on its true surface. At M01 the operator gauges the part, which compensates the wheel wear so far. At
+    both, and at the end, a wheel below its least diameter is changed if the job gives a time for it
+    (`Times.wheel_change`); the price of the new wheel is not counted. A program without M00 grinds one part. A stroke
+    that destroys the wheel gives a warning, and the wheel continues with its wear flats at their limit.
 
     Args:
-        programs: what `control.read` or `control.read_file` returned.
+        programs: result of `control.read` or `control.read_file`.
         job: part, set-up and wheel.
         control: settings of the control; those of the job's machine if None.
 
@@ -73,17 +73,17 @@ def grind_file(
     interrupts: Sequence[str] = (),
     plant: str | None = None,
 ) -> GrindingRecord:
-    """Grind with a part program, as `machine.grind` with the control of the job's machine.
+    """Grind a part program, as `machine.grind`, with the control of the job's machine.
 
     Args:
-        program: its file, or what `control.read` or `control.read_file` returned.
-        job: its file, or what `load_job` returned; the program's name with `.toml` if None.
+        program: its file, or the result of `control.read` or `control.read_file`.
+        job: its file, or the result of `load_job`; the program's name with `.toml` if None.
         block_delete: whether blocks that begin with '/' are skipped.
-        blocks: most blocks and strokes that the program may execute; the usual number if None.
+        blocks: most blocks and strokes to execute; the usual number if None.
         groove_retract: retract amount of G76 and G77, mm; 0.5 mm, or 0.02 in while G70 is in force, if None.
         variables: values of # variables at the start, as `{101: 15000}`; those of the job if None.
-        dress_at: when the operator asks for a dress, s on the clock of the control.
-        interrupts: programs that the operator asks for in between, as `9200@12.5`.
+        dress_at: time of the operator's request for a dress, s on the clock of the control.
+        interrupts: programs requested by the operator, as `9200@12.5`.
         plant: name of the machine, as `meter:7` (`grind_env.plants`); that of the job if None.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a run leaves behind: one row per stroke or infeed, per dress and per part."""
+"""The record of a run: one row per stroke or infeed, per dress and per part."""
 
 import csv
 from collections.abc import Mapping
@@ -96,7 +96,7 @@ PART_ROW = np.dtype(
 
 
 def heading(name: str) -> str:
-    """A field as files and data frames name it: with its unit, as in `time [s]`."""
+    """Return a field as files and data frames name it: with its unit, as in `time [s]`."""
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
@@ -121,7 +121,7 @@ class RowLog:
         self._bytes += rows.tobytes()
 
     def table(self, first: int = 0) -> Array:
-        """A copy of the rows from `first` on, shape (rows,)."""
+        """Return a copy of the rows from `first` on, shape (rows,)."""
         self._close()
         return np.frombuffer(self._bytes[first * self.dtype.itemsize :], self.dtype)
 
@@ -137,21 +137,21 @@ class RecordError(GrindError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GrindingRecord:
-    """The result of `machine.grind`.
+    """Result of `machine.grind`.
 
     Attributes:
-        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in the order in which they were made.
+        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in their order.
         dresses: dtype `DRESS_ROW`, in these units.
         parts: dtype `PART_ROW`, in these units.
         stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
             `process.cost.Limits`).
-        unjudged: of each part, why it is not judged: what the program grinds of it that is not simulated. Such a part
-            is not good; empty for one that is judged.
-        warnings: sentences on what the program does not do as it should.
-        blocks: N word of the block in each line that has ground, or the line again.
-        cycles: the cycle of each line with one, as it was run last.
-        programs: what was run.
-        job: on which; its parts are those of the run.
+        unjudged: of each part, why it is not judged, that is, which grinding is not simulated; empty for a judged part.
+            A part that is not judged is not good.
+        warnings: sentences on parts of the program without the expected effect.
+        blocks: N word of the block in each line that has ground, or else the line.
+        cycles: last executed cycle of each line.
+        programs: the programs.
+        job: the job, with the parts of the run.
     """
 
     strokes: Array
@@ -167,7 +167,7 @@ class GrindingRecord:
 
     @property
     def executions(self) -> Array:
-        """What each execution of a block compares by (Q'w, V'w, q, Aggr, ec).
+        """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, u_s).
 
         Shape (executions,), dtype `part.executions.EXECUTION_ROW` in the units of `UNITS`.
         """
@@ -185,7 +185,7 @@ class GrindingRecord:
         return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
 
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
-        """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
+        """Return a table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
         Of a job with stations `frame["station"]` has their names, and on a machine that is not the model
         `frame["plant"]` has its name.

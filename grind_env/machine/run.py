@@ -1,4 +1,4 @@
-"""A part program ground on the machine, one event of the control at a time, with the clock of the job."""
+"""Run a part program on the machine, one control event at a time, with the clock of the job."""
 
 import math
 from collections.abc import Sequence
@@ -34,16 +34,16 @@ from grind_env.process.state import WheelState
 
 
 class GrindingError(GrindError):
-    """A program that grinds nothing, or on a job whose numbers are beyond those of the process model."""
+    """A program that grinds nothing, or a job outside the range of the process model."""
 
 
 class GrindingRun(EventConsumer):
-    """State of a run; feed `take` every event of the execution.
+    """State of a run; pass every event of the execution to `take`.
 
     Attributes:
-        drive: what the table makes of its commands.
+        drive: true speed and dwell of the table.
         strokes: rows of the record so far (`record.STROKE_ROW`), like `dresses` and `parts`.
-        plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
+        plunged: of each stroke, whether it has gone deeper than all before it at some place.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
@@ -96,7 +96,7 @@ class GrindingRun(EventConsumer):
             self._dresses_anew = False
 
     def clock(self, time: float) -> float:
-        """The time of the job at a time of the control, s; it adds what the program does not state, such as loading."""
+        """Return the time of the job at a time of the control, s, with times outside the program, such as loading."""
         return time + self.delay
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:

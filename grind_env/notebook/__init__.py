@@ -1,1 +1,1 @@
-"""How objects show themselves in a notebook: a module for each, with `html(object)` and its figure, if any."""
+"""HTML views of objects in notebooks: a module for each, with `html(object)` and its figure, if any."""

@@ -1,4 +1,4 @@
-"""A calibration: the constants that were found, how well they predict, and what was made of the files."""
+"""View of a calibration: fitted constants, prediction errors, and how the files were read."""
 
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def html(found: Calibration) -> str:
-    """What `grind calibrate` prints."""
+    """Return the output of `grind calibrate` as HTML."""
     told = told_table(found)
     shown = table(told.headings, told.rows) if told.rows else ""
     return fragment(f"Calibrated from {found.source}", shown, paragraphs(said_sentences(found)), items(found.remarks))

@@ -1,4 +1,4 @@
-"""An evaluation of a policy, or its judgement: cost, scrap, E, D and score, with 95 % intervals."""
+"""View of an evaluation: cost, scrap, E, D and score, with 95 % intervals."""
 
 from grind_env.notebook.markup import fragment, table
 from grind_env.policies.evaluation import Evaluation
@@ -8,7 +8,7 @@ HEADINGS = ("", "mean", "95 % interval")
 
 
 def html(found: Evaluation | Judgement) -> str:
-    """The figures, one a row."""
+    """Return the figures, one a row."""
     if isinstance(found, Evaluation):
         return fragment(f"{found.cost.size} episodes", table(HEADINGS, _rows(found)))
     rows = _rows(found.evaluation)

@@ -1,4 +1,4 @@
-"""The HTML that objects are shown as: small, without scripts, styles of a page or anything loaded from elsewhere.
+"""Small HTML for notebook views, without scripts, page styles or external files.
 
 Colours are those of the notebook, dark or light. Each function takes plain texts and gives HTML in which they are
 escaped.
@@ -12,11 +12,11 @@ from grind_env.errors import printable
 from grind_env.table import Column, table_of
 
 MOST_ROWS = 30
-"""Of a table; of more the first and the last are shown."""
+"""Most rows of a table; of more the first and the last are shown."""
 MOST_ITEMS = 10
-"""Of a list, likewise."""
+"""Most items of a list; of more the first and the last are shown."""
 MOST_LINES = 60
-"""Of a listing; what follows is counted."""
+"""Most lines of a listing; what follows is counted."""
 LONGEST_LINE = 160
 """Characters of a line of a listing."""
 
@@ -26,29 +26,26 @@ LEFT, RIGHT = "text-align:left;padding:2px 8px", "text-align:right;padding:2px 8
 
 
 def fragment(title: str, *bodies: str) -> str:
-    """What a notebook shows: a title, then bodies by the functions below; its dollars are no mathematics."""
+    """Return a notebook view: a title, then bodies made by the functions below; dollars are no mathematics."""
     heading = f"<p><b>{_escaped(title)}</b></p>" if title else ""
     return f'<div class="grind tex2jax_ignore mathjax_ignore">{heading}{"".join(bodies)}</div>'
 
 
 def table(columns: Sequence[Column | str], rows: Iterable[Any], left: int = 1) -> str:
-    """A table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
+    """Return a table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
     shown = table_of(columns, rows, left=left).shortened(MOST_ROWS)
-    return f'<div style="overflow-x:auto;margin:0.5em 0">{shown.html(_look)}</div>'
-
-
-def _look(right: bool, kind: str) -> str:
-    return f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"'
+    body = shown.html(lambda right, kind: f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"')
+    return f'<div style="overflow-x:auto;margin:0.5em 0">{body}</div>'
 
 
 def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:
-    """A sentence or two each; in red what is bad."""
+    """Return a sentence or two each; in red what is bad."""
     style = f' style="{BAD}"' if bad else ""
     return "".join(f"<p{style}>{_escaped(line)}</p>" for line in lines)
 
 
 def items(lines: Iterable[str]) -> str:
-    """A list; empty for no lines."""
+    """Return a list; empty for no lines."""
     shown = [f"<li>{_escaped(line)}</li>" for line in lines]
     if len(shown) > MOST_ITEMS:
         half = MOST_ITEMS // 2
@@ -61,13 +58,10 @@ def listing(lines: Sequence[str], more: int = 0) -> str:
     """Numbered lines of a program, and how many `more` there are."""
     width = len(str(len(lines)))
     hidden = max(len(lines) - MOST_LINES, 0) + more
-    shown = [f"{k:>{width}}  {_cut(line)}" for k, line in enumerate(lines[:MOST_LINES], 1)]
+    cut = [line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…" for line in lines[:MOST_LINES]]
+    shown = [f"{k:>{width}}  {line}" for k, line in enumerate(cut, 1)]
     end = [f"… {hidden} more lines"] if hidden else []
     return f'<pre style="text-align:left;overflow-x:auto">{_escaped(chr(10).join([*shown, *end]))}</pre>'
-
-
-def _cut(line: str) -> str:
-    return line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"
 
 
 def _escaped(text: str) -> str:

@@ -1,4 +1,4 @@
-"""An optimisation: what was varied, both programs side by side, the limits, and the verdict."""
+"""View of an optimisation: varied values, both programs side by side, limits and verdict."""
 
 from grind_env.notebook.markup import fragment, paragraphs, table
 from grind_env.shop.optimise.outcome import Optimised
@@ -6,6 +6,6 @@ from grind_env.shop.optimise.table import heading, sentences, tables_of
 
 
 def html(found: Optimised) -> str:
-    """What `grind optimise` prints."""
+    """Return the output of `grind optimise` as HTML."""
     tables = [table(shown.headings, shown.rows) for shown in tables_of(found)]
     return fragment(heading(found), *tables, paragraphs(sentences(found)))

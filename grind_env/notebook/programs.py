@@ -1,4 +1,4 @@
-"""A part program: its text with the numbers of its lines, as messages name them."""
+"""View of a part program: its text with line numbers."""
 
 import itertools
 
@@ -8,12 +8,8 @@ from grind_env.notebook.markup import MOST_LINES, fragment, listing
 
 
 def html(programs: Programs) -> str:
-    """The beginning of its text."""
+    """Return the beginning of its text."""
     with programs.main.blocks.text.open() as handle:
-        first = [_line(data) for data in itertools.islice(handle, MOST_LINES)]
+        head = [data.decode("utf-8-sig", errors="surrogateescape") for data in itertools.islice(handle, MOST_LINES)]
         more = sum(1 for _ in handle)
-    return fragment(programs.name, listing(first, more))
-
-
-def _line(data: bytes) -> str:
-    return readable(data.decode("utf-8-sig", errors="surrogateescape")).rstrip("\r\n")
+    return fragment(programs.name, listing([readable(line).rstrip("\r\n") for line in head], more))

@@ -1,4 +1,4 @@
-"""A record: its parts as a table, the totals, what is beyond a limit, and what was warned of."""
+"""View of a record: parts, totals, exceeded limits and warnings."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def html(record: GrindingRecord) -> str:
-    """What `grind run` prints."""
+    """Return the output of `grind run` as HTML."""
     parts = part_table(record, record.job)
     found = faults(record, record.job)
     return fragment(
@@ -30,5 +30,5 @@ def html(record: GrindingRecord) -> str:
 
 
 def figure(record: GrindingRecord) -> "Figure":
-    """What `grind run --plot` draws."""
+    """Return the figure of `grind run --plot`."""
     return draw_record(record, record.job, record.programs.name)

@@ -1,6 +1,7 @@
-"""A script: a row for each cycle block, as it is run."""
+"""View of a machine script: a row for each cycle block."""
 
-from grind_env.machine.script.block import ScriptBlock, depth_of
+from grind_env.machine.axes import plunge_axis
+from grind_env.machine.script.block import ScriptBlock
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import own_settings
 from grind_env.notebook.markup import fragment, paragraphs, table
@@ -20,7 +21,7 @@ def _row(block: ScriptBlock, script: Script) -> list[str]:
     plan, settings = block.plan, own_settings(block.plan, block.dress_plan)
     words = [f"{settings.J:g}", f"{settings.L:g}"] if plan.plunges else ["", ""]
     dress = ["", ""] if block.dress is None else [f"O{plan.program}", f"{settings.dress_seconds:.1f}"]
-    depth = f"{depth_of(block.end, plan, script.job):.4g}"
+    depth = f"{script.job.part.surface - block.end[plunge_axis(plan.axis)]:.4g}"
     return [f"N{plan.block}", plan.code, depth, f"{settings.E:g}", f"{settings.D:g}", *words, *dress]
 
 

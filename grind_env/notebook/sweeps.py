@@ -1,4 +1,4 @@
-"""A sweep: its tables of settings, and what is best."""
+"""View of a sweep: its tables of settings, and the best one."""
 
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def html(found: Sweep) -> str:
-    """What `grind sweep` prints."""
+    """Return the output of `grind sweep` as HTML."""
     bodies = [paragraphs([shown.title]) + table(shown.headings, shown.rows, left=0) for shown in tables_of(found)]
     title = f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
 
 
 def figure(found: Sweep) -> "Figure":
-    """What `grind sweep --plot` draws."""
+    """Return the figure of `grind sweep --plot`."""
     return draw_sweep(found)

@@ -1,4 +1,4 @@
-"""A task: its kinds of block and what may be chosen; and its page."""
+"""View of a task: its kinds of block, its choices and its page."""
 
 from grind_env.envs.tasks import Kind, Task
 from grind_env.envs.tasks.schema import document, toml_text
@@ -29,7 +29,7 @@ class Page(str):
 
 
 def html(task: Task) -> str:
-    """The job, its kinds of block, and what an action chooses."""
+    """Return the job, its kinds of block, and what an action chooses."""
     low, high = task.action.speed_ends
     setup, dress = task.setup, task.dress
     said = [

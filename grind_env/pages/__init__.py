@@ -1,4 +1,4 @@
-"""Reference pages of the environments, written from the code: what `make docs` and `grind tasks` show."""
+"""Reference pages of the environments, written from the code for `make docs` and `grind tasks`."""
 
 from grind_env.pages.notes import PageError
 from grind_env.pages.page import page

@@ -1,4 +1,4 @@
-"""The catalogue as it is shown: what each key of an entry holds, and where its numbers come from."""
+"""Catalogue fields: the meaning of each key of an entry, and the source of its numbers."""
 
 import inspect
 import re
@@ -31,7 +31,7 @@ class EntryKey(NamedTuple):
 
 
 def keys_of(kind: type[Entry]) -> list[EntryKey]:
-    """The keys of the entries of a kind."""
+    """Return the keys of the entries of a kind."""
     remarks = dict(_COMMENTED.findall(inspect.getsource(kind)))
     own = fields(kind)[len(fields(Entry)) :]
     defaults = {each.name: "" if each.default is MISSING else f"{each.default:g}" for each in own}
@@ -45,7 +45,7 @@ def keys_of(kind: type[Entry]) -> list[EntryKey]:
 
 
 def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
-    """Return what the comments in the catalogue say of an entry; that of the last file which has it."""
+    """Return the catalogue comments on an entry, from the last file with the entry."""
     heading = re.compile(rf"^\[{kind}\.\"?{re.escape(name)}\"?\]\s*(?:#\s*(.*))?\n((?:#.*\n)*)", re.MULTILINE)
     found = ""
     for path in (_built_in(kind), *files):
@@ -55,7 +55,7 @@ def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
 
 
 def preface(kind: str) -> str:
-    """What the built-in file of a kind says of all its entries; empty if nothing."""
+    """Return the comments at the top of a kind's built-in file; empty for none."""
     return _text("".join(re.findall(r"\A((?:#.*\n)*)", read_text(_built_in(kind)))))
 
 

@@ -1,4 +1,4 @@
-"""The discount that a page recommends to a learner, from how long a dress pays.
+"""The discount factor that a task page recommends, from how long a dress pays.
 
 A dress costs at once and pays until the next one. How far apart they stand is worked out on the nominal episode, in
 which nothing is left to chance: of all plans with one table speed and one execution every n steps the cheapest says n.
@@ -20,11 +20,6 @@ GROWTH = 1.25
 COST = Outcome._fields.index("cost")
 
 
-def discount_of(interval: int) -> float:
-    """The discount with which what a dress saves at the end of an interval, in steps, counts `KEPT`."""
-    return float(KEPT ** (1.0 / interval))
-
-
 def dress_interval(simulation: Simulation, nominal: Given) -> int:
     """Steps from dress to dress of the cheapest plan of the nominal episode; all steps where none is worthwhile."""
     steps, action = simulation.task.blocks, simulation.task.action
@@ -43,7 +38,7 @@ def dress_interval(simulation: Simulation, nominal: Given) -> int:
 
 
 def intervals(steps: int) -> list[int]:
-    """The intervals that are tried in an episode of that many steps; the last one never dresses."""
+    """Return the intervals that are tried in an episode of that many steps; the last one never dresses."""
     found = [1]
     while found[-1] < steps:
         found.append(min(max(found[-1] + 1, round(GROWTH * found[-1])), steps))

@@ -1,4 +1,4 @@
-"""The page of all that may stand in the files of a user: jobs, catalogues and tasks."""
+"""The page of all keys of job, catalogue and task files."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -43,7 +43,7 @@ ROWS = (
 
 
 def fields_page() -> str:
-    """The page, Markdown."""
+    """Return the page, Markdown."""
     known = load_catalogue()
     lines = ["# Fields of jobs, catalogues and tasks", "## Job", JOB, *_tables(job_rows()), "## Catalogue", CATALOGUE]
     for kind, entry in KINDS.items():

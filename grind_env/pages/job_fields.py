@@ -1,4 +1,4 @@
-"""Every key of a job file, from the dataclasses that it is read into."""
+"""All keys of a job file, from its dataclasses."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ MATERIAL = "work material: the name of an entry of the catalogue"
 
 
 def job_rows() -> list[SchemaRow]:
-    """All keys, table by table."""
+    """Return all keys, table by table."""
     known = {row.key: row.meaning for row in rows_of(STATIONS, Station)}
     text, numbers = Content(str, str), Content(Mapping, float)
     names = [
@@ -34,13 +34,7 @@ def job_rows() -> list[SchemaRow]:
         SchemaRow("part", "material", text, MATERIAL, required=True),
         *rows_of("part", Part),
         *rows_of(STAGES, Stage),
-        SchemaRow(
-            STATIONS,
-            "name",
-            text,
-            f"{known['name']}; {BESIDE}",
-            derived=NUMBER,
-        ),
+        SchemaRow(STATIONS, "name", text, f"{known['name']}; {BESIDE}", derived=NUMBER),
         *(row for row in rows_of(STATIONS, Station) if row.key != "name"),
         *names,
         *rows_of("setup", Setup),

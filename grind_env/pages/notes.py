@@ -1,4 +1,4 @@
-"""What a page says beyond the code, one entry for each id; `notes.toml` holds them."""
+"""Hand-written notes on each id, from `notes.toml`."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -29,13 +29,13 @@ class PageNote:
 
 @functools.cache
 def load_notes() -> Mapping[str, PageNote]:
-    """All notes by id."""
+    """Return all notes by id."""
     document: Mapping[str, Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))
     return {env_id: PageNote(**entry) for env_id, entry in document.items()}
 
 
 def note_of(env_id: str) -> PageNote:
-    """The notes on an id.
+    """Return the notes on an id.
 
     Raises:
         PageError: if there are none.

@@ -9,7 +9,7 @@ from typing import Any
 from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstrings import meanings
 from grind_env.envs.learning import WORST_REWARD
-from grind_env.pages.discount import KEPT, discount_of, dress_interval
+from grind_env.pages.discount import KEPT, dress_interval
 from grind_env.pages.rewards import RewardSpan
 from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.pages.tables import (
@@ -30,7 +30,7 @@ HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 
 
 def prose(make: Callable[..., Any]) -> dict[str, str]:
-    """The text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
+    """Return the text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
     text = re.split(r"^(?:Args|Raises):$", inspect.cleandoc(make.__doc__ or ""), flags=re.MULTILINE)[0]
     first, *parts = HEADING.split(text)
     return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
@@ -60,13 +60,12 @@ SECTIONS = (
 """Headings of a page, in their order."""
 
 OTHER_TABLES = (
-    "Tables of the benchmark are of other numbers of episodes, the first of which are these, and have trained agents"
-    " besides: a score there may differ from this one by what chance allows."
+    "The benchmark has other numbers of episodes, which include these, and trained agents: its scores differ by chance."
 )
 
 
 def page(env_id: str) -> str:
-    """The page of a registered id, Markdown.
+    """Return the page of a registered id, Markdown.
 
     Raises:
         PageError: if the id is not registered or has no notes.
@@ -109,10 +108,10 @@ def _facts(about: TaskSheet) -> str:
 def _example(about: TaskSheet) -> str:
     session = f"```python\n{example(about)}\n```"
     return (
-        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
-        f" standard deviation, as they usually are here, and gives one more than the reward, at least {WORST_REWARD:g}."
+        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` standardises the observation and raises the"
+        f" reward by one, at least to {WORST_REWARD:g}."
         ' With these, `action="multidiscrete"` and `SB3VecEnv` of `grind_env.sb3`, PPO of Stable-Baselines3 learns: the'
-        f" recipe stands in `docs/howto/train.md`.\n\n{session}"
+        f" recipe is in `docs/howto/train.md`.\n\n{session}"
     )
 
 
@@ -120,7 +119,7 @@ def _versions(about: TaskSheet) -> str:
     versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
-        " another one are not read.",
+        " other versions are not read.",
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
@@ -132,8 +131,8 @@ def _discount(about: TaskSheet) -> str:
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
     return (
-        f"{discount_of(interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and what a"
-        f" dress saves just before the next one still counts {KEPT:g}"
+        f"{KEPT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and"
+        f" what a dress saves just before the next one still counts {KEPT:g}"
     )
 
 
@@ -206,7 +205,7 @@ def _arguments(about: TaskSheet) -> str:
 
 
 def _scores(about: TaskSheet) -> str:
-    """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
+    """Return the results of known policies in an episode, and their scores (`grind_env.scores`)."""
     known = find_reference(about.id)
     if known is None:
         return "None measured yet."
@@ -225,7 +224,7 @@ COUNT = 4
 
 
 def example(about: TaskSheet) -> str:
-    """A session that makes the environment, takes one step, and makes the vector environment."""
+    """Return a session that makes the environment, takes one step, and makes the vector environment."""
     env: Any = about.env
     size, width = len(about.readings), env.action_space.shape[0]
     lines = [">>> import gymnasium as gym", ">>> import grind_env"]

@@ -1,4 +1,4 @@
-"""The page of the machines that are not the model."""
+"""The page of the out-of-model machines."""
 
 from grind_env.plants import FAMILIES
 from grind_env.plants.family import Range
@@ -59,7 +59,7 @@ RANGES = (
 
 
 def plants_page() -> str:
-    """The page, Markdown."""
+    """Return the page, Markdown."""
     lines = ["# Machines that are not the model", INTRODUCTION]
     for family in FAMILIES:
         chances = " A seed of its chances is drawn, too." if family.chances else ""

@@ -1,4 +1,4 @@
-"""Bounds on the reward of a step, term by term, worked out from a task.
+"""Bounds on each reward term of a step, computed from a task.
 
 The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
 dress and as many as the task allows, no stall of the spindle and one, a good part and scrap. Two of them need an
@@ -45,11 +45,6 @@ def stock_span(task: Task, kind: Kind) -> RewardSpan:
     least = max(kind.least_stock, 1.0 - spread) if spread > 0.0 else 1.0
     ends = (math.floor(1000.0 * kind.stock * share + 0.5) / 1000.0 for share in (least, 1.0 + spread))
     return RewardSpan(*ends)
-
-
-def step_times(task: Task) -> dict[str, RewardSpan]:
-    """Seconds of a block without its dresses, by kind."""
-    return infeed_times(task) if task.infeed > 0.0 else stroke_times(task)
 
 
 def stroke_times(task: Task) -> dict[str, RewardSpan]:

@@ -1,4 +1,4 @@
-"""The figure of the validation page: published series over those of the model, with what the model is uncertain by."""
+"""The figure of the validation page: published series over the model with its uncertainty."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ INK, SHADE, LINES = "#111111", "#8fb3d1", ("-", "--", ":")
 
 
 class PublishedSeries(NamedTuple):
-    """Published numbers and those of the model at the same points."""
+    """Published numbers, and the model's at the same points."""
 
     name: str
     published: Array
@@ -115,7 +115,7 @@ def partition() -> Iterator[PublishedSeries]:
 
 
 def forces() -> Iterator[PublishedSeries]:
-    """Return forces and power beside what is remembered of them."""
+    """Return forces and power beside remembered values."""
     quantities = ("normal force sharp", "tangential force sharp", "power sharp")
     rows = [row for each in quantities for row in data.rows("expected_magnitudes") if row["quantity"] == each]
     low, high, found = column(rows, "low"), column(rows, "high"), []

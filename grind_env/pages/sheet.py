@@ -1,4 +1,4 @@
-"""What is known of a registered id: its environment, made with default arguments, and the notes on it."""
+"""Data of a registered id: its environment with default arguments, and its notes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import PageError, PageNote, note_of
-from grind_env.pages.rewards import RewardSpan, cost_spans, reward_span, step_times
+from grind_env.pages.rewards import RewardSpan, cost_spans, infeed_times, reward_span, stroke_times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSheet:
-    """What a page is made of; `full` has the readings with the hidden state, `reward` may have no lower bound."""
+    """Data of a task page; `full` has the readings with the hidden state, `reward` may have no lower bound."""
 
     id: str
     note: PageNote
@@ -44,7 +44,7 @@ class TaskSheet:
 
 
 def page_ids() -> list[str]:
-    """The registered ids, the flagship first."""
+    """Return the registered ids, the flagship first."""
     ids = [name for name, spec in gym.registry.items() if spec.namespace == "grind"]
     return sorted(ids, key=lambda name: (name != "grind/PowerLimited-v0", name.lower()))
 
@@ -67,7 +67,7 @@ def sheet(name: str) -> TaskSheet:
     oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
     # a program has no task that its reward could be worked out from
     task = env.task if note.reward is None else None
-    costs = {} if task is None else cost_spans(task, step_times(task))
+    costs = {} if task is None else cost_spans(task, (infeed_times if task.infeed > 0.0 else stroke_times)(task))
     return TaskSheet(
         id=env_id,
         note=note,

@@ -1,4 +1,4 @@
-"""All ids at a glance: rows for the table of `grind tasks` and the index of the pages."""
+"""All ids at a glance, for `grind tasks` and the index of the pages."""
 
 import math
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def summary(env_id: str) -> TaskSummary:
 
 
 def summaries() -> list[TaskSummary]:
-    """The rows of all registered ids."""
+    """Return the rows of all registered ids."""
     return [summary(env_id) for env_id in page_ids()]
 
 
@@ -56,7 +56,7 @@ def file_name(env_id: str) -> str:
 
 
 def index() -> str:
-    """The index of the pages, Markdown."""
+    """Return the index of the pages, Markdown."""
     columns = (
         Column("id", lambda each: f"[{each.id}]({file_name(each.id)})"),
         Column("job", "title"),

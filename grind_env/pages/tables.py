@@ -1,4 +1,4 @@
-"""The tables of a page: action, observation, blocks, what is drawn, reward."""
+"""The tables of a task page: action, observation, blocks, random draws, reward."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,7 +23,7 @@ EPISODE = {
 
 
 def action_table(sheet: TaskSheet) -> str:
-    """A row for each component of the default action, and what it chooses."""
+    """Return a row for each component of the default action, and what it chooses."""
     space: Any = sheet.env.action_space
     rows = [
         (str(k), name, f"{low:g}", f"{high:g}", choice)
@@ -45,7 +45,7 @@ def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
 
 
 def form_table(task: Task, *, predress: bool) -> str:
-    """The action space in each of its forms, that with a pre-dress among them if there is one."""
+    """Return the action space in each of its forms, that with a pre-dress among them if there is one."""
     rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in ACTIONS]
     if predress:
         rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
@@ -53,7 +53,7 @@ def form_table(task: Task, *, predress: bool) -> str:
 
 
 def observation_table(readings: Mapping[int, Reading]) -> str:
-    """A row for each entry by its place in the observation; the value is that of an observation x in its unit."""
+    """Return a row for each entry by its place; the formula gives the value of an observation x in its unit."""
     rows = [
         (
             place,
@@ -76,7 +76,7 @@ def _value(reading: Reading) -> str:
 
 
 def setup_table(task: Task) -> str:
-    """The set-up, with what this task changes in a catalogue entry."""
+    """Return the set-up, with what this task changes in a catalogue entry."""
     setup, dress = task.setup, task.dress
     wheel = ", ".join(f"{name} {value:g}" for name, value in setup.wheel_overrides.items())
     machine = ", ".join(f"{name} {value:g}" for name, value in setup.machine_overrides.items())
@@ -101,7 +101,7 @@ def setup_table(task: Task) -> str:
 
 
 def kind_table(sheet: TaskSheet, task: Task) -> str:
-    """The kinds of block; a pick that cannot be observed is none."""
+    """Return the kinds of block; a pick that cannot be observed is none."""
     picks = any(reading.name == "pick" for reading in sheet.readings)
     columns = (
         Column("block", "name"),
@@ -125,7 +125,7 @@ def _part_of(kind: Kind) -> str:
 
 
 def drawn_table(task: Task) -> str:
-    """What is drawn at reset; "" if nothing is."""
+    """Return the table of random draws at reset; "" for none."""
     spread, start = task.spread, task.start
     rows: list[tuple[str, str, str]] = []
     if task.orders is not None:
@@ -164,7 +164,7 @@ def _log_normal(sigma: float) -> str:
 
 
 def reward_table(sheet: TaskSheet) -> str:
-    """A row for each term of the reward, with its lowest and highest value in a step."""
+    """Return a row for each term of the reward, with its lowest and highest value in a step."""
     unit = sheet.reference_cost
     rows = [
         (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")

@@ -1,7 +1,7 @@
-"""Machines that are not the model: families of them, and each by its name.
+"""Plants: families of out-of-model machines, and each machine by its name.
 
-What is simulated, trained and planned with is one model; what a shop has is another machine. A `Plant` is one: a
-process with hooks, a gauge, and its numbers, drawn by a seed from ranges that stand with their sources.
+The package simulates, trains and plans with one model; a shop has another machine. A `Plant` is such a machine: a
+process with hooks, a gauge, and numbers drawn by a seed from ranges with sources.
 """
 
 from grind_env.plants.family import Family, Range

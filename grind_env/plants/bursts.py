@@ -1,4 +1,4 @@
-"""Grains that pull out in bursts: what wear renews of the face is owed until a threshold, and then comes at once."""
+"""Grains that pull out in bursts: the renewal of the wheel face by wear waits for a threshold, then comes at once."""
 
 import functools
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeRes
 
 
 class BurstsOwn(NamedTuple):
-    """What process and hook remember."""
+    """Memory of process and hook."""
 
     bursts_seed: float = 0.0
     bursts_share: float = 0.0
@@ -32,7 +32,7 @@ owing, hold = replacer(None, "bursts_owed"), replacer(None, "bursts_threshold")
 
 @functools.cache
 def _bursting(inner: Process) -> Process:
-    """A process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
+    """Return a process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
     grind, sharpen = inner.stroke, inner.dress
 
     @inlined

@@ -1,4 +1,4 @@
-"""Chances of a shift, which follow from a seed that is remembered and from the number of the block."""
+"""Random events of a shift, from its seed and the number of the block."""
 
 from grind_env.kernel import inlined
 from grind_env.kernel.random import Words, normal, philox, uniform

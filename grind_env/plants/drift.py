@@ -16,7 +16,7 @@ MOST_DULLING, MOST_PRESSURE, MOST_IDLE = math.log(2.5), 0.2, 300.0
 
 
 class DriftOwn(NamedTuple):
-    """What the hook remembers; the gauge shows the idle, too."""
+    """Memory of the hook; the gauge shows the idle, too."""
 
     drift_seed: float = 0.0
     drift_dulls: float = 0.0

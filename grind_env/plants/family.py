@@ -1,4 +1,4 @@
-"""A family of machines: what differs from the package's, and the numbers in which its members differ.
+"""A family of machines: changed laws, and the random numbers of its members.
 
 All that is drawn of a member is a field of what its process, hook or gauge remembers, under the name of the family. The
 defaults are neutral: they change nothing, to the bit. So all members of a family share their compiled code.
@@ -28,17 +28,17 @@ FACTOR = "factor"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """What is drawn of a machine.
+    """Range of a drawn number of a machine.
 
     Attributes:
-        field: of what it remembers.
-        what: the number says.
+        field: field of the machine's memory.
+        what: meaning of the number.
         unit: of the number; "" without one.
-        low: the least one, in this unit.
-        high: the largest one, in this unit.
-        held_out: the least and the largest one of machines that judge, in this unit; None for the same.
-        factor: whether its logarithm is drawn evenly, and not the number itself.
-        basis: where the range is from.
+        low: the smallest number, in this unit.
+        high: the largest number, in this unit.
+        held_out: smallest and largest number of held-out machines, in this unit; None for the same.
+        factor: whether the logarithm is drawn evenly, and not the number itself.
+        basis: source of the range.
     """
 
     field: str
@@ -67,14 +67,14 @@ class Family:
     """Machines that differ from the package's in one thing.
 
     Attributes:
-        name: with which all that they remember begins.
-        what: differs, in a sentence.
-        ranges: of what is drawn.
-        chances: whether a seed of their chances is drawn, too, the field `<name>_seed`.
-        wraps: gives a process made of another one, the same for the same; None where the process stays.
+        name: prefix of its memory fields.
+        what: the difference, in a sentence.
+        ranges: ranges of the drawn numbers.
+        chances: whether a seed of random events is drawn, too, the field `<name>_seed`.
+        wraps: makes a process from another one, always the same for the same; None to keep the process.
         hook: before every block, or None.
-        gauge: what is shown of what is true, without noise, or None.
-        anew: fields that begin anew with every shift, with its wheel, its warmth or what was zeroed; the others last.
+        gauge: true readings to shown readings, without noise, or None.
+        anew: fields that restart with every shift, such as its wheel, temperature or zeroed gauge.
     """
 
     name: str
@@ -87,24 +87,24 @@ class Family:
     anew: tuple[str, ...] = ()
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
-        """The numbers of a member, by field, of units as in `ranges`; the same on every machine."""
+        """Return the numbers of a member, by field, of units as in `ranges`; the same on every machine."""
         numbers = {each.field: each.at(share_of(seed, stream, each.field), stream) for each in self.ranges}
         own_seed = f"{self.name}{SEED}"
         return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
 
 
 def word_of(seed: int, stream: int, what: str) -> int:
-    """A random number of 32 bits for something, of a seed of as many."""
+    """Return a random number of 32 bits for something, of a seed of as many."""
     return philox(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
 
 
 def share_of(seed: int, stream: int, what: str) -> float:
-    """The same between 0 and 1."""
+    """Return the same between 0 and 1."""
     return uniform(word_of(seed, stream, what))
 
 
 def ranges_of(family: str) -> tuple[Range, ...]:
-    """The ranges of a family of the package."""
+    """Return the ranges of a family of the package."""
     return tuple(
         Range(
             field=f"{family}_{name}",

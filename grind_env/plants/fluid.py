@@ -13,7 +13,7 @@ LEAST_FLOW = 0.2
 
 
 class FluidOwn(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     fluid_hotter: float = 0.0
     fluid_warms: float = 3600.0

@@ -1,4 +1,4 @@
-"""The power laws of the literature for force, roughness, wear and dulling, in place of ours.
+"""A plant with power laws from the literature for force, roughness, wear and dulling.
 
     Ft' = F1 heq^f,  Ra = R1 heq^e,  G = G1 heq^-q  (Peters and Snoeys),  dulling as V'^d
 
@@ -27,7 +27,7 @@ LEAST = 1e-9
 
 
 class ForeignOwn(NamedTuple):
-    """What the process remembers."""
+    """Memory of the process."""
 
     foreign_force: float = 0.0
     """Over ours; 0 for all laws of ours."""

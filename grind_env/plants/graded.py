@@ -15,7 +15,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 
 
 class GradedOwn(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     graded_seed: float = 0.0
     graded_swing: float = 0.0

@@ -1,4 +1,4 @@
-"""A power meter that shows too much or too little, lags, and whose idle creeps with the bearings."""
+"""A power meter with a wrong scale, a lag, and an idle power that creeps with the bearings."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from grind_env.process.gauge import Gauge, GaugeReadings
 
 
 class MeterOwn(NamedTuple):
-    """What the meter remembers."""
+    """Memory of the meter."""
 
     meter_gain: float = 1.0
     meter_lag: float = 0.0

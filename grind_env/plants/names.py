@@ -1,7 +1,8 @@
-"""Machines by their names: of a family by a seed, a mix, of the set that is held out, one's own."""
+"""Machines by name: a family and a seed, a mix, the held-out set, or the user's own."""
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -54,16 +55,16 @@ class Plants:
     modules: bool = False
 
     def __reduce__(self) -> Any:
-        """By the name: what grinds is made of functions that no copy holds."""
-        return _named, (self.text, self.modules)
+        """Pickle by name, because no copy holds the process functions."""
+        return partial(find_plants, modules=self.modules), (self.text,)
 
     @property
     def one(self) -> bool:
-        """Whether there is one only."""
+        """Return whether there is only one machine."""
         return self.text == self.first.name
 
     def seeded(self, seed: int) -> "Plants":
-        """The one machine with a seed of 32 bits where the name has none."""
+        """Return the one machine with a seed of 32 bits where the name has none."""
         if self.one:
             return self
         plant = find_plant(self.text, seed=seed, modules=self.modules)
@@ -81,23 +82,19 @@ def find_plants(text: str, *, modules: bool = False) -> Plants:
     return Plants(first.name if first == others else text, first, modules)
 
 
-def _named(text: str, modules: bool) -> Plants:
-    return find_plants(text, modules=modules)
-
-
 def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:
-    """A machine by its name, always the same one.
+    """Return the machine of a name; a name always gives the same machine.
 
-    `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
-    trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
-    that of the others; `public:seed` is drawn likewise, but of the stream of these, to train and tune on. All machines
-    of both sets have the same process. `module:name` is the `Plant` of that name in a module that can be imported,
-    `module:name:seed` a member of the `Family`, alone or in a mix. `model` is the machine that is the model.
+    `family:seed` is a member of a family, `a:1+b:2` a mix. `held-out:seed` is reserved for judging: two to four
+    families with numbers from a stream of random numbers of its own. `public:seed` is drawn in the same way from
+    another stream, for training and tuning. All machines of both sets have the same process. `module:name` is the
+    `Plant` of that name in a module that can be imported, `module:name:seed` a member of the `Family`, alone or in a
+    mix. `model` is the model itself.
 
     Args:
         text: the name.
-        seed: of whatever has none in the name; None where it must have one.
-        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
+        seed: seed for a name without one; None if the name must have one.
+        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
 
     Raises:
         PlantError: there is none of that name; the message says what there is.
@@ -120,12 +117,12 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
 
 
 def modules_of(text: str) -> list[str]:
-    """The modules that the name of a machine names."""
+    """Return the modules that the name of a machine names."""
     return [own["module"] for name in text.split("+") if (own := _own_part(name))]
 
 
 def _mix(members: list[tuple[str, Family, int]]) -> Plant:
-    """Of names, families and seeds, in the order of a mix."""
+    """Return names, families and seeds in the order of a mix."""
     families = tuple(family for _, family, _ in members)
     named = [family.name for family in families]
     twice = next((name for number, name in enumerate(named) if name in named[:number]), None)
@@ -164,7 +161,7 @@ def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str,
 
 
 def _part(name: str, seed: int | None) -> tuple[str, str] | None:
-    """What is named of the package, and the digits of its seed."""
+    """Return the named family of the package, and the digits of its seed."""
     found = _PART.fullmatch(name)
     if found is None or (found["seed"] is None and seed is None):
         return None
@@ -172,13 +169,13 @@ def _part(name: str, seed: int | None) -> tuple[str, str] | None:
 
 
 def _own_part(name: str) -> re.Match[str] | None:
-    """A name of one's own, as of a module that is no family."""
+    """Return a name of one's own, as of a module that is no family."""
     found = _OWN.fullmatch(name)
     return found if found and found["module"] not in [each.name for each in FAMILIES] else None
 
 
 def _seed(digits: str, text: str) -> int:
-    """A seed of 32 bits."""
+    """Return a seed of 32 bits."""
     if len(digits) > len(str(WORD)) or int(digits) > WORD:
         raise PlantError(f"the seed in {quoted(text)} is too large: give one from 0 to {WORD}")
     return int(digits)
@@ -200,7 +197,7 @@ def _of_set(name: str, seed: int) -> Plant:
 
 
 def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:
-    """What stands under a name in a module."""
+    """Return the object of a name in a module."""
     if not allowed:
         raise PlantError(
             f"{quoted(text)} would run the code of a module, which a name in a file must not: give it as an argument"

@@ -1,4 +1,4 @@
-"""A machine that is not the model: what grinds, what is shown of it, and its numbers."""
+"""A plant: the process and gauges of an out-of-model machine, and its numbers."""
 
 import functools
 from collections.abc import Mapping
@@ -17,15 +17,15 @@ class PlantError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plant:
-    """A machine that is not the model.
+    """An out-of-model machine.
 
     Attributes:
-        name: by which `find_plant` finds it.
-        process: what grinds, with what happens before every block.
-        gauge: what is shown of it, to which the tasks add their noise.
-        own: what process and gauge remember as a shift begins, in this order and in the units of their fields; () for
-            their defaults.
-        anew: fields of it that begin anew with every shift.
+        name: name for `find_plant`.
+        process: the grinding process, with its hooks before every block.
+        gauge: shown readings, to which the tasks add noise.
+        own: memory of process and gauge at the start of a shift, in this order and in the units of their fields; () for
+            the defaults.
+        anew: fields that restart with every shift.
 
     Raises:
         PlantError: `own` has not a number for each of their fields.
@@ -54,15 +54,15 @@ class Plant:
 
     @property
     def of_process(self) -> tuple[float, ...]:
-        """What of it the process remembers, as a `Job` takes it."""
+        """Return the process part of the memory, as a `Job` takes it."""
         return self.own[: len(self.process.own._fields)]
 
     def after(self, own: tuple[float, ...], shift: int) -> "Plant":
-        """The same machine as another shift begins, with chances of its own.
+        """Return the same machine at the start of another shift, with new random events.
 
         Args:
-            own: what process and gauge remember as the shift before ends, in the order and the units of `own`.
-            shift: a number of 32 bits, another one for every shift.
+            own: memory of process and gauge at the end of the shift before, in the order and the units of `own`.
+            shift: a number of 32 bits, new for every shift.
         """
 
         def begins(name: str, first: float, last: float) -> float:
@@ -75,7 +75,7 @@ class Plant:
 
 
 def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float]) -> Plant:
-    """A machine of some families, with these numbers by field, in their units, and neutral ones for the others.
+    """Return a machine of some families, with these numbers by field, in their units, and neutral ones for the others.
 
     Raises:
         PlantError: what is drawn of a family of one's own is nothing that it remembers, or has the name of another's.
@@ -91,7 +91,7 @@ def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float])
 
 @functools.cache
 def _made(families: tuple[Family, ...]) -> tuple[Process, Gauge]:
-    """What grinds and what is shown: the same functions for the same families, so that they are compiled once."""
+    """Return process and gauge: the same functions for the same families, so that they compile once."""
     process = functools.reduce(lambda inner, each: each.wraps(inner) if each.wraps else inner, families, PROCESS)
     hooks = [each.hook for each in families if each.hook is not None]
     gauges = [each.gauge for each in families if each.gauge is not None]

@@ -1,4 +1,4 @@
-"""A loop of machine, wheel and work that gives more, and most with the part at the end of the table."""
+"""A compliant loop of machine, wheel and work, softest at the end of the table."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ REACH = 300.0
 
 
 class SoftOwn(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     soft_gives: float = 1.0
     soft_end: float = 1.0

@@ -1,4 +1,4 @@
-"""A table that falls behind its command and loses time at the reversals."""
+"""A table that lags behind its command and loses time at the reversals."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ FAST = 30_000.0
 
 
 class TableOwn(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     table_behind: float = 0.0
     table_rests: float = 0.0

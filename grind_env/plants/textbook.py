@@ -1,4 +1,4 @@
-"""Textbook laws with exponents of their own for energy, sliding, heat, wear and roughness, in place of the package's.
+"""A plant with textbook laws and other exponents for energy, sliding, heat, wear and roughness.
 
 With the chip thickness h = ae vw/vs, the flats A and the volume V since the dress, each over its reference:
 

@@ -1,4 +1,4 @@
-"""A machine that grows over the shift, and a size gauge whose zero drifts with it."""
+"""A machine that grows with heat over the shift, and a size gauge whose zero drifts with it."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 
 
 class ThermalOwn(NamedTuple):
-    """What the hook remembers, of which the gauge drifts."""
+    """Memory of the hook, which also shifts the gauge."""
 
     thermal_grows: float = 0.0
     thermal_drifts: float = 0.0

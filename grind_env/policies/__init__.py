@@ -1,4 +1,4 @@
-"""What decides E and D, without torch: scripted rules, planners and trained agents, and how they are evaluated."""
+"""Policies that choose E and D, without torch: scripted rules, planners and trained agents, and their evaluation."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ __all__ = ["guarded"]
 
 
 def __getattr__(name: str) -> Any:
-    """What is imported when it is asked for, because it takes long."""
+    """Import slow modules on first use."""
     if name in __all__:
         return getattr(import_module("grind_env.policies.guard"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

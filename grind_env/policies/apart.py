@@ -1,8 +1,8 @@
-"""A policy in a process of its own, to which nothing comes but what is measured.
+"""A policy in a process of its own, which receives measurements only.
 
 Whatever its code looks for, in its arguments, in frames or among all objects: episodes, seeds and the machine that
-grinds are not there. The process is told environment, model, policy and number of episodes, and then sent observations
-in single precision, which it answers with E and D in double precision.
+grinds are not there. The process is told environment, model and policy, and then sent the calls of the policy, each a
+line of JSON. It answers an observation with E and D in double precision.
 """
 
 import json
@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import find_problem
+from grind_env.policies.track import TrackShift
 
 LONGEST = 300
 """Characters that are quoted of what such a process says in the end."""
@@ -35,24 +36,24 @@ LONGEST = 300
 class Apart:
     """A policy in another process, for whoever runs one."""
 
-    env_id: str
-    model: str
     name: str
     process: Any
     sees: Sees = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        told = json.dumps([self.env_id, self.model, self.name, episodes])
-        self._answer(f"{told}\n".encode(), 0)
+        self._answer(["begin", episodes], 0)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        answer = self._answer(np.ascontiguousarray(observation, np.float32).tobytes(), 16 * len(observation))
+        answer = self._answer(["act", observation.tolist()], 16 * len(observation))
         return Decision(*np.frombuffer(answer).reshape(2, -1))
 
-    def _answer(self, data: bytes, count: int) -> bytes:
-        """Send data, and wait for so many bytes; a FormError if the process has ended."""
+    def learn(self, shift: TrackShift) -> None:
+        self._answer(["learn", {name: values.tolist() for name, values in asdict(shift).items()}], 0)
+
+    def _answer(self, told: list[Any], count: int) -> bytes:
+        """Send a line, and wait for so many bytes; a FormError if the process has ended."""
         with suppress(OSError):  # then there is no answer, either
-            self.process.stdin.write(data)
+            self.process.stdin.write(f"{json.dumps(told)}\n".encode())
             self.process.stdin.flush()
         answer: bytes = self.process.stdout.read(count)
         if len(answer) < count:
@@ -66,8 +67,10 @@ def apart(env_id: str, model: str, name: str) -> Iterator[Apart]:
     """Yield a policy by its name for an environment, in a process that ends with the block; it holds a `model`."""
     pipe = subprocess.PIPE
     process = subprocess.Popen([sys.executable, "-m", __name__], stdin=pipe, stdout=pipe, stderr=pipe)
+    policy = Apart(name, process)
     try:
-        yield Apart(env_id, model, name, process)
+        policy._answer([env_id, model, name], 0)
+        yield policy
     finally:
         process.kill()
         with suppress(OSError):
@@ -77,17 +80,23 @@ def apart(env_id: str, model: str, name: str) -> Iterator[Apart]:
 def answer(answers: Any) -> None:
     """Decide until nothing more is measured."""
     asked = sys.stdin.buffer
-    env_id, model, name, episodes = json.loads(asked.readline())
+    env_id, model, name = json.loads(asked.readline())
     problem = find_problem(env_id)
     simulation = model_of(problem, model) if model else problem.simulation()
-    policy = named_policy(name, simulation, modules=True)
-    policy.begin(simulation, episodes)
-    shape = episodes, len(simulation.entries)
-    while data := asked.read(4 * episodes * shape[1]):
-        decided = np.array([*policy.act(np.frombuffer(data, np.float32).reshape(shape).copy(), None)], np.float64)
-        if decided.shape != (2, episodes):
-            raise FormError(f"E and D are of shape {decided.shape}, but must be of shape {(2, episodes)}")
-        answers.write(decided.tobytes())
+    policy: Any = named_policy(name, simulation, modules=True)
+    for line in asked:
+        call, told = json.loads(line)
+        if call == "begin":
+            episodes = told
+            policy.begin(simulation, episodes)
+        elif call == "act":
+            decided = np.array([*policy.act(np.array(told, np.float32), None)], np.float64)
+            if decided.shape != (2, episodes):
+                raise FormError(f"E and D are of shape {decided.shape}, but must be of shape {(2, episodes)}")
+            answers.write(decided.tobytes())
+        elif hasattr(policy, "learn"):
+            told["observations"] = np.array(told["observations"], np.float32)
+            policy.learn(TrackShift(**{key: np.array(values) for key, values in told.items()}))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""What can be decided before a block: E and D, and all of them that a task has."""
+"""Possible choices before a block: E and D, and all of them for a task."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from grind_env.arrays import Array
 from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
 
 
 class Decision(NamedTuple):
@@ -20,8 +21,21 @@ class Decision(NamedTuple):
     executions: Array
 
 
+def check_speeds(policy: str, E: float | Sequence[float], task: Task, *, within: bool = False) -> None:
+    """Refuse, by a `GrindError`, an E that was meant in m/min, and with `within` every E that the task does not have.
+
+    The reference E of a rule may lie outside: the rule changes it before it is used.
+    """
+    low, high = task.action.speed_ends
+    for each in np.atleast_1d(E):
+        meant = each < low <= 1000.0 * each <= high
+        if meant or (within and not low <= each <= high):
+            proposed = f" (did you mean {1000.0 * each:g}?)" if meant else ""
+            raise GrindError(f"{policy}: E is {each:g} mm/min{proposed}, but {task.name} has {low:g} to {high:g}")
+
+
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
-    """The E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
+    """Return the E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = np.array(task.action.speed_levels)

@@ -1,4 +1,4 @@
-"""The columns of the tables of `Episodes` that policies read and simulations write."""
+"""Columns of the tables of `Episodes` that policies read and simulations write."""
 
 from grind_env.envs.cost import Outcome
 from grind_env.envs.history import History

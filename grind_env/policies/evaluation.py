@@ -1,4 +1,4 @@
-"""Runs a policy through the episodes of a list of seeds, side by side."""
+"""Run a policy on the episodes of a list of seeds, side by side."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -32,7 +32,7 @@ COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good",
 
 
 def episode_seeds(seeds: str, count: int) -> range:
-    """The first `count` seeds of one of `SEEDS`; no seed is in two of them.
+    """Return the first `count` seeds of one of `SEEDS`; no seed is in two of them.
 
     Raises:
         GrindError: if there are no seeds of that name, or fewer.
@@ -54,7 +54,7 @@ def episode_seeds(seeds: str, count: int) -> range:
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """What a policy did and what it cost, episode by episode."""
+    """Decisions and costs of a policy, episode by episode."""
 
     cost: Array
     """$, shape (N,)."""
@@ -95,7 +95,7 @@ class Evaluation:
         )
 
     def first(self, count: int) -> "Evaluation":
-        """The same of the first `count` episodes."""
+        """Return the same of the first `count` episodes."""
         return Evaluation(*(getattr(self, each.name)[:count] for each in fields(self)))
 
     def score(self, fixed: "Evaluation", planner: "Evaluation") -> Interval:
@@ -107,7 +107,7 @@ class Evaluation:
 
 
 def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Episodes:
-    """The episodes of the seeds with contexts of a split, at their first block.
+    """Return the episodes of the seeds with contexts of a split, at their first block.
 
     Raises:
         ContextError: if there is no such split.
@@ -132,7 +132,7 @@ def run_seeds(
 
 
 def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:
-    """What the coming blocks make of a decision, which goes through the action space; each of shape (N,).
+    """Return a decision as the coming blocks take it, after the action space; each of shape (N,).
 
     Raises:
         ActionError: if it has an E or a D that the environment does not have.
@@ -156,7 +156,7 @@ class Step(NamedTuple):
 def steps(
     policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None
 ) -> Iterator[Step]:
-    """The steps of the episodes from the first to the last, arguments as for `roll_out`; they are changed in place.
+    """Yield the steps of the episodes from first to last, arguments as for `roll_out`; the episodes change in place.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.
@@ -184,16 +184,16 @@ def roll_out(
     model: Simulation | None = None,
     advance: Callable[[int], object] = nobody,
 ) -> Evaluation:
-    """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
+    """Run the policy on the episodes from first to last step; the given episodes stay unchanged.
 
-    Every decision goes through the action space, and the policy sees no more than it declares.
+    Every decision goes through the action space, and the policy sees only what it declares.
 
     Args:
-        policy: decides.
-        simulation: what grinds.
+        policy: the policy.
+        simulation: the simulation that grinds.
         episodes: at their first block.
-        model: what the policy takes that for, if it is something else; see `held.parted`.
-        advance: called with the number of steps that have been made since it was called last.
+        model: the simulation that the policy computes with, if another one; see `model_view`.
+        advance: called with the number of steps since its last call.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.

@@ -1,4 +1,4 @@
-"""A policy followed block by block: what it chose, what was true, what could be believed, and what others would do."""
+"""A policy followed block by block: its choice, the true state, the belief, and the choices of other policies."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -30,22 +30,22 @@ class Followed:
 
     Attributes:
         chosen: E in mm/min and D.
-        beside: the same of policies that were asked in the same states, by name.
+        beside: E and D of other policies in the same states, by name.
         wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        growth: true log of the factor on its growth, of wheel and lot.
-        belief: what an ensemble filter makes of the measurements before the block.
+        dulling: true log of the factor on the dulling rate, of wheel and lot.
+        belief: belief of an ensemble filter before the block.
         cost: of the block, $.
     """
 
     chosen: Decision
     beside: Mapping[str, Decision]
     wear_flat: Array
-    growth: Array
+    dulling: Array
     belief: Belief
     cost: Array
 
     def to_dataframe(self) -> Any:
-        """A pandas data frame with a row for each block of each episode; columns have their units.
+        """Return a pandas data frame with a row for each block of each episode; columns have their units.
 
         Raises:
             MissingExtra: pandas is not installed.
@@ -56,10 +56,10 @@ class Followed:
         columns = {"episode": episode, "block": block + 1} | _decision("", self.chosen)
         columns |= {
             "wear-flat area": self.wear_flat,
-            "growth [ln]": self.growth,
+            "dulling rate [ln]": self.dulling,
             "believed wear-flat area": self.belief.wear_flat,
             "its spread": self.belief.wear_flat_spread,
-            "believed growth [ln]": self.belief.growth,
+            "believed dulling rate [ln]": self.belief.growth,
             "cost [$]": self.cost,
         }
         for name, decision in self.beside.items():
@@ -77,19 +77,19 @@ def follow(
     split: str = EVERY,
     episodes: int = 64,
 ) -> Followed:
-    """Run a policy through episodes and write every block down.
+    """Run a policy through episodes and record every block.
 
-    The policies beside it are asked in each state what they would do there; what they say is not done. They see what
-    they declare: a planner the true state that the policy has come to. On a machine that is not the model, they and the
-    belief hold the model.
+    The policies beside it are asked for their choice in each state; the choice is not ground. Each sees what it
+    declares: a planner sees the true state. On an out-of-model machine all of them and the belief compute with the
+    model.
 
     Args:
-        policy: decides; or what `named_policy` finds: a name, a file, a constant.
-        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
-        beside: other policies, likewise.
+        policy: the policy, or a text for `named_policy`: a name, a file, a constant.
+        problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
+        beside: other policies, in the same forms.
         seeds: one of `evaluation.SEEDS`.
-        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
-        episodes: how many.
+        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        episodes: number of episodes.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or two policies beside it have
@@ -120,8 +120,8 @@ def follow(
         ]
         coming = state.coming()
         first, later = OF_WHEEL[0]
-        growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
-        before = [state.wheels[:, AREA].copy(), growth, *filtered.update(seen)]
+        dulling = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))
+        before = [state.wheels[:, AREA].copy(), dulling, *filtered.update(seen)]
         chosen = Decision(*done(said[0], simulation, codec, state))
         outcomes, _ = simulation.step(state, *chosen, active=running)
         row = [*(values for decision in (chosen, *said[1:]) for values in decision), *before, outcomes[:, COST]]
@@ -130,12 +130,12 @@ def follow(
         rows.append([np.where(over, np.nan, values) for values in row])
     table = list(np.array(rows).transpose(1, 2, 0))
     decisions = [Decision(*table[2 * k : 2 * k + 2]) for k in range(len(all_of_them))]
-    wear_flat, growth, *believed, cost = table[2 * len(all_of_them) :]
+    wear_flat, dulling, *believed, cost = table[2 * len(all_of_them) :]
     return Followed(
         chosen=decisions[0],
         beside={each.name: said for each, said in zip(all_of_them[1:], decisions[1:], strict=True)},
         wear_flat=wear_flat,
-        growth=growth,
+        dulling=dulling,
         belief=Belief(*believed),
         cost=cost,
     )

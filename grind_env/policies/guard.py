@@ -1,4 +1,4 @@
-"""A guard for any policy: while readings are not as they were forecast, a rule decides that believes these alone."""
+"""A guard for any policy: while readings differ from the forecasts, a rule on readings alone decides."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -22,16 +22,16 @@ STEP = 1.25
 
 @dataclass
 class Guarded:
-    """A policy, and in its place the empirical rule while the machine is not what the model says.
+    """Policy replaced by the empirical rule while the machine differs from the model.
 
-    A reading beyond its limit that was not to be expected, or a run of readings that come nearer to their limits than
-    forecast, is an alarm. It lasts until forecasts hold again, and for a time that grows with every alarm. The
-    rule has learned from the first block on. When the policy comes back, its E rises step by step.
+    An alarm is an unexpected reading beyond its limit, or a run of readings nearer to their limits than forecast. It
+    lasts until forecasts hold again, plus a time that grows with every alarm. The rule learns from the first block on.
+    When the policy returns, its E rises step by step.
 
     Attributes:
-        policy: is guarded.
-        rule: decides in its place.
-        step: most that E rises by when the policy comes back.
+        policy: the guarded policy.
+        rule: the rule that replaces it.
+        step: largest rise of E when the policy returns.
     """
 
     policy: Policy
@@ -75,7 +75,7 @@ class Guarded:
 
 
 def guarded(policy: Policy) -> Guarded:
-    """The policy with a guard.
+    """Return the policy with a guard.
 
     Example:
         >>> from grind_env.policies import guarded

@@ -1,13 +1,14 @@
-"""What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
+"""Evaluate a policy: cost per good part and score on fixed seeds, with intervals."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count, repeat
 from typing import Any, get_args
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
@@ -17,7 +18,13 @@ from grind_env.policies.naming import agent_of, named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
-from grind_env.policies.statistics import Interval, bootstrap, normalised_score, percentile_interval
+from grind_env.policies.statistics import (
+    Interval,
+    normalised_score,
+    percentile_interval,
+    resampled_means,
+    score_of_means,
+)
 from grind_env.policies.tuned import ConfigError
 from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
@@ -29,14 +36,14 @@ REFERENCE_SEEDS = "evaluation"
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a policy is worth in an environment.
+    """Result of a policy in an environment.
 
     Attributes:
         policy: its name.
-        sees: what it is shown.
+        sees: information that the policy sees.
         problem: name of the environment.
-        seeds: of the episodes: their name, or the first and the last one of one's own.
-        split: that their contexts are drawn from.
+        seeds: name of the seeds, or first and last seed.
+        split: split of the contexts.
         evaluation: episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
         paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
@@ -45,6 +52,7 @@ class Judgement:
         model: what planners and beliefs take it for.
         first_seed: of the episodes, whose seeds follow one another.
         trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
+        draws: score of each resample, a ratio in %, shape (resamples,).
     """
 
     policy: str
@@ -59,10 +67,11 @@ class Judgement:
     model: str = ""
     first_seed: int = 0
     trained_on: str = ""
+    draws: Array | None = field(default=None, repr=False, compare=False)
 
     @property
     def title(self) -> str:
-        """What was run, and on which episodes."""
+        """Return what was run, and on which episodes."""
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
         count = len(self.evaluation.cost)
         where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
@@ -70,7 +79,7 @@ class Judgement:
         return f"{self.policy} ({sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
-        """The figures by name, for JSON; a cost is None where no part is good."""
+        """Return the figures by name, for JSON; a cost is None where no part is good."""
         run = self.evaluation
         cost = [value if math.isfinite(value) else None for value in run.cost_per_good_part]
         found: dict[str, Any] = {
@@ -132,22 +141,22 @@ def evaluate(
     model: str | None = None,
     advance: Callable[[int], object] = nobody,
 ) -> Judgement:
-    """Run a policy on frozen seeds, and judge it.
+    """Evaluate a policy on fixed seeds.
 
-    On a machine that is not the model, and in a split that goes beyond what the task draws, there is no score: the
-    anchors are of the model and of the task.
+    There is no score on an out-of-model machine, nor in a split beyond the task, because the anchors hold for model and
+    task.
 
     Args:
-        policy: decides; or what `named_policy` finds: a name, a file, a constant.
-        problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
+        policy: the policy, or a text for `named_policy`: a name, a file, a constant.
+        problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
         seeds: one of `SEEDS`; by default the evaluation seeds.
-        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
-        episodes: how many.
-        first_seed: of seeds of one's own instead.
-        plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
-            one.
-        model: name of the one machine that planners, beliefs and experts take it for, by default the model.
-        advance: called with the number of steps that have been made since it was called last.
+        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        episodes: number of episodes.
+        first_seed: first of your own seeds instead.
+        plant: name of the machine (`grind_env.plants`), by default the model; a name without a seed gives every episode
+            a machine.
+        model: name of the machine that planners, beliefs and experts compute with, by default the model.
+        advance: called with the number of steps since its last call.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
@@ -182,7 +191,7 @@ def evaluate(
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held, advance)
     anchored = machines is None and not SPLITS[split].leaves_task
-    known, score = find_reference(problem.id) if anchored else None, None
+    known, score, draws = find_reference(problem.id) if anchored else None, None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:
@@ -191,12 +200,13 @@ def evaluate(
         except ConfigError:
             fixed = None
         paired = paired and fixed is not None
-        score = _score(run, fixed, known, simulation.task.reference_cost)
+        score, draws = _score(run, fixed, known, simulation.task.reference_cost)
     said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
     of_machine = ("", "") if machines is None else (machines.text, taken_for)
     name, sees, agent = policy.name, policy.sees, agent_of(policy)
     trained_on = "" if agent is None else agent.machines
-    return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start, trained_on)
+    beside = (*of_machine, chosen.start, trained_on, draws)
+    return Judgement(name, sees, problem.name, said, split, run, score, paired, *beside)
 
 
 def check_policy(policy: Any) -> None:
@@ -214,8 +224,12 @@ def check_policy(policy: Any) -> None:
         raise GrindError(f"{policy.name} sees {quoted(sees)}, but must see one of {', '.join(get_args(Sees))}")
 
 
-def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float) -> Interval:
-    """The score; what the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
+def _score(
+    run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float
+) -> tuple[Interval, Array]:
+    """Return the score, and that of each resample.
+
+    What the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
 
     Without a fixed plan on the same episodes, the anchors are the means of the reference.
     """
@@ -224,7 +238,8 @@ def _score(run: Evaluation, fixed: Evaluation | None, known: Reference, referenc
         index = np.random.default_rng(0).integers(0, len(run.cost), (4000, len(run.cost)))
         zero = -known.zero * reference_cost
         draws = 100.0 * (zero - run.cost[index].mean(axis=1)) / span
-        return percentile_interval(float(100.0 * (zero - run.cost.mean()) / span), draws)
+        return percentile_interval(float(100.0 * (zero - run.cost.mean()) / span), draws), draws
     share = span / (-known.zero * reference_cost)
     planner = fixed.cost * (1.0 - share)
-    return bootstrap(normalised_score, run.cost, fixed.cost, planner)
+    draws = score_of_means(*resampled_means(np.array([run.cost, fixed.cost, planner])).T)
+    return percentile_interval(float(normalised_score(run.cost, fixed.cost, planner)), draws), draws

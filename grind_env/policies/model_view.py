@@ -1,4 +1,4 @@
-"""What a policy takes a machine for: planners, beliefs and experts hold a model, and what grinds is the machine."""
+"""The model of a policy on an out-of-model machine: planners, beliefs and experts compute with the model."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,10 +16,15 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
 
+def without_plant(problem: Problem) -> Problem:
+    """Return the same problem on the model."""
+    return replace(problem, arguments=tuple(each for each in problem.arguments if each[0] != "plant"))
+
+
 def on(problem: Problem, plant: str) -> Problem:
-    """The same problem on a machine by its name; without a seed in it, each episode draws one."""
-    others = tuple((key, value) for key, value in problem.arguments if key != "plant")
-    return replace(problem, arguments=(*others, ("plant", plant)))
+    """Return the same problem on a machine by its name; without a seed in it, each episode draws one."""
+    others = without_plant(problem)
+    return replace(others, arguments=(*others.arguments, ("plant", plant)))
 
 
 def machines_name(simulation: Simulation) -> str:
@@ -39,7 +44,7 @@ def training_machines(problem: Problem, plant: str | None) -> Problem:
 
 
 def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
-    """The problem as policies hold it: on one machine, by default on that which is the model."""
+    """Return the problem as policies hold it: on one machine, by default on that which is the model."""
     simulation: Any = on(problem, name).simulation()
     if not simulation.plants.one:
         raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
@@ -48,17 +53,17 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
 
 
 def model_beside(problem: Problem) -> Simulation | None:
-    """The problem as policies hold it that are run on it; None where its machine is the model."""
+    """Return the problem as policies hold it that are run on it; None where its machine is the model."""
     return None if problem.simulation().plants is None else model_of(problem)
 
 
 def parted(
     policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
 ) -> Callable[[Episodes], Episodes]:
-    """What episodes on a machine are to a policy that holds a model; None for the machine itself.
+    """Return episodes on a machine as a policy with a model sees them; None for the machine itself.
 
-    All that a machine remembers is shown where the model remembers it, too, but for the numbers in which the two differ
-    as an episode begins: these are the model's.
+    Values in the machine's memory are shown where the model has the same memory. Numbers that differ at the start of an
+    episode are the model's.
     """
     if model is None or policy.sees == "measurements":
         return lambda episodes: episodes

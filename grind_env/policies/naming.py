@@ -1,4 +1,4 @@
-"""Policies as one names them on the command line."""
+"""Policies by their names on the command line."""
 
 import re
 import sys
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
+from grind_env.policies.choices import check_speeds
 from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy
@@ -16,7 +17,7 @@ from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed
 
 SHIPPED = Path(__file__).with_name("shipped")
-"""Folder of the trained policies that come with the package, one a task."""
+"""Folder of the bundled agents: a folder for each of `TRAINED`, a file a task in it."""
 FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
@@ -38,16 +39,16 @@ def named_policy(
     modules: bool = False,
     other_part: bool = False,
 ) -> Policy:
-    """The policy that a text names.
+    """Return the policy of a name.
 
     Args:
-        text: one of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
-            `E12000D0` (mm/min), or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
-        simulation: what it is to grind.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
+        text: a name of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
+            `E12000D0` (mm/min), or `module:name` for your own; with `guarded:` before it, that policy with a guard.
+        simulation: simulation to grind.
+        configs: folder of the tuned parameters; by default from `tuned_folder`.
+        unzip: reads a trusted .zip of Stable-Baselines3; such a file can run code of its author.
         other_part: as for `load_policy`.
-        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
+        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
 
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
@@ -63,11 +64,7 @@ def named_policy(
         return load_policy(Path(text), simulation=simulation, other_part=other_part)
     if constant := CONSTANT.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
-        low, high = simulation.task.action.speed_ends
-        if not low <= speed <= high:
-            meant = f" (did you mean E{1000.0 * speed:.0f}D{dresses}?)" if low <= 1000.0 * speed <= high else ""
-            found = f"{text}: E is {speed:g} mm/min{meant}"
-            raise GrindError(f"{found}, but {simulation.task.name} has {low:g} to {high:g}")
+        check_speeds(text, speed, simulation.task, within=True)
         if dresses > (most := simulation.task.action.executions):
             raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
         return Fixed(E=speed, D=dresses, name=text)
@@ -77,12 +74,12 @@ def named_policy(
 
 
 def trained_file(name: str, task: str) -> Path:
-    """The file of a policy of `TRAINED` for a task.
+    """Return the file of a policy of `TRAINED` for a task.
 
     Raises:
         GrindError: none comes with the package.
     """
-    path = SHIPPED / TRAINED[name] / f"{task}{SUFFIX}"
+    path = SHIPPED / name / f"{task}{SUFFIX}"
     if not path.is_file():
         raise GrindError(
             f"no policy {name!r} comes with the package for {task}: name a rule, or the file of an agent, which "
@@ -92,7 +89,7 @@ def trained_file(name: str, task: str) -> Path:
 
 
 def own_policy(module: str, name: str) -> Policy:
-    """What stands under a name in a module: a policy, or a class or function that makes one of nothing.
+    """Return the object of a name in a module: a policy, or the result of its class or function.
 
     Raises:
         GrindError: there is none, or its code fails.
@@ -124,9 +121,9 @@ def chosen_policy(
     *,
     other_part: bool = False,
 ) -> Policy:
-    """As `named_policy`; without a text the trained policy that comes with the package for the task.
+    """Return the policy of a name; without a name the bundled agent of the task.
 
-    Where there is none, `FALLBACK` stands in, as a sentence in the terminal says.
+    Without a bundled agent `FALLBACK` acts, and a sentence in the terminal says so.
     """
     name = text or usual_name(simulation)
     policy = named_policy(name, simulation, configs, unzip, modules=True, other_part=other_part)
@@ -139,4 +136,5 @@ def chosen_policy(
 
 def usual_name(simulation: Simulation) -> str:
     """Return the name of the policy that is taken where none is named."""
-    return "shipped" if (SHIPPED / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK
+    agent = TRAINED[0]
+    return agent if (SHIPPED / agent / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK

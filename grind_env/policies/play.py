@@ -1,4 +1,4 @@
-"""One episode of one policy, to watch, and the part program that came of it."""
+"""Play one episode with a policy, and return it with its part program."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from grind_env.policies.problem import Problem
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """What came of an episode."""
+    """Result of a played episode."""
 
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
     job: Job
-    """Of that program: with the wheel, lots and stocks of the episode."""
+    """Job of that program: with the wheel, lots and stocks of the episode."""
     requests: tuple[float, ...]
     """Times of the control, s, at which the operator asks for a dress while it runs."""
     cost: float
     """$."""
     handover: float
-    """Of it the price of the wheel as the last block leaves it, $: no run of the program shows that."""
+    """Part of it that is the price of the wheel after the last block, $: no run of the program shows it."""
     good: float
     """Expected number of good parts."""
     finished: int
@@ -56,17 +56,17 @@ def stepped(
 
 
 def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None) -> Played:
-    """Run a policy through the episode of a seed, in the environment that anybody else would step.
+    """Run a policy through the episode of a seed, in the public environment.
 
-    On a machine that is not the model, the policy holds the model.
+    On an out-of-model machine the policy computes with the model.
 
     Args:
-        policy: decides.
-        problem: what it grinds.
+        policy: the policy.
+        problem: the problem.
         seed: of the episode.
-        split: that its contexts are drawn from, as `evaluate` does.
-        render_mode: `"human"` to follow it in a window, or without a screen as text in the terminal; `"ansi"` for text;
-            None to show nothing.
+        split: split of the contexts, as in `evaluate`.
+        render_mode: `"human"` for a window, or without a screen text in the terminal; `"ansi"` for text; None to show
+            nothing.
 
     Raises:
         GrindError: there is no such split, or the policy decides what the environment does not have.

@@ -1,8 +1,7 @@
-"""What a policy is, and how much of the truth it may see.
+"""The `Policy` protocol, and how much of the truth a policy may see.
 
-A policy decides E and D of the coming step for N episodes side by side, in any environment that has a `Simulation`. It
-says in `sees` what it needs, and `reveal` hands it no more than that, so that no score rests on knowledge that the
-policy did not declare.
+A policy decides E and D of the coming step for N episodes side by side, in any environment with a `Simulation`. Its
+`sees` declares the information it needs, and `reveal` gives it no more, so no score rests on undeclared knowledge.
 """
 
 from dataclasses import replace
@@ -47,7 +46,7 @@ class Policy(Protocol):
 
     @property
     def sees(self) -> Sees:
-        """How much of the truth `act` is shown."""
+        """Return how much of the truth `act` sees."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget everything; that many episodes of the simulation begin."""
@@ -62,11 +61,11 @@ class Policy(Protocol):
 
 
 def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes | None:
-    """What a policy may see of the true episodes, as copies.
+    """Return copies of the true episodes with the information that a policy may see.
 
-    Measurement noise is never shown. For `state`, blocks after the coming one hold what that state lets one
-    expect: the lot at hand lasts, the stock is nominal, parts come out as rough as usual, due dates after the next one
-    lie at their mean distance, and a wheel yet to be mounted is like the one at hand.
+    Measurement noise is never shown. For `state`, later blocks hold expected values: the current lot lasts, the stock
+    is nominal, parts get the usual roughness, due dates after the next one have their mean distance, and a new wheel is
+    like the current one.
     """
     if sees == "measurements":
         return None

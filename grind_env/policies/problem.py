@@ -1,4 +1,4 @@
-"""What is to be decided: an environment, a task file, or a part program with its job, as one names it anywhere."""
+"""Problems by name: an environment, a task file, or a part program with its job."""
 
 import functools
 from dataclasses import dataclass
@@ -25,12 +25,12 @@ class ProblemError(GrindError):
 
 @dataclass(frozen=True)
 class Problem:
-    """An environment with its arguments; a file of it that is edited is a problem to be found anew.
+    """Environment with its arguments; after an edit of its file find the problem again.
 
     Attributes:
-        name: in tables and folders.
-        id: of Gymnasium.
-        arguments: of `gym.make`, beside those that are the same for all problems.
+        name: name in tables and folders.
+        id: id of Gymnasium.
+        arguments: arguments of `gym.make` that differ between problems.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Problem:
     arguments: tuple[tuple[str, Any], ...] = ()
 
     def make(self, **arguments: Any) -> gym.Env[Any, Any]:
-        """The environment, with what is measured; further arguments as for `gym.make`.
+        """Return the environment, with what is measured; further arguments as for `gym.make`.
 
         Raises:
             GrindError: a file of it is faulty.
@@ -59,7 +59,7 @@ class Problem:
         )
 
     def simulation(self) -> Simulation:
-        """What policies are evaluated on.
+        """Return the simulation on which policies are evaluated.
 
         Raises:
             GrindError: a file of it is faulty.
@@ -73,18 +73,18 @@ class Problem:
         return simulation
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """What another process is sent: it makes a simulation of its own."""
+        """Pickle the inputs: another process makes its own simulation."""
         return Problem, (self.name, self.id, self.arguments)
 
 
 def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
-    """The problem that a text names.
+    """Return the problem of a name.
 
     Args:
         text: an id such as `grind/PowerLimited-v0`, the name of its task (`power_limited`), a task file (.toml), or a
             part program (any other file).
         job: job file of a part program; its name with `.toml` if None.
-        parts: how often a part program is run.
+        parts: number of runs of a part program.
 
     Raises:
         ProblemError: it names none in which E and D are chosen, or none whose results can be told from those of others.
@@ -127,7 +127,7 @@ def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
 
 
 def _own_name(path: Path, name: str) -> str:
-    """The name of what a file says, which is that of tables and folders, too."""
+    """Return the name of a file's problem, which tables and folders use, too."""
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
     if environment_id(name) in map(environment_id, (*task_names(), *MODULE_NAMES)) and name != "job":

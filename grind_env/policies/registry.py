@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any, get_origin
@@ -68,9 +68,10 @@ stand in no list of policies: they are there to say what the other decision, and
 UNSCORED = ("empirical_rule", "belief_planner")
 """Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
 on a machine that is not the model, and the planner on the belief."""
-TRAINED = {"shipped": ".", "robust": "robust"}
-"""Names of the trained policies that come with the package, and their folders in that of all of them: trained on the
-model, or over public plants, one in every episode."""
+TRAINED = ("plain_gru", "robust")
+"""The bundled agents, trained on the model, or on public machines, one in every episode; each has a folder."""
+RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}
+"""Old names of policies, with the new ones."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
 """Policies that grind a block many times before they decide."""
 
@@ -82,7 +83,7 @@ def policy_names(simulation: Simulation) -> list[str]:
 
 
 def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
-    """Those of some names of policies that can decide in an environment."""
+    """Return the given policies that can decide in an environment."""
     unfit = {
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BRANCHING if not simulation.compiled else ()),
@@ -91,7 +92,7 @@ def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
 
 
 def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence[str]:
-    """The names, or those in the list of policies of the environment for None.
+    """Return the names, or those in the list of policies of the environment for None.
 
     Raises:
         ConfigError: if one is no policy of it.
@@ -100,6 +101,8 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
         name = min(unknown)
+        if name in RENAMED:
+            raise ConfigError(f"{name} was renamed to {RENAMED[name]}")
         if name in TRAINED:
             raise ConfigError(
                 f"{quoted(name)} is a trained agent and is read from a file: name it to grind_env.evaluate, or make it"
@@ -113,7 +116,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
 
 
 def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -> Policy:
-    """The policy of that name, with the parameters tuned for the environment; `tuned_folder` says where they are.
+    """Return the policy of a name, with the parameters tuned for the environment; see `tuned_folder`.
 
     Raises:
         ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if its parameters
@@ -129,7 +132,7 @@ def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -
 
 
 def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
-    """The policy with what its file says."""
+    """Return the policy with what its file says."""
     place = f"{tuned_folder(task, folder) / task.name}.toml: [{name}.parameters]"
     try:
         policy: Any = TUNED[name](**tuned_arguments(name, task, folder))
@@ -145,7 +148,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
             _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
     if isinstance(policy, Fixed | AdaptiveSpeed) and not (isinstance(policy.every, int) and policy.every >= 1):
         raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
-    return replace(policy, E=1000.0 * policy.E) if isinstance(policy, Fixed) else policy  # files have E in m/min
+    return policy
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:

@@ -1,4 +1,4 @@
-"""A row of a table of results as a JSON file, and its re-run on seeds that nobody knew when it was written."""
+"""Rows of a table of results as a JSON file, and their re-run on seeds that nobody knew when it was written."""
 
 import json
 import re
@@ -9,25 +9,29 @@ from hashlib import sha256
 from importlib.machinery import PathFinder
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.names import MODULE_NAMES, environment_id, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, environment_id, task_names
 from grind_env.envs.splits import EVERY
 from grind_env.errors import quoted
 from grind_env.files import read_bytes, read_text, shown, write_atomically
 from grind_env.json_form import FormError, formed, parsed
-from grind_env.plants.names import modules_of
+from grind_env.kernel.random import WORD
+from grind_env.plants.names import MODEL, modules_of
 from grind_env.policies.apart import apart
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.guard import Guarded
 from grind_env.policies.judging import Judgement
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.model_view import on
-from grind_env.policies.naming import OWN
+from grind_env.policies.naming import OWN, named_policy
+from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.statistics import prediction
+from grind_env.policies.track import BASELINE, MACHINES, TASK, run_shifts
 from grind_env.task_version import TASK_VERSION, of_version
 
 FORMAT = 2
@@ -45,14 +49,15 @@ class SubmittedRow:
     """Costs of a policy in the episodes of an environment.
 
     Attributes:
-        id: of the environment.
-        policy: as `named_policy` takes it; of a file the name without its folder.
-        sha256: of the policy file, hexadecimal digits; empty for a policy of the package.
-        plant: the machine, and `model`, what it was taken for, as `Judgement` has them.
-        split: that contexts were drawn from.
-        first_seed: of the episodes, whose seeds follow one another.
-        costs: of the episodes, $.
-        versions: of what it was made with.
+        id: id of the environment.
+        policy: name for `named_policy`; of a file the name without its folder.
+        sha256: hash of the policy file, hexadecimal digits; empty for a policy of the package.
+        plant: the machine; `model` is the machine the policy computes with, as in `Judgement`.
+        split: split of the contexts.
+        first_seed: first of the consecutive seeds.
+        costs: cost of each episode, $; on the track of each machine, $ a block in the run with seed 0.
+        robust: the same with the bundled `robust`, $ a block, for a row of the track; else empty.
+        versions: versions of the libraries.
 
     Raises:
         FormError: nobody can run such a row.
@@ -66,6 +71,7 @@ class SubmittedRow:
     split: str = EVERY
     first_seed: int
     costs: tuple[float, ...]
+    robust: tuple[float, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     task_version: int = TASK_VERSION
     format: int = FORMAT
@@ -75,6 +81,10 @@ class SubmittedRow:
             raise FormError(f"id is {quoted(self.id)}, but must be that of an environment of the package")
         if not 2 <= len(self.costs) <= MOST_EPISODES or not 0 <= self.first_seed < MOST_SEED:
             raise FormError(f"it must have 2 to {MOST_EPISODES} costs, and a first seed from 0 to 2^63 - 1")
+        if self.robust and (len(self.costs), len(self.robust), self.id) != (*[len(MACHINES)] * 2, environment_id(TASK)):
+            raise FormError(
+                f"a row of the track is of {environment_id(TASK)} and has costs of {len(MACHINES)} machines"
+            )
         if modules_of(self.plant) or modules_of(self.model) or bool(self.plant) != bool(self.model):
             raise FormError(f"plant is {quoted(self.plant)}, but a row names machine and model of the package")
         if not self.sha256 and not OF_PACKAGE.fullmatch(self.policy):
@@ -111,41 +121,61 @@ def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
     """
     if found.sees != "measurements" or problem.arguments not in ((), (("parts", 1),)):
         raise FormError("a row is of an environment of the package and a policy that sees measurements: submit none")
-    path = policy_file(text)
     return SubmittedRow(
         id=problem.id,
-        policy=text if path is None else text.replace(str(path), path.name),
-        sha256="" if path is None else digest(path),
+        **_made_by(text),
         plant=found.plant,
         model=found.model,
         split=found.split,
         first_seed=found.first_seed,
         costs=tuple(found.evaluation.cost.tolist()),
-        versions={name: version(name) for name in ("grind_env", "numpy", "numba")},
     )
 
 
-def write_row(path: Path, row: SubmittedRow) -> None:
-    """Write a row as JSON, whole or not at all."""
-    write_atomically(path, lambda partial: partial.write_text(json.dumps(asdict(row), indent=1), encoding="utf-8"))
+def track_row(text: str, costs: Array, robust: Array) -> SubmittedRow:
+    """Return the row of a policy on the track: $ a block with seed 0 and with `robust`, both shape (machines,)."""
+    of = {"costs": tuple(costs.tolist()), "robust": tuple(robust.tolist()), **_made_by(text)}
+    return SubmittedRow(id=environment_id(TASK), first_seed=0, **of)
 
 
-def read_row(path: Path) -> SubmittedRow:
-    """Return the row in a file of at most 64 MB; no name in it is opened, and no code of it is run.
+def _made_by(text: str) -> dict[str, Any]:
+    """Return how a row names a policy and what it was made with."""
+    path = policy_file(text)
+    return {
+        "policy": text if path is None else text.replace(str(path), path.name),
+        "sha256": "" if path is None else digest(path),
+        "versions": {name: version(name) for name in ("grind_env", "numpy", "numba")},
+    }
+
+
+def write_rows(path: Path, rows: Sequence[SubmittedRow]) -> None:
+    """Write a row, or a list of rows, as JSON, whole or not at all."""
+    found = [asdict(row) for row in rows]
+    text = json.dumps(found if len(found) > 1 else found[0], indent=1)
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def read_rows(path: Path) -> list[SubmittedRow]:
+    """Return the rows in a file of at most 64 MB; no name in it is opened, and no code of it is run.
 
     Raises:
         ReadError: the file cannot be read.
-        FormError: it is no row, or one of another version.
+        FormError: it has no rows, too many, or one of another version.
     """
     try:
-        document = parsed(read_text(path))
-        if not isinstance(document, dict) or document.get("format") != FORMAT:
-            raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
-        if (found := document.get("task_version")) != TASK_VERSION:
-            raise FormError(f"it is {of_version(found)}: submit it anew")
-        row: SubmittedRow = formed(SubmittedRow, document, "row")
+        found = parsed(read_text(path))
+        listed = isinstance(found, list) and 1 < len(found) <= len(CORE)
+        return [_row(document) for document in (found if listed else [found])]
     except FormError as error:
         raise FormError(f"{shown(path)}: {error}") from None
+
+
+def _row(document: object) -> SubmittedRow:
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
+    if (found := document.get("task_version")) != TASK_VERSION:
+        raise FormError(f"it is {of_version(found)}: submit it anew")
+    row: SubmittedRow = formed(SubmittedRow, document, "row")
     return row
 
 
@@ -178,21 +208,46 @@ def verify(
         name = policy
     elif policy is not None:
         raise FormError(f"it is of {quoted(row.policy)}, a policy of the package: leave out --policy")
-    known = np.array(row.costs)
-    mean = float(_costs(row, name, range(row.first_seed, row.first_seed + len(known))).mean())
-    found = f"re-run: its {len(known)} episodes cost {mean:.5g} $ each, and it says {known.mean():.5g} $"
-    holds = bool(np.isclose(mean, known.mean(), rtol=NEAR, atol=0.0))
+    known = np.array([row.costs, row.robust] if row.robust else [row.costs])
+    again = _costs(row, name)
+    unit = "runs" if row.robust else "episodes"
+    found = f"re-run: its {known.shape[1]} {unit} cost {_said(again)}, and it says {_said(known)}"
+    holds = np.allclose(again.mean(axis=1), known.mean(axis=1), rtol=NEAR, atol=0.0)
     if seed is None or not holds:
         return holds, found
-    seeds = fresh_seeds(seed, episodes or len(known))
-    mean = float(_costs(row, name, seeds).mean())
-    _, low, high = prediction(known, len(seeds))
-    drawn = f"{len(seeds)} drawn episodes cost {mean:.5g} $ each, and {low:.5g} to {high:.5g} $ are predicted"
-    return low <= mean <= high, f"{found}\n{drawn}"
+    drawn = _costs(row, name, fresh_seeds(seed, episodes or known.shape[1]))
+    _, low, high = prediction(_compared(known), drawn.shape[1])
+    value, what = _compared(drawn).mean(), f"times the cost of {BASELINE}" if row.robust else "$ each"
+    said = f"{drawn.shape[1]} drawn {unit} cost {_said(drawn)}"
+    return low <= value <= high, f"{found}\n{said}: {value:.5g} {what}, and {low:.5g} to {high:.5g} are predicted"
 
 
-def _costs(row: SubmittedRow, name: str, seeds: Sequence[int]) -> Array:
-    """Return the costs of episodes, $."""
+def _said(costs: Array) -> str:
+    """Return mean costs as text."""
+    policy, *robust = costs.mean(axis=1)
+    return f"{policy:.5g} $ a block and {robust[0]:.5g} $ with {BASELINE}" if robust else f"{policy:.5g} $ each"
+
+
+def _compared(costs: Array) -> Array:
+    """Return costs; on the track values of which the mean is the ratio of the costs to those of `robust`."""
+    if len(costs) == 1:
+        return np.asarray(costs[0])
+    ratio = costs[0].sum() / costs[1].sum()
+    return np.asarray(ratio + (costs[0] - ratio * costs[1]) / costs[1].mean())
+
+
+def _costs(row: SubmittedRow, name: str, drawn: Sequence[int] = ()) -> Array:
+    """Return costs of the episodes of a row, or of drawn seeds, shape (1, N); on the track also of `robust`, (2, N)."""
     problem = on(find_problem(row.id), row.plant) if row.plant else find_problem(row.id)
-    with apart(row.id, row.model, name) as policy:
-        return run_seeds(policy, problem.simulation(), seeds, row.split).cost
+    if not row.robust:
+        seeds = drawn or range(row.first_seed, row.first_seed + len(row.costs))
+        with apart(row.id, row.model, name) as policy:
+            return run_seeds(policy, problem.simulation(), seeds, row.split).cost[None]
+    sets = MACHINES[0], MACHINES[-1]
+    machines = [(f"{sets[k % 2].partition(':')[0]}:{seed & WORD}", seed) for k, seed in enumerate(drawn)]
+    found = []
+    for plant, seed in machines or [(plant, 0) for plant in MACHINES]:
+        with apart(row.id, MODEL.name, name) as policy:
+            both: list[Policy] = [policy, named_policy(BASELINE, problem.simulation())]
+            found.append([run_shifts(each, plant, [seed]).cost.mean() for each in both])
+    return np.array(found).T

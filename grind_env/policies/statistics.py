@@ -1,10 +1,9 @@
-"""Estimates and their bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
+"""Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
 A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
 et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
-interquartile mean, optimality gap, probability of improvement, performance profile, and a bootstrap that is stratified
-over tasks. Here the episodes are resampled as well, the same ones for all policies of a task, so that a policy of one
-run has an interval, too.
+interquartile mean, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
+well, the same ones for all policies of a task, so that a policy of one run has an interval, too.
 """
 
 from collections.abc import Callable
@@ -18,8 +17,10 @@ RESAMPLES = 4000
 COVERAGE = 0.95
 AT_ONCE = 250_000
 """Values that are drawn at once: they stay in the cache of a processor."""
-PERFECT = 100.0
-"""Score of the reference planner, from which the optimality gap is measured."""
+
+
+CLIP = -100.0
+"""Lower scores count as this one in aggregates (scenarios, section 2)."""
 
 
 class Interval(NamedTuple):
@@ -51,7 +52,7 @@ def cost_per_good_part(cost: Array, good: Array) -> Array:
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
-    """The score of the mean costs of an episode, along the last axis of shape (..., episodes); see `score_of_means`."""
+    """Return the score of mean episode costs, along the last axis of shape (..., episodes); see `score_of_means`."""
     return score_of_means(cost.mean(axis=-1), fixed.mean(axis=-1), planner.mean(axis=-1))
 
 
@@ -71,7 +72,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
         statistic: takes the samples and reduces their last axis.
         samples: values of the same episodes, each shape (episodes,); all are resampled together, so that the
             interval of a comparison is that of paired episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
 
     Raises:
@@ -88,7 +89,7 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
 
 
 def percentile_interval(value: float, draws: Array) -> Interval:
-    """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
+    """Return the interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
     # between two infinite draws lies no number
     method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"
@@ -97,16 +98,16 @@ def percentile_interval(value: float, draws: Array) -> Interval:
 
 
 def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """Where the mean of other episodes lies with 95 %, from those that are known: a bootstrap of both samples.
+    """Predict the mean of other episodes, as a 95 % interval, from known ones: a bootstrap of both samples.
 
-    From the values one sample is drawn for those that are known and one for the others. What their means differ by, in
-    standard deviations of the first, is taken for what the known mean will be off by: a sample that has missed rare and
-    dear episodes is too low, and its deviation with it (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
+    Both samples are drawn from the known values. The difference of their means, in standard deviations of the first,
+    estimates the error of the known mean: a sample that missed rare, expensive episodes is too low, and so is its
+    deviation (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
 
     Args:
-        values: shape (episodes,), in the unit of what comes back.
+        values: shape (episodes,), in the unit of the result.
         others: number of the other episodes.
-        seed: of the resampling.
+        seed: seed of the resampling.
         resamples: number of resamples.
     """
     rng, n = np.random.default_rng(seed), len(values)
@@ -138,14 +139,35 @@ def resampled_means(values: Array, *, seed: int = 0) -> Array:
 
 
 def resampled_runs(scores: Array, seed: int = 0) -> Array:
-    """Draw runs anew, with replacement, within each task: the stratified bootstrap of rliable.
+    """Resample runs with replacement within each task: the stratified bootstrap of rliable.
 
     Args:
-        scores: shape (resamples, runs, tasks), of every resample of the episodes, or the same ones repeated.
-        seed: of the resampling.
+        scores: shape (resamples, runs, tasks), for every resample of the episodes, or the same repeated.
+        seed: seed of the resampling.
     """
     index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
     return np.take_along_axis(scores, index, axis=1)
+
+
+class ScoredRuns(NamedTuple):
+    """Scores of a policy, clipped at `CLIP`.
+
+    Attributes:
+        scores: ratio to the gap between fixed plan and hindsight, %, shape (runs, tasks).
+        draws: the same ratio of every resample of runs and episodes, shape (resamples, runs, tasks).
+    """
+
+    scores: Array
+    draws: Array
+
+    @classmethod
+    def clipped(cls, scores: Array, draws: Array) -> "ScoredRuns":
+        """Return the runs with these scores."""
+        return cls(np.maximum(scores, CLIP), np.maximum(draws, CLIP))
+
+    def interval(self, measure: Callable[[Array], Array]) -> Interval:
+        """Return an aggregate of the scores, such as `interquartile_mean`, of shape (..., runs, tasks)."""
+        return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 
 def interquartile_mean(scores: Array) -> Array:
@@ -155,40 +177,6 @@ def interquartile_mean(scores: Array) -> Array:
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
-def median_score(scores: Array) -> Array:
-    """Median over tasks of the mean over runs, shape (..., runs, tasks)."""
-    return np.asarray(np.median(scores.mean(axis=-2), axis=-1))
-
-
 def mean_score(scores: Array) -> Array:
     """Mean over runs and tasks, shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))
-
-
-def optimality_gap(scores: Array) -> Array:
-    """How far scores, shape (..., runs, tasks), fall short of `PERFECT` on average; what exceeds it does not count."""
-    return np.asarray(PERFECT - np.minimum(scores, PERFECT).mean(axis=(-2, -1)))
-
-
-def improvement(ours: Array, theirs: Array) -> Array:
-    """Probability that a run of ours beats one of theirs on a task drawn at random; an equal score counts half.
-
-    The mean over tasks of the Mann-Whitney U over the number of pairs. Shapes (..., runs, tasks); the numbers of runs
-    may differ.
-    """
-    difference = ours[..., :, None, :] - theirs[..., None, :, :]
-    return np.asarray((0.5 * (np.sign(difference) + 1.0)).mean(axis=(-3, -2, -1)))
-
-
-def performance_profile(scores: Array, levels: Array) -> Array:
-    """Share of the runs whose score is above each level.
-
-    Args:
-        scores: shape (..., runs, tasks).
-        levels: shape (L,).
-
-    Returns:
-        Shape (..., L).
-    """
-    runs = scores.reshape(*scores.shape[:-2], 1, -1)
-    return np.asarray((runs > levels[:, None]).mean(axis=-1))

@@ -24,7 +24,7 @@ from grind_env.policies.model_view import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 
-TASK, SHIFTS = "power_limited", 10
+TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
 """Half of them differ by families of deviations, half by other laws of grinding."""
 COST, GOOD, FINISHED, SCRAP, HANDOVER = (
@@ -53,9 +53,9 @@ class TrackShift:
 
 
 class Learner(Policy, Protocol):
-    """A policy that learns on a machine; one is made anew for every run.
+    """Policy that learns on a machine. Every run makes a new one.
 
-    `begin` is called before every shift, with the simulation of the model. What was learned may outlast it.
+    `begin` is called before every shift, with the simulation of the model. What it has learned may outlast it.
     """
 
     def learn(self, shift: TrackShift) -> None:
@@ -63,7 +63,7 @@ class Learner(Policy, Protocol):
 
 
 class TrackRuns(NamedTuple):
-    """What runs on a machine came to, arrays of shape (runs, shifts)."""
+    """Costs and parts of runs on a machine, arrays of shape (runs, shifts)."""
 
     cost: Array
     """$ a block, scrap at its expected price."""
@@ -131,7 +131,8 @@ def run_shifts(policy: Policy, plant: str, seeds: Sequence[int], *, knows: bool 
     """Return what ten shifts of a policy on a machine came to, in runs side by side.
 
     Args:
-        policy: made anew. One with a method `learn` is given the log after every shift, and has one run.
+        policy: new, without memory of other machines. A policy with a method `learn` gets the log after every shift,
+            and has one run.
         plant: name of the machine.
         seeds: of the runs.
         knows: whether it may hold the simulation of the machine and see its state.

@@ -1,7 +1,7 @@
-"""Tuned parameters of the scripted policies: one readable TOML file a task, `parameters/<task>.toml`.
+"""Tuned parameters of the scripted policies: a TOML file for each task, `parameters/<task>.toml`.
 
-Those of the package's own tasks and example programs come with it, those of a user's files lie below the folder that
-the user works in.
+Parameters of the package's tasks and example programs come with the package; parameters of a user's files lie below the
+current folder.
 """
 
 import re
@@ -20,9 +20,9 @@ from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml, toml_text
 
 CONFIGS = Path(__file__).with_name("parameters")
-"""Of what comes with the package."""
+"""Folder of the package's parameters."""
 OWN = Path("runs", "parameters")
-"""Of a user's files."""
+"""Folder of the parameters of a user's files."""
 
 HEADING = "# Parameters of the scripted policies for "
 VERSION = "task_version"
@@ -54,12 +54,12 @@ class Tuned:
 
 
 def tuned_folder(task: Task, folder: Path | None = None) -> Path:
-    """Where the parameters of a task lie: in the folder that is named, in the package, or with the user's own."""
+    """Return the folder of a task's parameters: the given one, the package's, or the user's."""
     return folder or (OWN if task.file else CONFIGS)
 
 
 def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
-    """What tunes a policy for a task, as a message says it."""
+    """Return the command that tunes a policy for a task, for messages."""
     words = ["python", "-m", "agents", "tune", "--task", task.file or task.name, "--policies", name]
     words += [] if folder is None else ["--parameters", str(folder)]
     with_job = " with the same --job and --parts" if task.file and not is_file(task.file) else ""
@@ -67,7 +67,7 @@ def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
 
 
 def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
-    """The policies tuned for a task of the present version by name; empty if it has no file of that version yet.
+    """Return the policies tuned for a task of the present version by name; empty if it has no file of that version yet.
 
     Raises:
         ConfigError: if the file is not what `write_tuned` writes.
@@ -77,7 +77,7 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
 
 
 def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
-    """The task version of a file of parameters, None if it names none, and its policies."""
+    """Return the task version of a file of parameters, None if it names none, and its policies."""
     path = folder / f"{task}.toml"
     if not path.exists():
         return TASK_VERSION, {}
@@ -90,7 +90,7 @@ def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
 
 
 def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[str, Any]:
-    """Keyword arguments of a policy, as tuned for the task; the folder is that of `tuned_folder` if None.
+    """Return keyword arguments of a policy, as tuned for the task; the folder comes from `tuned_folder` if None.
 
     Raises:
         ConfigError: if the policy has not been tuned for the task yet, or for another version of it.
@@ -108,7 +108,7 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
     """Write the file of a task, whole or not at all."""
     heading = f"{HEADING}{task}, written by `python -m agents tune`."
-    units = "# E is in m/min; costs are $ per episode; seeds are [first, count]."
+    units = "# E is in mm/min; costs are $ per episode; seeds are [first, count]."
     content = toml_text({VERSION: TASK_VERSION, **{name: asdict(entry) for name, entry in tuned.items()}})
     write_whole(folder / f"{task}.toml", f"{heading}\n{units}\n{content}\n")
 

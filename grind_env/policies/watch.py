@@ -1,8 +1,8 @@
-"""What is read of a machine beside what was forecast: surprises, and when they are an alarm.
+"""Readings beside forecasts: surprises, and when surprises raise an alarm.
 
-The forecast is that of the ensemble that follows the wheel on the model (`grind_env.belief`), whose members have ground
-the block with the E and D with which it was ground. Where no ensemble can (steps that are no blocks, programs that the
-control executes), it is that of the empirical law of the machine.
+Forecasts come from the ensemble that follows the wheel on the model (`grind_env.belief`), whose members grind each
+block with its E and D. Without an ensemble (steps that are no blocks, programs that the control executes) the machine's
+empirical law forecasts.
 """
 
 from collections.abc import Mapping
@@ -40,7 +40,7 @@ MEMORY = 8.0
 
 
 class WatchedReading(NamedTuple):
-    """Of the last block, beside its forecast; each of shape (N,), powers and Ra as logarithms, sizes outward."""
+    """Reading of the last block and its forecast; each of shape (N,), powers and Ra as logarithms, sizes outward."""
 
     read: Any
     forecast: Any
@@ -114,7 +114,7 @@ class Watch:
         self._row = KindRow(*self.simulation.kinds[rows].T)
 
     def said(self, machine: int) -> list[str]:
-        """The alarm of a machine in words; nothing where there is none."""
+        """Return the alarm of a machine in words; nothing where there is none."""
         found = []
         for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
             if not (self._beyond | self._run)[machine, k]:

@@ -1,1 +1,1 @@
-"""The process: materials, wheels and machines, and one stroke or one dress as equations. No G-code in here."""
+"""The process: materials, wheels and machines, and the equations of one stroke and one dress. No G-code."""

@@ -12,12 +12,12 @@ field, or names as `base` an entry of its own kind that supplies the rest::
     base = "default"
     stiffness = 50_000
 
-A calibrated file says in a table `[uncertainty]` what it leaves open; that of the last such file holds.
+A calibrated file has its uncertainty in a table `[uncertainty]`; the table of the last such file holds.
 
-`aliases`, a list of texts, are other names of an entry; small and capital letters, blanks and signs count in none.
+`aliases`, a list of texts, are other names of an entry; case, blanks and signs do not matter.
 
-A name that exists already is redefined. `base` means the definition that stands when the table is read:
-that of an earlier table, an earlier file, or the built-in one.
+A table with an existing name redefines the entry. `base` means the definition at that point: from an earlier table, an
+earlier file, or the built-in one.
 """
 
 import functools
@@ -30,17 +30,7 @@ from typing import Any, TypeVar
 
 from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.files import ReadError, shown
-from grind_env.process.entries import (
-    CatalogueError,
-    Dresser,
-    Entry,
-    Fluid,
-    Machine,
-    Material,
-    Wheel,
-    label,
-    quantities,
-)
+from grind_env.process.entries import CatalogueError, Dresser, Entry, Fluid, Machine, Material, Wheel, label, quantities
 from grind_env.process.tables import keys
 from grind_env.toml import TomlError, read_toml
 
@@ -96,28 +86,28 @@ class Catalogue:
     calibrated: Calibrated | None = None
 
     def material(self, name: str) -> Material:
-        """The material of that name; CatalogueError if there is none, as for the other kinds."""
+        """Return the material of that name; CatalogueError if there is none, as for the other kinds."""
         return _find(Material, name, self.materials)
 
     def wheel(self, name: str) -> Wheel:
-        """The wheel of that name."""
+        """Return the wheel of that name."""
         return _find(Wheel, name, self.wheels)
 
     def dresser(self, name: str) -> Dresser:
-        """The dresser of that name."""
+        """Return the dresser of that name."""
         return _find(Dresser, name, self.dressers)
 
     def fluid(self, name: str) -> Fluid:
-        """The fluid of that name."""
+        """Return the fluid of that name."""
         return _find(Fluid, name, self.fluids)
 
     def machine(self, name: str) -> Machine:
-        """The machine of that name."""
+        """Return the machine of that name."""
         return _find(Machine, name, self.machines)
 
 
 def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = MappingProxyType({})) -> Catalogue:
-    """The built-in entries, then those of each file in turn, which add to or redefine what came before.
+    """Return the built-in entries, then those of each file in turn, which add to or redefine what came before.
 
     Args:
         paths: the files.
@@ -150,7 +140,7 @@ def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = Ma
 
 
 def is_calibrated(path: Path) -> bool:
-    """Whether a catalogue file says what its calibration leaves open.
+    """Return whether a catalogue file has the uncertainty of a calibration.
 
     Raises:
         CatalogueError: it cannot be read or is not TOML.
@@ -242,7 +232,7 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
 
 
 def entry_name(name: str, known: Mapping[str, Entry]) -> str:
-    """The name of the entry that a name or an alias means, however it is written; the text itself if there is none."""
+    """Return the entry name for a name or alias in any spelling; the text itself if unknown."""
     if name in known:
         return name
     meant = _folded(name)
@@ -250,7 +240,7 @@ def entry_name(name: str, known: Mapping[str, Entry]) -> str:
 
 
 def _folded(name: str) -> str:
-    """A name in small letters and digits alone: `16 MnCr 5` is `16MnCr5`."""
+    """Return a name in small letters and digits alone: `16 MnCr 5` is `16MnCr5`."""
     return "".join(filter(str.isalnum, name.casefold()))
 
 

@@ -1,6 +1,6 @@
-"""Numbers by which engineers compare cycles on other wheels and machines; the process model computes with none of them.
+"""Numbers that compare cycles on different wheels and machines; the process model uses none of them.
 
-Units are mm, s, W and J, but the wheel speed `vs` in m/s. Sources: [M] Malkin, Grinding Technology; [B] Badger, The
+Units are mm and s, but the wheel speed `vs` in m/s. Sources: [M] Malkin, Grinding Technology; [B] Badger, The
 Grinding Doc, and Drazumeric, Badger, Roininen & Krajnik 2020, On geometry and kinematics of abrasive processes: the
 theory of aggressiveness.
 """
@@ -8,19 +8,6 @@ theory of aggressiveness.
 import numpy as np
 
 from grind_env.arrays import Table
-
-
-def ground_volume(ae: Table, b: Table, Lw: Table) -> Table:
-    """Volume that strokes of depth `ae`, width `b` and length `Lw` remove, mm3; all of shape (strokes,)."""
-    return ae * b * Lw
-
-
-def grinding_energy(power: Table, Lw: Table, vw: Table) -> Table:
-    """Energy of strokes over the length `Lw` at table speed `vw`, J: `power` lasts over the part.
-
-    All are of shape (strokes,).
-    """
-    return power * Lw / vw
 
 
 def speed_ratio(vs: Table, vw: Table) -> Table:

@@ -1,4 +1,4 @@
-"""The process of the package with exponents on its forces, which a calibration found in what the model does not follow.
+"""The process of the package with extra exponents on its forces, found by a calibration.
 
 The tangential force at given depth, and with it normal force, power, heat and deflection, is that of the model times
 
@@ -23,7 +23,7 @@ THINNEST, DEEPEST = 0.0005, 0.1
 
 
 class CorrectedOwn(NamedTuple):
-    """What the process remembers: exponents of the job."""
+    """Memory of the process: exponents of the job."""
 
     corrected_depth: float = 0.0
     corrected_speed: float = 0.0
@@ -57,17 +57,16 @@ EXPONENTS = ("power_depth_exponent", "power_speed_exponent", "power_volume_expon
 
 
 def exponents_of(material: Material) -> tuple[float, ...]:
-    """The exponents of a material, as the process remembers them."""
+    """Return the exponents of a material, as the process remembers them."""
     return tuple(float(getattr(material, name)) for name in EXPONENTS)
 
 
 def corrected_by(
     material: Material, process: Process, own: tuple[float, ...], *, open_: bool = False
 ) -> tuple[Process, tuple[float, ...]]:
-    """What grinds a material, and what it remembers as a shift begins: without exponents the process of the package.
+    """Return the process of a material and its memory at the start of a shift: the package's process without exponents.
 
-    Any other process stays as it is. `open_` says that the exponents are not known to be none, so that machines that
-    this may be have some.
+    Any other process stays. `open_` says that exponents may exist, so that possible machines have some.
     """
     if process not in (PROCESS, CORRECTED):
         return process, own

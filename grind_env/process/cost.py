@@ -1,4 +1,4 @@
-"""What a cycle costs, in $: time, wheel, dresser, and the chance that the part is scrap.
+"""The cost of a cycle, in $: time, wheel, dresser, and the risk of scrap.
 
 The standard form of labour + wheel + dresser + scrap (Malkin; Rowe; Wen, Tay & Nee 1992).
 """
@@ -36,7 +36,7 @@ class Rates(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What a good part must keep."""
+    """Limits of a good part."""
 
     rise: float
     """Highest temperature rise, K."""
@@ -91,7 +91,7 @@ def survival(rise: float, torque: float, roughness: float, size_error: float, li
 
 
 def passed_limits(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
-    """The fields of `limits` that a part with these values is beyond; arguments as for `survival`.
+    """Return the fields of `limits` that a part with these values is beyond; arguments as for `survival`.
 
     `power` stands for a spindle that has stalled.
     """
@@ -112,13 +112,7 @@ def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float
 
 @inlined
 def handover_cost(
-    wheel: WheelState,
-    passes: float,
-    lead: float,
-    depth: float,
-    seconds: float,
-    p: StrokeParameters,
-    rates: Rates,
+    wheel: WheelState, passes: float, lead: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
 ) -> float:
     """Price of handing over a wheel that is duller than a dressed one, $.
 

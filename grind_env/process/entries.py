@@ -1,8 +1,8 @@
-"""What the catalogue holds: work materials, wheels, dressers, fluids and machines.
+"""Catalogue entries: work materials, wheels, dressers, fluids and machines.
 
-Each field of an entry states its symbol in the process model and in the literature (Malkin; Rowe; Wen, Tay
-and Nee), its unit and its legal range. The ranges bound what the equations accept; they are wider than any
-one grinding job needs, so that a calibration can move within them.
+Each field of an entry states its symbol in the process model and in the literature (Malkin; Rowe; Wen, Tay and Nee),
+its unit and its legal range. The ranges are the range of the equations, wider than any grinding job, so that a
+calibration can move within them.
 """
 
 import math
@@ -26,7 +26,7 @@ class CatalogueError(GrindError):
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What a field may hold: a number from `low` to `high`, both allowed, in `unit` ("" without one)."""
+    """Legal numbers of a field: from `low` to `high`, both allowed, in `unit` ("" without one)."""
 
     symbol: str
     unit: str
@@ -34,7 +34,7 @@ class Quantity:
     high: float
 
     def allows(self, value: Any) -> bool:
-        """Whether a value is a number within the range."""
+        """Return whether a value is a number within the range."""
         is_number = isinstance(value, Real) and not isinstance(value, bool)
         return is_number and self.low <= value <= self.high
 
@@ -44,12 +44,12 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What a field may hold that is no number: one of some words."""
+    """Legal words of a field."""
 
     words: tuple[str, ...]
 
     def allows(self, value: Any) -> bool:
-        """Whether a value is one of the words."""
+        """Return whether a value is one of the words."""
         return value in self.words
 
     def __str__(self) -> str:
@@ -87,7 +87,7 @@ class Entry:
                 raise CatalogueError(f"{self}: {lesser} is {low:g}, but must be below {greater}, {high:g}.")
 
     def ends(self, key: str) -> tuple[float, float]:
-        """The least and the greatest value that a field may have beside the others, in its unit."""
+        """Return the least and the greatest value that a field may have beside the others, in its unit."""
         quantity = quantities(type(self))[key]
         assert isinstance(quantity, Quantity)
         low, high = quantity.low, quantity.high
@@ -97,7 +97,7 @@ class Entry:
         return low, high
 
     def within(self, key: str, value: float) -> float:
-        """A value of a field, or the end of what it may have that is nearest to it."""
+        """Return a value of a field, or the nearest legal value."""
         low, high = self.ends(key)
         return min(max(value, low), high)
 
@@ -253,11 +253,11 @@ class Machine(Entry):
 
 
 def quantities(kind: type[Entry]) -> Mapping[str, Quantity | Choice]:
-    """What each field of an entry class but `name` may hold, by field name."""
+    """Return the legal values of each field of an entry class but `name`, by field name."""
     # Entry classes are one level deep, so that the class's own annotations are all of them.
     return {key: hint.__metadata__[0] for key, hint in get_annotations(kind).items()}
 
 
 def label(kind: type[Entry], name: object) -> str:
-    """How messages name an entry: `wheel 'a60j'`."""
+    """Return the name of an entry in messages: `wheel 'a60j'`."""
     return f"{kind.__name__.lower()} {quoted(name)}"

@@ -1,4 +1,4 @@
-"""What meter and gauges of the shop show after a block: a `Gauge`, handed to the steps as the `Process` is."""
+"""Readings of meter and gauges after a block: a `Gauge`, passed to the steps beside the `Process`."""
 
 import functools
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from grind_env.process.process import Nothing, joined
 
 
 class GaugeReadings(NamedTuple):
-    """What they show; as truth what they ought to, as noise standard normal numbers times the factor of the task.
+    """Readings of the gauges: as truth the exact values, as noise standard normal numbers times the factor of the task.
 
     `mean_power`, `first_power` and `peak_power` are W, `size_error` is um, `diameter` mm. `roughness` is a ratio to its
     limit. Of a block that shows nothing of the kind they say nothing.

@@ -1,4 +1,4 @@
-"""From catalogue entries to the numbers of the process model: of a stroke, of its price, and of a good part."""
+"""From catalogue entries to process parameters: of a stroke, of its price, and of a good part."""
 
 import math
 
@@ -126,17 +126,14 @@ def limits_of(
     """Limits of a good part; that of the power is what the machine's limit leaves above idle.
 
     Args:
-        material: of the part.
+        material: material of the part.
         machine: machine tool.
-        rise_allowance: temperature rise allowed beyond that which tempers the material, K.
+        rise_allowance: temperature rise allowed beyond tempering, K.
         roughness_limit: highest Ra, um; 0 for none.
-        tolerance: on the size error, um; 0 for none.
+        tolerance: limit of the size error, um; 0 for none.
     """
     return Limits(
-        material.tempering_rise + rise_allowance,
-        machine.power_limit - machine.idle_power,
-        roughness_limit,
-        tolerance,
+        material.tempering_rise + rise_allowance, machine.power_limit - machine.idle_power, roughness_limit, tolerance
     )
 
 

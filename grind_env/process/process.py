@@ -1,4 +1,4 @@
-"""The process as the loops of the machine see it: a `Process`, which they take as they take a `CycleKernel`.
+"""The `Process` interface of the machine loops, used beside a `CycleKernel`.
 
 Its functions are compiled (`kernel.inlined`), and hold conditional expressions only, so that they vectorise. Wheel,
 parameters and stroke are those of `process.state`, whatever the process; all else that it remembers, of the machine, of
@@ -20,7 +20,7 @@ from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
 
 
 class Nothing(NamedTuple):
-    """Of a process that remembers the wheel and the surface of the part alone."""
+    """Empty memory of a process that needs only wheel and surface."""
 
 
 class Moment(NamedTuple):
@@ -29,7 +29,7 @@ class Moment(NamedTuple):
     number: float
     """Number of them before it in the shift."""
     seconds: float
-    """Of the shift, s."""
+    """Seconds of the shift, s."""
     place: float
     """Coordinate of the middle of the part along the table, mm."""
     E: float
@@ -37,10 +37,10 @@ class Moment(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What the table makes of its commands in a cycle block."""
+    """True speed and dwell of the table in a cycle block."""
 
     share: float
-    """Of every commanded E that it reaches."""
+    """Share of every commanded E that it reaches."""
     dwell: float
     """At a reversal point, s."""
 
@@ -48,8 +48,7 @@ class Drive(NamedTuple):
 class Process(NamedTuple):
     """Functions of wheel, own, and the numbers of a stroke, a dress, a block or a while.
 
-    Times that they are given are whole ms: those of a program and of an episode, the same but for how they round, are
-    then the same to the bit.
+    Times are whole ms, so that program and episode, which round differently, get the same bits.
     """
 
     own: type[Any]
@@ -79,7 +78,7 @@ class Process(NamedTuple):
     """What of `own` goes with the part: where strokes come back to one, it is what that one has come to meanwhile."""
 
     def __reduce__(self) -> Any:
-        """As what is pickled: that of the package by its name, with the functions compiled there."""
+        """Pickle the package's process by name, with the functions compiled there."""
         return "PROCESS" if self is PROCESS else (Process, tuple(self))
 
 
@@ -87,13 +86,13 @@ class Hook(NamedTuple):
     """Something that happens before every cycle block, whatever grinds in it."""
 
     before: Callable[..., Any]
-    """As of `Process`."""
+    """As in `Process`."""
     own: type[Any] = Nothing
     """What it remembers, as of `Process`."""
 
 
 class PartHeat(NamedTuple):
-    """What the package's own remembers of the part in work: see `equations.slab`."""
+    """Heat memory of the package's process for the part in work: see `equations.slab`."""
 
     dT_1: float = 0.0
     """What the slowest mode has of the mean temperature above the hall, K; the modes add up to that."""
@@ -165,7 +164,7 @@ PROCESS = Process(
 
 @functools.cache
 def composed(process: Process, *hooks: Hook) -> Process:
-    """A process with hooks before every block, one after the other, each with what those before have changed."""
+    """Return a process with hooks before every block, one after the other, each with what those before have changed."""
     for hook in hooks:
         before = hook.before if process.before is None else _chained(process.before, hook.before)
         process = process._replace(before=before, own=joined(process.own, hook.own))
@@ -182,7 +181,7 @@ def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
 
 
 def joined(*owns: type[Any]) -> type[Any]:
-    """The record of all that some of them remember; functions of one find its fields in it by their names."""
+    """Return the record of all that some of them remember; functions of one find its fields in it by their names."""
     return _joined(owns)
 
 

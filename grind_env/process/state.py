@@ -1,4 +1,4 @@
-"""What a stroke reads and what it changes, as named tuples of floats.
+"""Inputs and results of a stroke, as named tuples of floats.
 
 Named tuples, because numba passes them by value into the inlined stroke function and LLVM keeps their fields
 in (vector) registers. The symbols are those of the literature; units are mm, s, N, W, J, K rise unless stated.
@@ -166,7 +166,7 @@ FORCES = ("u_ch", "kp", "pa", "pb")
 
 
 class StrokeConstants(NamedTuple):
-    """What stays the same from stroke to stroke of a cycle, made of `StrokeParameters`, table speed and length.
+    """Constants of the strokes of a cycle, from `StrokeParameters`, table speed and length.
 
     `per_X` is 1/X: a division takes as long as ten multiplications. Fields without a text are those of
     `StrokeParameters`.
@@ -238,7 +238,7 @@ class StrokeConstants(NamedTuple):
     per_vw: float
     """s/mm."""
     per_capacity: float
-    """As of `StrokeParameters`, K mm/J."""
+    """As in `StrokeParameters`, K mm/J."""
     w_1: float
     w_2: float
     w_3: float

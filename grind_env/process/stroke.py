@@ -1,4 +1,4 @@
-"""One stroke and one dress execution: wheel and surface forward by one event.
+"""One stroke and one dress: the change of wheel and surface in one event.
 
 `grind_stroke` and `dress_wheel` are the whole dynamics; `dressed_wheel` is the state of a wheel at the start.
 The run of a program calls them stroke by stroke, the compiled loops in SIMD lanes; they hold conditional expressions

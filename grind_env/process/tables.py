@@ -1,8 +1,8 @@
-"""Tables of a user's TOML document as frozen dataclasses: what a field may hold, and one sentence for every slip.
+"""Read tables of a user's TOML file into frozen dataclasses, with one sentence for every mistake.
 
-A field says what it may hold by its annotation: a number or a tuple of numbers as `Annotated[..., Quantity(...)]`, a
-whole number likewise, true or false, a text or a choice of texts, any of them `| None`. Fields of other types are not
-of a document and are passed over.
+Annotations of fields give the legal values: a number or a tuple of numbers as `Annotated[..., Quantity(...)]`, a whole
+number in the same form, true or false, a text or a choice of texts, any of them `| None`. Fields of other types do not
+belong to a document and are skipped.
 """
 
 import functools
@@ -40,10 +40,10 @@ Error = type[TableError]
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What a field may hold.
+    """Legal content of a field.
 
     Attributes:
-        type: of the value: float, int, bool, str, or tuple or Mapping of these.
+        type: type of the value: float, int, bool, str, or tuple or Mapping of these.
         item: type of the entries of a tuple or a mapping; else as `type`.
         count: entries of a tuple; 0 for any number.
         optional: whether None stands for a value that is left out.
@@ -93,7 +93,7 @@ class Content:
 
 @functools.cache
 def contents(kind: type[Any]) -> Mapping[str, Content]:
-    """What each field of a dataclass may hold, by its name."""
+    """Return the legal content of each field of a dataclass, by its name."""
     hints = get_type_hints(kind, include_extras=True)
     found = {item.name: _content(hints[item.name]) for item in fields(kind)}
     return {name: content for name, content in found.items() if content is not None}
@@ -117,18 +117,18 @@ def check(table: Any, place: str, error: Error) -> None:
 
 
 def wrong(key: str, value: object, legal: str, error: Error) -> TableError:
-    """The error for a value that is not legal."""
+    """Return the error for a value that is not legal."""
     return error(f"{key} is {quoted(value)}, but must be {legal}", key, value, legal)
 
 
 def sub_table(parent: TomlTable, name: str, legal: Iterable[str], error: Error, place: str = "") -> TomlTable:
-    """A table without unknown keys; an empty one if it is missing."""
+    """Return a table without unknown keys; an empty one if it is missing."""
     place = place or name
     return checked(parent.get(name, {}), place, legal, error)
 
 
 def checked(value: object, place: str, legal: Iterable[str], error: Error) -> TomlTable:
-    """What stands at a place, as a table without unknown keys."""
+    """Return the checked table at a place, without unknown keys."""
     if not isinstance(value, Mapping):
         raise wrong(place, value, f"a table, headed [{place}]", error)
     refuse_unknown(value, legal, error, f"{place}.")

@@ -1,4 +1,4 @@
-"""The catalogue of a user's document: its files, and the values that a set-up overrides in an entry.
+"""A user's catalogue: its files, and the overrides of a set-up.
 
 Jobs and tasks have both: `[catalogue] files = ["shop.toml"]`, and `[setup] wheel_overrides = { width = 65.0 }`. A job
 may have entries of its own, too, in tables such as `[catalogue.wheel.NAME]`.
@@ -20,7 +20,7 @@ OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
 
 
 def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str] = ()) -> list[Path]:
-    """The catalogue files that a document names, which are looked for in a folder; `own` keys may stand beside them."""
+    """Return the catalogue files that a document names, searched in a folder; `own` keys may stand beside them."""
     files = sub_table(document, "catalogue", ("files", *own), error).get("files", [])
     if not isinstance(files, list) or not all(isinstance(name, str) for name in files):
         raise wrong("catalogue.files", files, "a list of file names", error)
@@ -28,7 +28,7 @@ def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str]
 
 
 def catalogue_of(document: TomlTable, folder: Path, error: Error, *, calibrated: bool = True) -> Catalogue:
-    """The built-in catalogue with the files that a document names, perhaps without calibrated ones, and its entries."""
+    """Return the built-in catalogue with a document's files, perhaps without calibrated ones, and its entries."""
     files = files_of(document, folder, error, OWN)
     entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in OWN}
     try:
@@ -41,7 +41,7 @@ def catalogue_of(document: TomlTable, folder: Path, error: Error, *, calibrated:
 
 
 def entry_of(catalogue: Catalogue, key: str, name: object, setup: TomlTable, error: Error) -> Any:
-    """The catalogue entry that a key such as `setup.wheel` names, with the overrides for its kind in the set-up."""
+    """Return the catalogue entry of a key such as `setup.wheel`, with the overrides of the set-up."""
     kind = key.rpartition(".")[2]
     place = f"setup.{kind}_overrides"
     try:

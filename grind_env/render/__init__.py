@@ -1,1 +1,1 @@
-"""Tables and plots of what was ground; matplotlib is imported only when a plot is made."""
+"""Tables and plots of grinding records; matplotlib is imported only for a plot."""

@@ -10,7 +10,7 @@ SHOWN = 60
 
 
 def panel(view: EpisodePicture) -> str:
-    """The view as lines of at most 100 characters; bars stand for the last blocks, a digit for the dresses of one."""
+    """Return the view as lines of at most 100 characters; bars are the last blocks, a digit their dresses."""
     return printable(_view(view))
 
 

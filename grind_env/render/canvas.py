@@ -1,4 +1,4 @@
-"""A picture in the making: shapes drawn large and reduced, so that edges are smooth, and text on top of them.
+"""A canvas: shapes are drawn large and reduced for smooth edges, with text on top.
 
 The only module that draws with Pillow; it is imported with the first picture.
 """
@@ -105,7 +105,7 @@ class Canvas:
         self.texts.append(CanvasText(at, text, size, colour, anchor, strong))
 
     def pixels(self) -> NDArray[np.uint8]:
-        """The finished picture, shape (height, width, 3)."""
+        """Return the finished picture, shape (height, width, 3)."""
         picture = self.image.reduce(FINENESS)
         for text in self.texts:
             mask, (left, top) = _mask(text.text, text.size, text.anchor, text.strong)

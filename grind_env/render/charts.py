@@ -1,4 +1,4 @@
-"""The strip charts: power, temperature, Ra, and what was decided, E and D, over the blocks of the episode."""
+"""The strip charts: power, temperature, Ra, E and D over the blocks of the episode."""
 
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas
@@ -8,7 +8,7 @@ from grind_env.render.view import EpisodePicture
 LABEL = 19.0
 """Height of the line of text above a strip, px."""
 WIDEST_BAR = 8.0
-"""Of a dress, px."""
+"""Widest bar of a dress, px."""
 
 
 def draw_charts(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:

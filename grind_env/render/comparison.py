@@ -1,4 +1,4 @@
-"""What engineers compare by, as texts: a row for each block that has ground, a sentence for each dress program."""
+"""Comparison numbers as text: a row for each block that has ground, a sentence for each dress program."""
 
 import re
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from grind_env.render.curves import block_name
 
 _NUMBER = re.compile(r"^/?\s*[Nn]\s*\d+\s*")
 
-HEADINGS = ("block", "Q'w\nmm³/mm/s", "V'w\nmm³/mm", "vs/vw", "aggr.", "ec\nJ/mm³")
+HEADINGS = ("block", "Q'w\nmm³/mm/s", "V'w\nmm³/mm", "vs/vw", "aggr.", "u_s\nJ/mm³")
 MEANING = (
     "Q'w and aggressiveness are the highest of all strokes, V'w is that of one run of the block, vs/vw the mean of the "
-    "strokes that cut, and ec all energy over all volume."
+    "strokes that cut, and u_s all energy over all volume."
 )
 
 SHARPENING = {"lead": "{:.3f}", "overlap": "{:.2f}", "severity": "{:.2f}"}
@@ -29,7 +29,7 @@ def compared_blocks(record: GrindingRecord) -> list[tuple[str, ...]]:
 
 
 def same_words(record: GrindingRecord) -> dict[str, list[int]]:
-    """Which executions of blocks, from 0, are of the same words, by these; in the order in which they first ground."""
+    """Return groups of block executions, from 0, with the same words, in the order of first grinding."""
     texts = lines_of(record.programs.main.blocks.text)
     found: dict[str, list[int]] = {}
     for k, line in enumerate(record.executions["line"].tolist()):
@@ -40,14 +40,14 @@ def same_words(record: GrindingRecord) -> dict[str, list[int]]:
 
 
 def blocks_named(record: GrindingRecord, lines: Sequence[int]) -> str:
-    """The first of the blocks in some lines, and how many more there are."""
+    """Return the first of the blocks in some lines, and how many more there are."""
     different = list(dict.fromkeys(lines))
     more = f" and {len(different) - 1} more" if len(different) > 1 else ""
     return f"{block_name(record, different[0])}{more}"
 
 
 def compared_dresses(record: GrindingRecord) -> list[str]:
-    """A sentence for each dress program that has dressed the wheel."""
+    """Return a sentence for each dress program that has dressed the wheel."""
     dressed = record.dresses[record.dresses["overlap"] > 0.0]
     said = []
     for number in dict.fromkeys(dressed["program"].tolist()):
@@ -57,13 +57,8 @@ def compared_dresses(record: GrindingRecord) -> list[str]:
     return said
 
 
-def sharpening_texts(dress: np.void) -> tuple[str, ...]:
-    """Lead, overlap ratio and severity of a dress of the record."""
-    return tuple(form.format(dress[name]) for name, form in SHARPENING.items())
-
-
 def between(values: Array, form: str) -> str:
-    """The lowest and the highest value, or the one that all of them are as they are shown."""
+    """Return the lowest and the highest value, or the one that all of them are as they are shown."""
     low, high = form.format(values.min()), form.format(values.max())
     return low if low == high else f"{low} to {high}"
 

@@ -1,4 +1,4 @@
-"""What pictures of a record show, whatever draws them: quantities stroke by stroke, or of many strokes as bands.
+"""Curves of a record for any drawing library: quantities stroke by stroke, or many strokes as bands.
 
 The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
 """
@@ -94,16 +94,15 @@ class Picture:
 
     Attributes:
         axis: what the axis counts: `stroke` or `part`.
-        at: place of each group on it, a number of strokes or parts; that of a group of several is its middle.
-        edges: where groups begin, in numbers of strokes or parts, and the end of the last one, so that steps can be
-            drawn.
+        at: place of each group on the axis, a number of strokes or parts; the middle of a group of several.
+        edges: where groups begin and the last one ends, in numbers of strokes or parts, so that steps can be drawn.
         banded: whether a group is more than one stroke or part, so that a curve is a band.
-        curves: from above.
+        curves: curves from top to bottom.
         breaks: places before which curves are interrupted, by dresses and new parts.
-        dresses: place and time, s, of each, where strokes are drawn one by one.
-        spans: the blocks, likewise.
-        parts: first stroke and number of each part, likewise.
-        spark_out: whether each stroke sparks out, likewise.
+        dresses: place and time, s, of each, if strokes are drawn one by one.
+        spans: the blocks, if strokes are drawn one by one.
+        parts: first stroke and number of each part, if strokes are drawn one by one.
+        spark_out: whether each stroke sparks out, if strokes are drawn one by one.
     """
 
     axis: str
@@ -119,7 +118,7 @@ class Picture:
 
 
 def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
-    """The curves of a record; with its job those of size and the limits, too."""
+    """Return the curves of a record; with its job those of size and the limits, too."""
     strokes, parts = record.strokes, record.parts
     by_part = strokes.size > MOST_STROKES and parts.size >= MANY_PARTS
     values = _of_parts(record, job) if by_part else _of_strokes(record, job)
@@ -149,7 +148,7 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
 
 
 def spans(record: GrindingRecord) -> list[Span]:
-    """The executions of blocks in the order in which they were run."""
+    """Return the executions of blocks in the order in which they were run."""
     rows = record.executions
     ends = (rows["first"] + rows["strokes"]).tolist()
     return [
@@ -159,13 +158,13 @@ def spans(record: GrindingRecord) -> list[Span]:
 
 
 def block_name(record: GrindingRecord, line: int) -> str:
-    """The block in a line as pictures and tables name it."""
+    """Return the block in a line as pictures and tables name it."""
     block = record.blocks.get(line, line)
     return f"line {line}" if block == line else f"N{block}"
 
 
 def sparks_out(record: GrindingRecord) -> Array:
-    """Whether each stroke of a record sparks out: grinds at a depth that has been ground at all over before.
+    """Return whether each stroke sparks out: grinds at a depth that was ground before.
 
     The shape is (strokes,).
 
@@ -186,9 +185,9 @@ def sparks_out(record: GrindingRecord) -> Array:
 
 
 def behind(record: GrindingRecord, job: Job) -> Array:
-    """How far the mean depth ground off is behind the programmed one after each stroke, um, shape (strokes,).
+    """Return the lag of the mean ground depth behind the programmed depth after each stroke, um, shape (strokes,).
 
-    At the end of a part that the program grinds to its size it is the mean size error.
+    At the end of a finished part the lag is the mean size error.
     """
     # a program may come back to the part at a station
     order = np.argsort(record.strokes["part"], kind="stable")
@@ -258,7 +257,7 @@ def _loads(
 
 
 def _common_limits(job: Job) -> Limits:
-    """The limits of all parts, without those that parts of several kinds do not share."""
+    """Return the limits of all parts, without those that parts of several kinds do not share."""
     every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.met or job.parts) + 1))}
     return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
 
@@ -274,7 +273,7 @@ def _curve(title: str, unit: str, color: str, values: Array, limits: tuple[Limit
 
 
 def _grouped(curve: Curve, starts: Array) -> Curve:
-    """A curve with successive values together, from each of `starts` up to the next."""
+    """Return a curve with successive values together, from each of `starts` up to the next."""
     values = curve.mean
     if len(starts) == len(values):
         return curve
@@ -290,7 +289,7 @@ def _grouped(curve: Curve, starts: Array) -> Curve:
 
 
 def labelled_every(count: int, most: int) -> int:
-    """Of that many things every k-th is labelled, at most `most` of them: k is 1, 2 or 5 times a power of ten."""
+    """Return k for labels on every k-th of so many things, `most` labels: k is 1, 2 or 5 times a power of ten."""
     least, decade = max(math.ceil(count / most), 1), 1
     while 5 * decade < least:
         decade *= 10
@@ -298,7 +297,7 @@ def labelled_every(count: int, most: int) -> int:
 
 
 def joined_runs(values: Sequence[bool] | Array) -> list[tuple[int, int]]:
-    """Where successive values, shape (N,), are true: first index, and the index after the last."""
+    """Return runs of true values, shape (N,): first index, and the index after the last."""
     padded = np.concatenate([[False], np.asarray(values, dtype=bool), [False]])
     changes = np.flatnonzero(np.diff(padded.astype(int)))
     return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))

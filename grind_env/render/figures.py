@@ -1,4 +1,4 @@
-"""Figures of matplotlib, which notebooks show and which are written as pictures or vectors."""
+"""matplotlib figures for notebooks and files."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,7 +41,7 @@ def prepare_figure(path: Path) -> None:
 
 
 def new_figure(width: float, height: float) -> "Figure":
-    """An empty figure of that size in inches.
+    """Return an empty figure of that size in inches.
 
     Raises:
         MissingExtra: matplotlib is not installed.

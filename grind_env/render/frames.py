@@ -46,7 +46,7 @@ def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uin
 
 
 def open_window(title: str) -> "Window":
-    """A window that shows `FPS` pictures a second.
+    """Return a window that shows `FPS` pictures a second.
 
     Raises:
         RenderError: if Pillow or tkinter is not installed, or there is no screen.

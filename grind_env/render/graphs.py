@@ -1,4 +1,4 @@
-"""Graphs of a few series over one pair of axes, whatever draws them; here matplotlib does."""
+"""Graphs of a few series over one pair of axes for any drawing library; here drawn by matplotlib."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """Points of a graph, told from those of the others by more than their colour.
+    """Points of a graph, distinguished by more than their colour.
 
     Attributes:
-        name: in the legend.
-        x: where they are, in the unit of the axis, shape (N,).
-        y: likewise; of a graph with rows their numbers, from 0.
-        color: of all of them.
-        mark: of each as matplotlib has it; empty for a line alone.
-        size: of a mark, pt.
+        name: name in the legend.
+        x: coordinates, in the unit of the axis, shape (N,).
+        y: coordinates, in the unit of the axis, shape (N,); of a graph with rows their numbers, from 0.
+        color: colour of all points.
+        mark: marker of matplotlib; empty for a line alone.
+        size: size of a mark, pt.
         hollow: whether marks are rings.
-        joined: whether a line goes through them.
+        joined: whether a line joins the points.
     """
 
     name: str
@@ -47,16 +47,16 @@ class RuleLine(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Graph:
-    """What is drawn over one pair of axes.
+    """Graph over one pair of axes.
 
     Attributes:
         x: heading of the axis, with its unit.
-        y: likewise.
-        series: those that come later are drawn over the others.
+        y: heading of the axis, with its unit.
+        series: series; later ones are drawn over earlier ones.
         rules: dashed lines.
-        rows: names in place of numbers along y, from above.
-        whole: whether whole numbers stand at x.
-        height: of the figure in a page, px.
+        rows: names in place of numbers along y, from top to bottom.
+        whole: whether x has whole numbers only.
+        height: height of the figure in a page, px.
     """
 
     x: str

@@ -51,7 +51,7 @@ def _draw_heading(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
 
 
 def _fitted(title: str, room: float) -> tuple[str, int]:
-    """A title and its size, made smaller and, if need be, shorter, so that it is at most `room` px wide."""
+    """Return a title and its size, made smaller and, if need be, shorter, so that it is at most `room` px wide."""
     size = next((size for size in TITLE_SIZES if text_width(title, size, strong=True) <= room), TITLE_SIZES[-1])
     shown = title
     while len(shown) > 1 and text_width(shown, size, strong=True) > room:

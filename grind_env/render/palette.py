@@ -44,7 +44,7 @@ BLUE_RATIO = 1.5
 
 
 def mix(first: Colour, second: Colour, share: float) -> Colour:
-    """The colour with that share of the second, 0 to 1."""
+    """Return the colour with that share of the second, 0 to 1."""
     a, b = (1.0 - share), share
     return (
         round(a * first[0] + b * second[0]),
@@ -54,21 +54,21 @@ def mix(first: Colour, second: Colour, share: float) -> Colour:
 
 
 def ramp(colours: tuple[Colour, ...], share: float) -> Colour:
-    """The colour at that share, 0 to 1, of the way through evenly spaced colours."""
+    """Return the colour at that share, 0 to 1, of the way through evenly spaced colours."""
     k = min(int(share * (len(colours) - 1)), len(colours) - 2)
     return mix(colours[k], colours[k + 1], share * (len(colours) - 1) - k)
 
 
 def dullness(area: float) -> float:
-    """How far a wheel of that wear-flat area (a fraction) is on the way from sharp, 0, to dull, 1."""
+    """Return the dullness of a wheel with this wear-flat area (a fraction), from sharp, 0, to dull, 1."""
     return area * area / (area * area + HALF_DULL * HALF_DULL)
 
 
 def wear_colour(area: float) -> Colour:
-    """The colour of a wheel of that wear-flat area, a fraction of its surface."""
+    """Return the colour of a wheel of that wear-flat area, a fraction of its surface."""
     return ramp(WEAR, dullness(area))
 
 
 def burn_colour(ratio: float) -> Colour:
-    """The temper colour of a burn with that temperature rise over its limit: straw at 1, blue at `BLUE_RATIO`."""
+    """Return the temper colour of a burn by its temperature rise over the limit: straw at 1, blue at `BLUE_RATIO`."""
     return ramp(TEMPER, min((ratio - 1.0) / (BLUE_RATIO - 1.0), 1.0))

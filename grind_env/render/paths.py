@@ -29,7 +29,7 @@ STYLES: dict[str, dict[str, Any]] = {
     Source.RETRACE.value: {"color": RED, "ls": "-.", "lw": 1.6},
     Source.INTERRUPT.value: {"color": "#6a51a3", "ls": (0, (5, 1, 1, 1, 1, 1)), "lw": 1.6},
 }
-"""Of a motion: that of its source, or of a rapid of the program. Told apart without colours, too."""
+"""Styles of a motion: that of its source, or of a rapid of the program. Told apart without colours, too."""
 
 
 class PathError(GrindError):
@@ -86,7 +86,7 @@ def _motions(events: Iterable[Event]) -> Iterator[Motion]:
 
 
 def _name(motion: Motion) -> str:
-    """What its line style stands for."""
+    """Return the meaning of its line style."""
     return "rapid" if isinstance(motion, Rapid) and motion.source is Source.PROGRAM else motion.source.value
 
 

@@ -120,7 +120,7 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None
 
 
 def _wrapped(title: str, unit: str) -> str:
-    """A heading on two or three short lines."""
+    """Return a heading on two or three short lines."""
     lines = [""]
     for word in (title if unit == "-" else f"{title}, {unit}").split():
         if len(lines[-1]) + len(word) > 13 and lines[-1]:

@@ -1,4 +1,4 @@
-"""What has put parts beyond a limit: the block and the stroke, how far, and which word to change."""
+"""Causes of exceeded limits: the block and stroke, the amount, and the word to change."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -38,22 +38,16 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
 
 
 def shares(part: Any) -> str:
-    """What the mean size error of a part, a row of `record.PART_ROW`, is made up of."""
+    """Return the shares of the mean size error of a part, a row of `record.PART_ROW`."""
     names = {"wheel wear": "wear", "growth": "growth", "deflection": "deflection", "rest": "rest"}
     split = ", ".join(f"{name} {round(float(part[f'size_{field}']), 1) + 0.0:.1f}" for name, field in names.items())
     return f"{part['size_error']:.1f} µm: {split}"
 
 
 def _of_stroke(
-    record: GrindingRecord,
-    parts: Sequence[int],
-    field: str,
-    most: float,
-    limit: float,
-    scale: float,
-    unit: str,
+    record: GrindingRecord, parts: Sequence[int], field: str, most: float, limit: float, scale: float, unit: str
 ) -> str:
-    """The stroke of some parts that has come to `most` in a field, and how to ask less of it."""
+    """Return the stroke of some parts that has come to `most` in a field, and how to ask less of it."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
     line = int(stroke["line"])
@@ -72,13 +66,13 @@ def _of_stroke(
 
 
 def _by_feeds(record: GrindingRecord, parts: Sequence[int]) -> bool:
-    """Whether all strokes of some parts are feed moves."""
+    """Return whether all strokes of some parts are feed moves."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     return not strokes["groove"].any() and not set(strokes["line"].tolist()) & record.cycles.keys()
 
 
 def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
-    """What to do about the largest share of the size error of a part, or about its taper if that is larger."""
+    """Return the remedy for the largest share of the size error, or for the taper if larger."""
     own = job.of_part(int(part["part"])).part
     lines = set(record.strokes["line"][record.strokes["part"] == part["part"]].tolist()) if job.stations else None
     cycles = (cycle for line, cycle in record.cycles.items() if lines is None or line in lines)

@@ -35,11 +35,11 @@ PATCHES = 7
 
 
 class Placement(NamedTuple):
-    """Where things stand in the panel, px."""
+    """Places of the objects in the panel, px."""
 
     panel: Box
     centre: Point
-    """Of the wheel."""
+    """Centre of the wheel."""
     new_radius: float
     radius: float
     surface: float
@@ -51,7 +51,7 @@ class Placement(NamedTuple):
 
 
 def placement(view: EpisodePicture, panel: Box) -> Placement:
-    """Where things stand."""
+    """Return the places of the objects."""
     middle, part = 0.5 * (panel.left + panel.right), view.part
     surface = panel.top + SURFACE * panel.height
     top = surface - STOCK_ROOM * panel.height * max(part.left, 0.0) / view.extent.thickest
@@ -84,7 +84,7 @@ def draw_machine(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
 
 
 def _table_offset(view: EpisodePicture, panel: Box, half: float) -> float:
-    """How far the middle of the part stands from below the wheel, px."""
+    """Return the distance of the part's middle from below the wheel, px."""
     if view.instant is None:
         return 0.0
     if view.instant.dressing:

@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 DPI = 130
-"""Of a .png file, and of what a notebook shows."""
+"""Dpi of a .png file, and of what a notebook shows."""
 
 
 class ShownFigure(Figure):

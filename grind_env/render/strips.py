@@ -1,4 +1,4 @@
-"""What the strip charts show: the values of the blocks of an episode, with their limits."""
+"""Data of the strip charts: the values of the blocks of an episode, with limits."""
 
 import math
 from collections.abc import Sequence
@@ -25,20 +25,20 @@ class Strip(NamedTuple):
     """Format of a value."""
     values: Sequence[float]
     limits: Sequence[float]
-    """Of each value; 0 for none."""
+    """Limits of each value; 0 for none."""
     bottom: float
     """Value of the lower edge; if it is above 0, the scale is logarithmic."""
     top: float
     """Value of the upper edge."""
 
     def height(self, value: float) -> float:
-        """How high a value stands in the strip, from 0 at the lower to 1 at the upper edge."""
+        """Return the height of a value in the strip, from 0 at the lower to 1 at the upper edge."""
         if self.bottom > 0.0:
             return math.log(value / self.bottom) / math.log(self.top / self.bottom)
         return value / self.top
 
     def beyond(self, k: int) -> bool:
-        """Whether value k has passed its limit."""
+        """Return whether value k exceeds its limit."""
         return 0.0 < self.limits[k] < self.values[k]
 
     @property
@@ -68,6 +68,6 @@ def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
 
 
 def _measured(name: str, unit: str, form: str, values: Sequence[float], limits: Sequence[float]) -> Strip:
-    """A strip from 0 to a little above its highest value or limit."""
+    """Return a strip from 0 to a little above its highest value or limit."""
     highest = HEADROOM * max((*values, *limits), default=1.0)
     return Strip(name, unit, form, values, limits, 0.0, highest)

@@ -1,4 +1,4 @@
-"""The style of figures for papers: sizes of journal columns, fonts of 8 pt, and marks that grey prints tell apart."""
+"""Styles of figures for papers: journal column widths, 8 pt fonts, and marks that are distinct in grey."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ FONT = 8.0
 """pt."""
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
-"""Of Okabe and Ito: told apart with any colour vision."""
+"""Colours of Okabe and Ito: told apart with any colour vision."""
 DASHES = ("-", "--", "-.", ":", "-", "--")
 """Beside them, for grey prints."""
 MARKS = ("o", "s", "^", "D", "v", "P")

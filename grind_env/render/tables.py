@@ -1,6 +1,6 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -72,7 +72,7 @@ SCALES = {"peak_power": 0.001, "survival": 100.0}
 
 
 MOST_ROWS = 60
-"""Of the table; of more the first and the last are printed."""
+"""Most rows of the table; of more the first and the last are printed."""
 
 
 class PartsRow(NamedTuple):
@@ -81,17 +81,17 @@ class PartsRow(NamedTuple):
     first: int
     last: int
     texts: tuple[str, ...]
-    """Of all columns but that of the number."""
+    """Texts of all columns but that of the number."""
     red: frozenset[str]
     """Fields of the columns whose limit they are beyond."""
 
     @property
     def number(self) -> str:
-        """Of the part or the parts."""
+        """Return the number of the part or parts."""
         return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
 
     def cells(self, fields: Sequence[str]) -> list[Cell]:
-        """The cells of all columns, which have these fields."""
+        """Return the cells of all columns, which have these fields."""
         texts = zip(fields, (self.number, *self.texts), strict=True)
         return [Cell(text, "bad" if field in self.red else "") for field, text in texts]
 
@@ -100,7 +100,7 @@ class PartTable(NamedTuple):
     """A row for each part, or for successive ones that are alike."""
 
     fields: tuple[str, ...]
-    """Of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
+    """Fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
     rows: list[PartsRow]
 
@@ -115,11 +115,12 @@ class Fault(NamedTuple):
 
 
 def part_table(record: GrindingRecord, job: Job) -> PartTable:
-    """The table of the parts, successive ones of which it shows the same in one row."""
+    """Return the table of the parts; successive equal rows are one row."""
     columns = {
         name: column
         for name, column in COLUMNS.items()
-        if name not in WHERE_IT_OCCURS or _shown(record.parts[name], column[1])
+        if name not in WHERE_IT_OCCURS
+        or any(column[1].format(value) != column[1].format(0) for value in record.parts[name])
     }
     cells = {
         name: [form.format(value * SCALES.get(name, 1)) for value in record.parts[name].tolist()]
@@ -140,10 +141,11 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
 
 
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
-    """The limits that parts are beyond."""
+    """Return the limits that parts are beyond."""
     bad: dict[str, list[int]] = {}
-    for words, part in _bad(record, job):
-        bad.setdefault(words, []).append(part)
+    for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
+        for words in beyond(causes(part, job), stages, unjudged_part):
+            bad.setdefault(words, []).append(int(part["part"]))
     unjudged = _unjudged(record)
     found = []
     for words, numbers in bad.items():
@@ -161,20 +163,13 @@ def parts_said(numbers: Sequence[int], job: Job) -> str:
     return f"{text} (station{'s' * (len(names) > 1)} {', '.join(names)})" if job.stations else text
 
 
-def _bad(record: GrindingRecord, job: Job) -> Iterator[tuple[str, int]]:
-    """The words for what keeps parts from being good, each with the number of one."""
-    for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True):
-        for words in beyond(causes(part, job), stages, unjudged):
-            yield words, int(part["part"])
-
-
 def _unjudged(record: GrindingRecord) -> dict[str, str]:
     """Why parts are not judged, by the words for it."""
     return {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
 
 
 def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
-    """Print a row per part or for parts that are alike, what is beyond a limit in red; then all that is to be said."""
+    """Print a row per part or group of equal parts, exceeded limits in red; then all sentences."""
     from rich.text import Text
 
     parts = part_table(record, job)
@@ -200,7 +195,7 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
 
 
 def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
-    """The rows of a table, successive parts of which it shows the same in one."""
+    """Return the rows of a table, with successive equal rows joined."""
     rows: list[PartsRow] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
@@ -214,7 +209,7 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
 
 
 def _size(record: GrindingRecord) -> str:
-    """What the size error is made up of, of the part with the largest."""
+    """Return the shares of the size error of the part with the largest."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
     whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
@@ -235,7 +230,7 @@ def totals(record: GrindingRecord) -> str:
 
 
 def causes(part: Any, job: Job) -> tuple[str, ...]:
-    """What keeps a part, a row of `record.PART_ROW`, from being good: the limits of the job that it is beyond.
+    """Return the exceeded limits of the job for a part, a row of `record.PART_ROW`.
 
     Returns:
         Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
@@ -248,7 +243,7 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
 
 
 def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
-    """The words for what keeps a part from being good: its `causes`, and the limits that it passed in its stages.
+    """Return the words for why a part is not good: its `causes`, and exceeded limits of its stages.
 
     Of a part that is not judged it is that alone, with the lines of the program.
     """
@@ -259,12 +254,12 @@ def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Se
 
 
 def not_judged(found: Sequence[Unjudged]) -> str:
-    """What is said of a part that is not judged."""
+    """Return the sentence on a part that is not judged."""
     return f"not judged ({lines_said(line for each in found for line in each.lines)})"
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
-    """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
+    """Return the record without strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
     `plant` is the machine where it is not the model. `cycles` are the executions of blocks
     (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the name of its `station`, and each part a
@@ -299,10 +294,5 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
 
 
 def _rows(table: Array) -> list[dict[str, Any]]:
-    """A table of a record as JSON objects."""
+    """Return a table of a record as JSON objects."""
     return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]
-
-
-def _shown(values: Any, form: str) -> bool:
-    """Whether any of the values is more than the zero that the format shows."""
-    return any(form.format(value) != form.format(0) for value in values)

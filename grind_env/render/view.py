@@ -1,4 +1,4 @@
-"""What a picture of an episode shows, as plain data: no simulation and no drawing library in here."""
+"""The data of a picture of an episode, without simulation or drawing library."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class NoScreenError(RenderError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extent:
-    """How far an episode extends: what stays the same throughout it, and sets the scales of its pictures."""
+    """Extent of an episode: constant values that set the scales of its pictures."""
 
     title: str
     blocks: int
@@ -28,7 +28,7 @@ class Extent:
     parts: int
     """Parts that these blocks finish."""
     new_diameter: float
-    """Of the wheel, mm."""
+    """New diameter of the wheel, mm."""
     lowest_speed: float
     """Lowest E, mm/min."""
     highest_speed: float
@@ -60,7 +60,7 @@ class GroundBlock:
     size_error: float
     """Stock that it left, um."""
     limits: Limits
-    """Of the part."""
+    """Limits of the part."""
     cost: float
     """$."""
     finished: bool
@@ -127,7 +127,7 @@ class EpisodePicture:
 
     @property
     def last(self) -> GroundBlock | None:
-        """The block ground last: the one whose marks the part bears, unless another is running."""
+        """Return the last finished block, whose marks the part bears unless another is running."""
         return self.ground[-1] if self.ground and self.instant is None else None
 
     @property
@@ -155,14 +155,14 @@ class EpisodePicture:
 
     @property
     def price(self) -> str:
-        """What a good part has cost so far, in words."""
+        """Return the cost of a good part so far, in words."""
         if self.good_parts < SCRAP_BELOW:
             return f"{self.cost:.2f} $ and no good part"
         return f"{self.cost / self.good_parts:.2f} $ per good part"
 
     @property
     def verdict(self) -> str:
-        """What became of the part of the last block, in words; empty if another is running or none was."""
+        """Return the result of the part of the last block, in words; empty if another is running or none was."""
         last = self.last
         if last is None:
             return ""
@@ -174,5 +174,5 @@ class EpisodePicture:
 
     @property
     def radius_lost(self) -> float:
-        """What wear and dressing have taken off the wheel's radius, mm."""
+        """Return the wheel radius lost by wear and dressing, mm."""
         return 0.5 * (self.extent.new_diameter - self.wheel.ds)

@@ -1,4 +1,4 @@
-"""Stable-Baselines3 and this package: its VecEnv over a vector environment, its models and its files as policies."""
+"""Stable-Baselines3: its VecEnv around a vector environment, and its models and files as policies."""
 
 from grind_env.extras import needing
 

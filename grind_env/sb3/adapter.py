@@ -34,9 +34,9 @@ def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArr
 
 
 def single_infos(info: dict[str, Any], n: int) -> list[dict[str, Any]]:
-    """The info of each of N environments, from that of a VectorEnv: arrays, and their masks under names with a `_`.
+    """Return the info of each of N environments from a VectorEnv's arrays, with masks under names with a `_`.
 
-    `DictInfoToList` of Gymnasium gives the same, but NumPy scalars, in nearly twice the time.
+    `DictInfoToList` of Gymnasium does the same with NumPy scalars, in nearly twice the time.
     """
     found: list[dict[str, Any]] = [{} for _ in range(n)]
     for name, values in info.items():
@@ -108,7 +108,7 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """The attribute of the vector environment, or of what it wraps, once for each index."""
+        """Return the attribute of the vector environment, or of what it wraps, once for each index."""
         return [getattr(self._owner(attr_name), attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -138,7 +138,7 @@ class SB3VecEnv(VecEnv):
         return list(pictures)
 
     def _owner(self, name: str) -> AnyVectorEnv:
-        """The outermost of the environment and what it wraps that has an attribute; else the innermost."""
+        """Return the outermost of the environment and what it wraps that has an attribute; else the innermost."""
         env = self.env
         while isinstance(env, VectorWrapper) and not hasattr(env, name):
             env = env.env

@@ -1,4 +1,4 @@
-"""A model of Stable-Baselines3 as a policy, to be judged and played beside all others."""
+"""A Stable-Baselines3 model as a policy, for evaluation and play."""
 
 import hashlib
 from typing import Any, ClassVar
@@ -40,7 +40,7 @@ class ModelPolicy:
         check_scale(self.name, model.observation_space, None if model.env else model._last_obs)
 
     def __repr__(self) -> str:
-        """The same for the same weights, in every run."""
+        """Return the same for the same weights, in every run."""
         digest = hashlib.sha256(repr(self.form).encode())
         for values in self.model.policy.state_dict().values():
             digest.update(values.numpy(force=True).tobytes())

@@ -1,4 +1,4 @@
-"""A task as the environment showed it that a model was trained in, without that environment."""
+"""The view of a task that a model was trained with, rebuilt without its environment."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,12 +21,12 @@ PRE_DRESS = "last_pre_dress"
 
 @dataclass(frozen=True, slots=True)
 class ShownForm:
-    """What a model saw, and its actions.
+    """Observations and actions of a model.
 
     Attributes:
-        shown: of its observation space.
-        action_space: of it.
-        name: of the model, for messages.
+        shown: description in its observation space.
+        action_space: its action space.
+        name: name of the model, for messages.
     """
 
     shown: TaskShown
@@ -49,12 +49,12 @@ class ShownForm:
 
 
 class ShownView:
-    """What wrappers around an environment make of its observations.
+    """Observations behind the wrappers of an environment.
 
     Args:
-        simulation: of the environment.
-        codec: of the actions.
-        shown: what is shown.
+        simulation: simulation of the environment.
+        codec: converter of the actions.
+        shown: description of the observation.
     """
 
     def __init__(self, simulation: Simulation, codec: ActionCodec, shown: TaskShown) -> None:
@@ -76,7 +76,7 @@ class ShownView:
 
 
 def shown_form(observation_space: spaces.Space[Any], action_space: spaces.Space[Any], name: str) -> ShownForm:
-    """How a model saw its task, by its spaces.
+    """Return the observations and actions of a model, from its spaces.
 
     Raises:
         GrindError: nobody knows, or it saw or chose what no policy does.
@@ -96,12 +96,12 @@ def shown_form(observation_space: spaces.Space[Any], action_space: spaces.Space[
 
 
 def check_scale(name: str, observation_space: spaces.Space[Any], last: Any) -> None:
-    """Check that a model which is alone saw its observations as they are.
+    """Check that a model without its normalisation saw unscaled observations.
 
     Args:
-        name: of the model.
-        observation_space: of it.
-        last: what it saw last in training, shape (N, entries); None if that is not known.
+        name: name of the model.
+        observation_space: its observation space.
+        last: its last observations in training, shape (N, entries); None if unknown.
 
     Raises:
         GrindError: they had been scaled, by what is not there.

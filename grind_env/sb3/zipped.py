@@ -1,4 +1,4 @@
-"""Reads the .zip of a model that Stable-Baselines3 has saved, which can run code of its author."""
+"""Read the .zip of a Stable-Baselines3 model, which can run code of its author."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +13,7 @@ from grind_env.sb3.model_policy import ModelPolicy
 
 
 def load_zip(path: Path, simulation: Simulation) -> ModelPolicy:
-    """The agent in a trusted .zip of Stable-Baselines3 that was trained in an environment of this package.
+    """Return the agent in a trusted .zip of Stable-Baselines3 that was trained in an environment of this package.
 
     Raises:
         GrindError: it holds no such agent, or one of another task, or of other observations or actions.

@@ -1,7 +1,7 @@
-"""What the commands `report`, `optimise`, `sweep` and `calibrate` do, as one call each, with their defaults.
+"""Python calls of the commands `report`, `optimise`, `sweep` and `calibrate`, with their defaults.
 
-What is typed as a text on the command line is a value here: `--bounds E=5000..25000` is `bounds={"E": (5000, 25000)}`.
-What needs libraries of the extra [shop] is imported by the call that needs it.
+Command-line texts are values here: `--bounds E=5000..25000` is `bounds={"E": (5000, 25000)}`. Calls import libraries of
+the extra [shop] only when needed.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -110,30 +110,29 @@ def optimise(
     confidence: Number = CONFIDENCE,
     untried: bool = False,
 ) -> "Optimised":
-    """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
+    """Find a cheaper version of a program: E and D, or other words, within the limits.
 
     Args:
         program: file of the part program.
-        job: its job file, or what `load_job` returned, on whose own machine then is searched; the program's name with
+        job: its job file, or a result of `load_job`, whose own machine is then searched on; the program's name with
             `.toml` if None.
-        vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
-            dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
+        vary: values to vary: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the dress interval;
+            missing words are added. By default E and D where present, and the interval.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
         margin: share of a limit that parts must keep, by name: power, rise, Ra, size.
-        confidence: probability with which a part keeps each limit, whatever its lot and machine are, and with which
-            each end of an interval holds.
-        untried: whether nothing is known of how the program grinds on the machine; else it is taken to grind good
-            parts there, as far as the model can see how.
-        fix: N words of the cycle blocks that stay as they are.
+        confidence: probability with which a part keeps each limit for any lot and machine, and with which each end of
+            an interval holds.
+        untried: whether the program has never run on the machine; else it is assumed to grind good parts there.
+        fix: N words of the cycle blocks that stay unchanged.
         constraint: highest mean cost ($) or time (seconds) of a part, by name.
-        objective: what is to become less, cost or time.
+        objective: value to reduce, cost or time.
         parts: runs of the program in a batch; the wheel carries over.
-        budget: time of search and judgement, s; what is compiled before is not counted.
-        programs: programs that are tried, in place of a time: the same seed then always finds the same.
+        budget: time of search and judgement, s, without compilation.
+        programs: number of programs to try instead of a time; the same seed then gives the same result.
         seed: of lots and search; the same seed finds the same.
-        variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
-        plant: name of the machine on which the result is judged (`grind_env.plants`); that of the job if None. The
-            search is on the model.
+        variables: values of # variables before the first part, as `{500: 0}`; common variables carry over.
+        plant: name of the machine that judges the result (`grind_env.plants`); the job's if None. The search uses the
+            model.
 
     Raises:
         CondemnedError: the model scraps the parts of the program as it is, which is not `untried`.
@@ -171,20 +170,20 @@ def sweep(
     variables: Mapping[int, float] = {},
     untried: bool = False,
 ) -> "Sweep":
-    """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
+    """Return cost and margins of a part over E and dress interval, then over lead and depth of the dress.
 
     Args:
         program: file of the part program.
-        job: its job file, or what `load_job` returned; the program's name with `.toml` if None.
-        E: of the first cycle block, mm/min; others keep their ratio. Without any range it is swept from half to twice
-            its value, and dress intervals from 1 to 20.
-        dress_every: D on every n-th part only, instead of on each.
-        lead: of the dress, mm a revolution of the wheel.
-        depth: of the dress, mm a pass.
+        job: its job file, or a result of `load_job`; the program's name with `.toml` if None.
+        E: E of the first cycle block, mm/min; others keep their ratio. Without any range: half to twice its value, and
+            dress intervals 1 to 20.
+        dress_every: dress intervals, in parts.
+        lead: lead of the dress, mm a revolution of the wheel.
+        depth: depth of the dress, mm a pass.
         parts: runs of the program in a batch; the wheel carries over.
-        seed: of the lots.
-        variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
-        untried: whether nothing is known of how the program grinds on the machine, as of `optimise`.
+        seed: seed of the lots.
+        variables: values of # variables before the first part, as `{500: 0}`; common variables carry over.
+        untried: whether the program has never run on the machine, as in `optimise`.
 
     Raises:
         GrindError: the program cannot be run so, or a range is none.
@@ -238,10 +237,10 @@ def calibrate(
 
 
 def plan(program: File, job: File, output: File) -> str:
-    """Write a program of a few E and depths and one dress, whose log tells the constants; says what it does.
+    """Write a program with several E, depths and one dress, whose log identifies the constants; return a description.
 
     Args:
-        program: of which it is made.
+        program: program to start from.
         job: its job file.
         output: the file to be written.
 

@@ -1,4 +1,4 @@
-"""What is installed, what is missing and how it is got, and how fast this machine grinds."""
+"""Check an installation: versions, missing extras with their install commands, and speed."""
 
 import os
 import platform
@@ -45,7 +45,7 @@ class Finding(NamedTuple):
 
 
 def findings() -> list[Finding]:
-    """All that is looked at, in the order in which it is told."""
+    """Return all that is looked at, in the order in which it is told."""
     return [*_installed(), _kernels(cache_folder()), *_speeds(), *map(_extra, EXTRAS)]
 
 
@@ -59,7 +59,7 @@ def _installed() -> list[Finding]:
 
 
 def _cores() -> int:
-    """Those that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -110,7 +110,7 @@ def _extra(name: str) -> Finding:
 
 
 def _required(requirements: Sequence[str], extra: str) -> dict[str, str]:
-    """Libraries of an extra with what is asked of them, but those of another one that it takes in."""
+    """Return the libraries of an extra with versions, without those of an included extra."""
     matched = [REQUIREMENT.match(each) for each in requirements]
     return {
         each[2]: each[1].strip() for each in matched if each is not None and each[3] == extra and each[2] != PACKAGE

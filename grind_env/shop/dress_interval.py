@@ -1,4 +1,4 @@
-"""How often a program dresses: for every n-th part, in every n-th of its runs, or of the blocks that dress."""
+"""The dress interval of a program: in every n-th part, run, or dressing block."""
 
 from dataclasses import dataclass
 
@@ -19,13 +19,13 @@ class DressInterval:
     of: str = "part"
 
     def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which blocks of those that are `dressing` do so; `run` is that of each, from 0; shape (blocks,)."""
+        """Return which `dressing` blocks dress; `run` is the run of each, from 0; shape (blocks,)."""
         number = dressing.cumsum() if self.of == "block" else run + 1
         return np.asarray(dressing & (number % self.every == 0))
 
     @staticmethod
     def counting(parts: int) -> str:
-        """What runs are called that grind so many parts each."""
+        """Return the word for runs that grind so many parts each."""
         return "part" if parts == 1 else "run"
 
     def __str__(self) -> str:

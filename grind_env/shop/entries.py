@@ -37,7 +37,7 @@ def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], c
     columns = (
         Column("key", "key"),
         Column("symbol", "symbol"),
-        Column("value", lambda key: _text(data[key.key]), right=True),
+        Column("value", lambda key: f"{x:g}" if isinstance(x := data[key.key], float) else str(x), right=True),
         Column("unit", "unit"),
         Column("legal", "legal", wrap=True),
         Column("meaning", "meaning", wrap=True),
@@ -46,10 +46,6 @@ def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], c
     console.print(printable(f"{kind} {data['name']}{also}: {data['remark'] or 'no remark'}"))
     table_of(columns, keys_of(KINDS[kind])).print(console)
     console.print(preface(kind))
-
-
-def _text(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _checked(kind: str) -> str:

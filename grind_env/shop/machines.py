@@ -1,4 +1,4 @@
-"""On which machines programs are tried: those that the job may be of, in which its program grinds good parts."""
+"""Machines on which programs are tried: drawn from the job's uncertainty, and good with the program as it is."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -54,15 +54,15 @@ class CondemnedError(GrindError):
 
 @dataclass(frozen=True, slots=True)
 class Fleet:
-    """Machines that may be that of a job.
+    """Possible machines of a job.
 
     Attributes:
-        uncertainty: of which they are drawn.
-        seed: of the draws.
-        numbers: of the machines, among all that were drawn.
-        drawn: how many that were; 0 if nothing was asked of them.
-        agree: how many of these grind good parts with the program as it is.
-        spread: factor on how lots and parts differ, as good parts say.
+        uncertainty: uncertainty that they are drawn from.
+        seed: seed of the draws.
+        numbers: indices of the machines among all draws.
+        drawn: number of draws; 0 without a condition.
+        agree: number of draws that grind good parts with the program as it is.
+        spread: factor on the variation of lots and parts, inferred from good parts.
     """
 
     uncertainty: Uncertainty
@@ -90,10 +90,10 @@ class Fleet:
 def fleet_of(
     trials: Trials, seed: int, *, untried: bool, needed: int = NEEDED, is_up: Callable[[], bool] = lambda: False
 ) -> Fleet | None:
-    """Return the machines that may be that of the job of some trials: those on which its program grinds good parts.
+    """Return the possible machines of a job on which its program grinds good parts.
 
-    On how many of them a program that the control executes grinds good parts takes too long to see. Without a
-    calibration nothing is left of such a program on all that the catalogue allows, and it is None.
+    For a program that the control executes this condition takes too long. Without a calibration such a program holds on
+    no machine, and the result is None.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
@@ -130,7 +130,7 @@ def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
 
 
 class _Evidence:
-    """How likely so many good parts are on a machine."""
+    """Likelihood of the good parts on a machine."""
 
     def __init__(self, trials: Trials, uncertainty: Uncertainty, seed: int) -> None:
         self.trials, self.uncertainty, self.seed = trials, uncertainty, seed

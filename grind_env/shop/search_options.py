@@ -1,4 +1,4 @@
-"""What a user asks of a search, as values or as texts of the command line; a `OptionError` says what there is not."""
+"""Search options from values or command-line texts; an `OptionError` names an unknown one."""
 
 import math
 import re
@@ -40,7 +40,7 @@ class OptionError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOptions:
-    """What is asked of a search."""
+    """Options of a search."""
 
     words: tuple[str, ...] = USUAL  # of `VARIED`
     add: bool = False  # whether words that a cycle block lacks may be added to it
@@ -109,7 +109,7 @@ def options_of(
 
 
 def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
-    """The ends of a range, as they are written in decimals."""
+    """Return the ends of a range, as they are written in decimals."""
     try:
         low, high = (Decimal(str(end)) for end in ends)
         is_range = low >= 0 and high.is_finite()
@@ -128,7 +128,7 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
 
 
 def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
-    """The ends of a range of whole numbers."""
+    """Return the ends of a range of whole numbers."""
     low, high = ends_of(option, name, ends)
     if low % 1 or high % 1:
         raise OptionError(f"{option}: the ends of {low}..{high} are no whole numbers, as {name} are")
@@ -136,14 +136,14 @@ def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
 
 
 def seconds_of(budget: Number) -> float:
-    """The time of a search, s."""
+    """Return the time of a search, s."""
     if not (isinstance(budget, Real | Decimal) and budget >= 0):
         raise OptionError(f"--budget: {quoted(budget)} is no time; give the seconds")
     return float(budget)
 
 
 def confidence_of(value: Number) -> float:
-    """A probability with which promises hold."""
+    """Return a probability with which promises hold."""
     low, high = CONFIDENCES
     if not (isinstance(value, Real | Decimal) and low <= value <= high):
         raise OptionError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")
@@ -168,7 +168,7 @@ def _share(option: str, name: str, value: Number) -> float:
 
 
 def listed(texts: Iterable[str]) -> list[str]:
-    """What is separated by commas or given one by one."""
+    """Return items separated by commas or given one by one."""
     return [part.strip() for text in texts for part in text.split(",") if part.strip()]
 
 
@@ -182,26 +182,26 @@ def named(option: str, texts: Iterable[str], read: Callable[[str, str, str], T])
 
 
 def ends(option: str, name: str, text: str) -> tuple[Decimal, Decimal]:
-    """The ends of a range such as 5000..25000."""
+    """Return the ends of a range such as 5000..25000."""
     wrong = f"{option}: {quoted(text)} is no range of {name}; write two numbers with two points between"
     low, high = _matched(rf"{NUMBER}\.\.{NUMBER}", text, wrong)
     return Decimal(low), Decimal(high)
 
 
 def number(option: str, name: str, text: str) -> Decimal:
-    """A number such as .001."""
+    """Return a number such as .001."""
     (value,) = _matched(NUMBER, text, f"{option}: {quoted(text)} is no value of {name}; write a number above 0")
     return Decimal(value)
 
 
 def label(text: str) -> int:
-    """The number of a block label such as N80."""
+    """Return the number of a block label such as N80."""
     (digits,) = _matched(r"[Nn]?(\d{1,5})", text, f"--fix: {quoted(text)} is no block label; write it as in N80")
     return int(digits)
 
 
 def budget(text: str) -> tuple[float, int | None]:
-    """A time such as 60, 60s or 2min, s, or a number of programs, such as 2000 programs."""
+    """Return a time such as 60, 60s or 2min, s, or a number of programs, such as 2000 programs."""
     wrong = f"--budget: {quoted(text)} is no time; write 60s, 2min or '2000 programs'"
     number, unit = _matched(rf"{NUMBER}\s*(s|min|programs?|)", text.strip(), wrong)
     if unit.startswith("program"):

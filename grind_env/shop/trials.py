@@ -1,4 +1,4 @@
-"""What a program costs with other words, on the same lots for all of them."""
+"""Cost of a program with other words, always on the same lots."""
 
 import copy
 import os
@@ -41,11 +41,11 @@ Seeds: TypeAlias = Sequence[tuple[int, ...]]
 Lots: TypeAlias = NDArray[np.int64]
 """Numbers of some."""
 Ground: TypeAlias = tuple[Array, Array, Array]
-"""As of `Trials._ground`."""
+"""As in `Trials._ground`."""
 
 
 class LotUse(IntEnum):
-    """What lots are drawn for: those of one use are no other's."""
+    """Purpose of lots; each purpose has lots of its own."""
 
     BASE = 0
     SEARCH = 1
@@ -82,7 +82,7 @@ class TrialsError(GrindError):
 
 
 class Measures(NamedTuple):
-    """What each of C candidates comes to on each of N lots: means of a part, shape (C, N), and its limits."""
+    """Results of C candidates on N lots: means of a part, shape (C, N), and limits."""
 
     cost: Array  # $, scrap at its price and the dull wheel that is left among it
     seconds: Array
@@ -96,7 +96,7 @@ class Measures(NamedTuple):
     ratios: Array
 
     def violation(self, margins: Array) -> Array:
-        """By how much they are beyond shares of the limits, shape (C, 4); 0 if they are not."""
+        """Return the excess over shares of the limits, shape (C, 4); 0 for none."""
         return np.asarray(np.maximum(self.ratios / margins - 1.0, 0.0))
 
 
@@ -117,7 +117,7 @@ class Trials:
 
     @property
     def lots(self) -> int:
-        """How many they are; 1 where the job states how each part differs."""
+        """Return the number of lots; 1 if the job states how each part differs."""
         return 1 if self.simulation.job.parts else len(self.seeds)
 
     @property
@@ -126,14 +126,14 @@ class Trials:
         return np.arange(len(self.seeds)) % len(self.simulation.machines.jobs)
 
     def of_one(self, values: Array) -> Interval:
-        """What one machine comes to, of values of each lot, shape (lots,); see `each_of_one`."""
+        """Return mean and interval for one machine from a value for each lot, shape (lots,); see `each_of_one`."""
         return self.each_of_one(values[None])[0]
 
     def each_of_one(self, values: Array) -> list[Interval]:
-        """What one machine comes to, of k quantities of each lot, shape (k, lots): means, and between which ends.
+        """Return means and intervals for one machine from k quantities of each lot, shape (k, lots).
 
-        Each end is passed with one minus the confidence. Of a machine that is known all that is open are its lots. A
-        calibrated model is wrong beyond its numbers, too: both ends are further by the share that it has missed.
+        Each end is exceeded with probability one minus the confidence. On a known machine only the lots vary. A
+        calibrated model has further errors: the interval is widened by its held-out error.
         """
         tail, draws, means = 100.0 * (1.0 - self.confidence), self.by_machine(values), values.mean(axis=1)
         if draws.shape[1] == 1:
@@ -153,12 +153,12 @@ class Trials:
 
     @property
     def blocks(self) -> tuple[BlockOutline, ...]:
-        """Those of one run, or of all runs where these are not alike."""
+        """Return the blocks of one run, or of all runs if these differ."""
         return self.stand[: len(self.stand) // self.runs] if self.alike else self.stand
 
     @property
     def own(self) -> Array:
-        """What the program itself sets in the blocks of all runs, shape (blocks, fields of `BlockSettings`)."""
+        """Return the settings of the unchanged program in all runs, shape (blocks, fields of `BlockSettings`)."""
         return _settings_of(self.stand)
 
     @property
@@ -167,7 +167,7 @@ class Trials:
         return np.asarray(self.simulation.part_of_block // (self.simulation.parts // self.runs))
 
     def as_written(self, programs: Programs) -> JobSimulation:
-        """The simulation with its blocks as they stand in the program."""
+        """Return the simulation with its blocks as they stand in the program."""
         simulation = copy.copy(self.simulation)
         simulation.programs, simulation.blocks = programs, self.blocks
         return simulation
@@ -183,7 +183,7 @@ class Trials:
         return replace(self, simulation=self.simulation.with_spread(factor * self.simulation.spread))
 
     def asking(self, job: Job) -> "Trials":
-        """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+        """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
         simulation, script = self.simulation, self.simulation.script
         assert script is not None  # what the control executes depends on more than its program
         _, picks, spark_outs = script.ranges
@@ -198,9 +198,9 @@ class Trials:
         return replace(self, simulation=asked)
 
     def on(self, seeds: Sequence[tuple[int, ...]], machines: Sequence[Job] = (), drift: float = 0.0) -> "Trials":
-        """The same on other lots and machines, one after the other; on that of the job where none are given.
+        """Return a copy on other lots and machines in turn; on the job's machine if none are given.
 
-        Where the job states how each part differs there is one lot for each machine.
+        If the job states how each part differs, there is one lot for each machine.
         """
         simulation = self.simulation.on_machines(machines or [self.simulation.job])
         most = len(machines) or 1
@@ -278,7 +278,7 @@ class Trials:
 
 
 class _ScriptParts:
-    """What the parts of n episodes of a script come to, block by block; `cooler` is that of `Machines`, of each."""
+    """Results of the parts of n episodes of a script, block by block; `cooler` is from `Machines`."""
 
     def __init__(self, simulation: JobSimulation, n: int, cooler: Array) -> None:
         self.simulation, self.cooler = simulation, cooler
@@ -287,7 +287,7 @@ class _ScriptParts:
         self._rise = np.zeros(n)  # in the stage so far
 
     def add(self, k: int, outcomes: Array, tallies: Array) -> None:
-        """Add block k, whose limits are those of the stage that it is part of."""
+        """Add block k, with the limits of its stage."""
         row, part = BlockRow(*self.simulation.tables.blocks[k].tolist()), self.simulation.part_of_block[k]
         shares, peaks = self.shares[:, :, part], self.peaks[:, :, part]
         rise = tallies[:, _PLUNGE_RISE if row.counts_all > 0.0 else _FINISH_RISE]
@@ -320,7 +320,7 @@ def _parts_of_run(run: GrindingRun) -> tuple[Array, Array]:
 
 
 def _share(value: Any, limit: float) -> Any:
-    """What is reached of a limit, which may be none."""
+    """Return the used share of a limit, which may be absent."""
     return value / limit if limit > NO_LIMIT else 0.0 * value
 
 
@@ -335,10 +335,10 @@ def trials_of(
     spread: float = 1.0,
     between: Between = nothing,
 ) -> Trials:
-    """A program that is run some times, one part after the other, while the wheel carries over.
+    """Return trials of a program that is run several times with one wheel.
 
-    Picks (mm) and spark-outs are the lowest and the highest J and L that may be chosen, `spread` a factor on all that
-    is random; `between` is called between two blocks of the first executions, and what it raises ends them.
+    Picks (mm) and spark-outs are the lowest and highest permitted J and L; `spread` is a factor on all random
+    deviations; `between` is called between two blocks of the first executions, and an error from it ends them.
     """
     if runs < 1:
         raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
@@ -368,7 +368,7 @@ def trials_of(
 
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
-    """A batch of all runs; where they are alike, of a few of them, and the script of all."""
+    """Return a batch of all runs; where they are alike, of a few of them, and the script of all."""
     if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
         few = batch_of(programs, FEW, job.variables)
         with suppress(GrindError):  # what is wrong is told of the batch of all runs
@@ -388,7 +388,7 @@ def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
 
 
 def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:
-    """Whether all runs have the same blocks with the same settings."""
+    """Return whether all runs have the same blocks with the same settings."""
     count, left = divmod(len(stand), runs)
     if left or any(stand[k].block.source != stand[k % count].block.source for k in range(len(stand))):
         return False
@@ -401,14 +401,14 @@ def _settings_of(blocks: Sequence[BlockOutline]) -> Array:
 
 
 def most_risk(job: Job) -> float:
-    """What may be risked on the machines of a job."""
+    """Return the permitted risk on the machines of a job."""
     return UNCALIBRATED if job.uncertainty is None else CALIBRATED
 
 
 def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost") -> Array:
-    """What a part takes over that with the program as it is, `old`, of C candidates, shape (C,).
+    """Return the cost of C candidates over the cost `old` of the program as it is, shape (C,).
 
-    On a machine for which this is as high as the confidence allows.
+    The value is for a machine as bad as the confidence allows.
     """
     less, before = (trials.by_machine(getattr(each, quantity)) for each in (found, old))
     return np.asarray(np.quantile(less / before[0], trials.confidence, axis=1))
@@ -423,5 +423,5 @@ def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
 
 
 def lots_said(count: int, what: str = "lots") -> str:
-    """What programs were ground on: lots, or the parts alone that a job states."""
+    """Return a text for the lots of a program, or for the parts stated by a job."""
     return f"{count} {what}" if count > 1 else "the parts that the job states"

@@ -1,4 +1,4 @@
-"""What users do first, so that what it compiles is in the cache before they do."""
+"""Compile ahead of time by running the usual first steps of users."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -23,9 +23,9 @@ from grind_env.process.corrected import EXPONENTS
 from grind_env.shop.calls import optimise
 
 BUDGET = 1.0
-"""Of the search, s: its first runs have compiled all that it needs."""
+"""Budget of the search, s: its first runs have compiled all that it needs."""
 SPREAD = 0.02
-"""Of these exponents; any other above 0 compiles the same."""
+"""Spread of these exponents; any other above 0 compiles the same."""
 
 
 class Use(NamedTuple):
@@ -36,7 +36,7 @@ class Use(NamedTuple):
 
 
 class Warmed(NamedTuple):
-    """What it has come to."""
+    """Result of a warm-up."""
 
     name: str
     seconds: float
@@ -45,7 +45,7 @@ class Warmed(NamedTuple):
 
 
 def uses() -> list[Use]:
-    """A run of every example, a step of every id, alone and beside another, a search; some calibrated."""
+    """Return a run of every example, a step of every id, alone and beside another, a search; some calibrated."""
     programs = [examples.path(name) for name in examples.names()]
     runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
     steps = [Use(name, partial(step, name)) for name in page_ids()]
@@ -61,7 +61,7 @@ def uses() -> list[Use]:
 
 
 def calibrated(job: Job) -> Job:
-    """The job as after a calibration, which leaves open how forces follow depth, speed and volume: another process."""
+    """Return the job with a free power law of depth, speed and volume, as after a calibration: another process."""
     names = tuple(f"material.{each}" for each in EXPONENTS)
     correlation = tuple(map(tuple, np.eye(len(names)).tolist()))
     return replace(
@@ -97,5 +97,5 @@ def warm_up(of: list[Use]) -> Iterator[Warmed]:
 
 
 def kernels() -> int:
-    """How many are in the cache."""
+    """Return the number of kernels in the cache."""
     return len([*cache_folder().glob("*.nbc")])

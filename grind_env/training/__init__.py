@@ -1,1 +1,1 @@
-"""Training of agents, which needs PyTorch: `gru_ppo` trains one, and `command` is `grind train`."""
+"""Training of agents with PyTorch: `gru_ppo` trains one, `command` is `grind train`."""

@@ -1,4 +1,4 @@
-"""The command `grind train`: an agent for a task or a part program, judged beside policies that need no training."""
+"""The command `grind train`: train an agent for a task or a part program, and compare it with untrained policies."""
 
 import re
 import sys
@@ -111,7 +111,7 @@ def train(
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":
-    """What is named; a part program for which no number of parts is given is a batch, as for `grind advise`.
+    """Return the named problem; a part program without a number of parts is a batch, as for `grind advise`.
 
     Raises:
         GrindError: there is no such problem, or what is said of a part program is said of another one.
@@ -138,7 +138,7 @@ def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
 
 
 def _usual_file(task: str, problem: "Problem") -> Path:
-    """Where the agent is written if nobody says where: beside the part program, or in the current folder.
+    """Return the default file of the agent: beside the part program, or in the current folder.
 
     Raises:
         FileError: it cannot be written there, or something else than an agent would be replaced.

@@ -2,10 +2,10 @@
 
 `grind train` trains with it, and writes and judges the agent.
 
-In the manner of CleanRL (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Where a line is a choice, the comment says
-whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog
-2022; "matters" is Andrychowicz et al., arXiv:2006.05990; "tried" is a choice of this file, with what it is worth on
-PowerLimited in points of the score, on 256 validation episodes, paired, one seed of training.
+The style is CleanRL's (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Comments give the source of each choice: PPO
+is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog 2022;
+"matters" is Andrychowicz et al., arXiv:2006.05990; "tried" is a choice of this file, with its gain on PowerLimited in
+points of the score, on 256 validation episodes, paired, one training seed.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,7 @@ FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """How an agent is trained."""
+    """Settings of a training."""
 
     memory: Memory = "gru"
     steps: int = 1_000_000
@@ -76,7 +76,7 @@ class Settings:
     alike: float = 1.0
     """Number of levels of E over which what is learned of one spreads."""
     norm: float = 0.5
-    """Of the gradient at most; a longer one is shortened by a factor."""
+    """Largest norm of the gradient; a longer one is shortened by a factor."""
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
@@ -184,18 +184,18 @@ class ReturnScale:
 
     @property
     def deviation(self) -> Tensor:
-        """Of each signal."""
+        """Return the standard deviation of each signal."""
         return (self.square / max(self.count, 1)).sqrt().clamp(min=LEAST_DEVIATION)
 
 
 class Seen:
-    """What is seen of N episodes: the features of a memory, and behind them what the simulator alone knows.
+    """Observations of N episodes: the features of a memory, followed by privileged values of the simulator.
 
-    It is an `EpisodeMemory`, and the form of itself.
+    It is an `EpisodeMemory` and its own form.
 
     Args:
-        simulation: the model of what is ground, as the agent is shown it.
-        memory: of the agent.
+        simulation: simulation as the agent sees it.
+        memory: memory of the agent.
     """
 
     def __init__(self, simulation: Simulation, memory: Memory) -> None:
@@ -253,7 +253,8 @@ class Machines:
                     plants = replace(self.first[i], first=self.first[i].first.after(left, self._number()))
                 self.envs.given[i] = replace(self.envs.given[i], plant=plants)
             self._tell()
-        return over & (self.shift == 0)
+        another: Flags = over & (self.shift == 0)
+        return another
 
     def _number(self) -> int:
         return int(self.rng.integers(WORD))
@@ -366,7 +367,7 @@ def train(
     checkpoint: Checkpoint | None = None,
     actor: Actor | None = None,
 ) -> tuple[Agent, Standard]:
-    """An agent that has been trained, and how it scales its features.
+    """Return an agent that has been trained, and how it scales its features.
 
     Args:
         problem: as for `Training`, like the next two and the last.
@@ -456,7 +457,7 @@ def train(
 
 
 def acting_part(agent: Agent, scale: Standard) -> Actor:
-    """The actor in NumPy; its first layer takes the scale of the features in, and its last what levels of E share."""
+    """Return the actor in NumPy; its first layer includes the scaling, its last the sharing of levels of E."""
     acts = {name: each for name, each in agent.state_dict().items() if name.startswith(("actor", "gru"))}
     state = _folded(agent, {name: each.detach().double().numpy() for name, each in acts.items()}, scale, agent.blur)
     network = Network(
@@ -497,18 +498,18 @@ def _folded(agent: Agent, state: dict[str, Array], scale: Standard, blur: Tensor
 
 
 def policy_of(agent: Agent, scale: Standard, problem: Problem, memory: Memory) -> LearnedPolicy:
-    """A trained agent as a policy, which takes what it holds best; one of the full observation is shown that."""
+    """Return a trained agent as a policy that takes its most probable action."""
     policy = LearnedPolicy(acting_part(agent, scale), problem.name, form_of(memory), KIND + memory)
     policy.sees = "state" if memory == "state" else "measurements"
     return policy
 
 
 def form_of(memory: Memory) -> LearnerForm:
-    """How such an agent sees and acts."""
+    """Return the observations and actions of such an agent."""
     return LearnerForm(SEEN[memory])
 
 
 def shown(problem: Problem, memory: Memory) -> Problem:
-    """The problem as such an agent is shown it."""
+    """Return the problem as such an agent is shown it."""
     full = (("observation", "full"),) if memory == "state" else ()
     return replace(problem, arguments=(*problem.arguments, *full))

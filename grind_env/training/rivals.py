@@ -1,4 +1,4 @@
-"""Policies that need no training, beside which `grind train` judges its agent."""
+"""Untrained policies with which `grind train` compares its agent."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""The process model judged: its trends beside the bands that an expert expects, its numbers beside measured ones.
+"""Validation of the process model: trends against expected bands, numbers against measured ones.
 
 `python -m grind_env.validation` prints the table. `CHECKS` are the rows, `validate` takes their numbers.
 """
@@ -51,11 +51,11 @@ def known_failures() -> Mapping[str, str]:
 
 @cache
 def unfit_uses() -> Mapping[str, str]:
-    """What the model must not be used for, and why."""
+    """Return the uses for which the model is unfit, with reasons."""
     listed = read_toml(Path(__file__).with_name("limits.toml"))["limit"]
     return MappingProxyType({each["use"]: each["why"] for each in listed})
 
 
 def is_as_known(row: Row) -> bool:
-    """Whether a row passes, or fails as it is known to."""
+    """Return whether a row passes, or is a known failure."""
     return row.passed != (row.check.name in known_failures())

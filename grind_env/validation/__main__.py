@@ -1,4 +1,4 @@
-"""Judge the process model: `python -m grind_env.validation`. Exit status 1 if a row or a law is not as known."""
+"""`python -m grind_env.validation`: validate the process model. Exit status 1 if a row or a law is not as known."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""A check: one number of the process model beside a band, where that is from, and the row that it makes."""
+"""A check: one number of the process model, its band, the source of the band, and its row."""
 
 import math
 from collections.abc import Callable
@@ -25,7 +25,7 @@ GROUPS = {
 
 Measure = Callable[[Rig], float]
 TREND = Basis(Evidence.OWN, "expected of the trend")
-"""Of a band that is the judgement of this project alone."""
+"""Basis of a band that is the judgement of this project alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,11 @@ class Band:
     high: float
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies in the band; a NaN does not."""
+        """Return whether a value lies in the band; False for NaN."""
         return self.low <= value <= self.high
 
     def __str__(self) -> str:
-        """The band: `0.4 to 0.7`, or one-sided `at most 0.15`."""
+        """Return the band: `0.4 to 0.7`, or one-sided `at most 0.15`."""
         if math.isinf(self.low):
             return f"at most {self.high:g}"
         if math.isinf(self.high):
@@ -59,18 +59,18 @@ def band_of(text: str) -> Band:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What is asked of the model.
+    """Check of the model.
 
     Attributes:
-        name: unique, by which known failures name it.
+        name: unique name, used by known failures.
         group: a key of `GROUPS`.
         what: the number.
-        at: the conditions under which it is taken.
-        band: within which it is right.
-        measure: what takes it; raises a `GrindError` where the catalogue lacks what it needs.
-        unit: of the number; "" without one.
-        reference: the number that was measured, published or remembered, in `unit`, where it is one number.
-        basis: where that number or the band is from.
+        at: conditions of the number.
+        band: range of right values.
+        measure: function that computes the number; raises a `GrindError` if the catalogue lacks an entry.
+        unit: unit of the number; "" without one.
+        reference: measured, published or remembered number, in `unit`, if it is one number.
+        basis: source of that number or of the band.
     """
 
     name: str
@@ -89,10 +89,10 @@ class Row:
     """A check with its number.
 
     Attributes:
-        check: that was made.
-        value: the number of the model, in the unit of the check; NaN where there is none.
-        missing: why there is none.
-        outside: what its conditions ask beyond the limits of the catalogue.
+        check: the check.
+        value: number of the model, in the unit of the check; NaN for none.
+        missing: reason for a missing number.
+        outside: conditions beyond the limits of the catalogue.
     """
 
     check: Check
@@ -102,7 +102,7 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether the number lies within the band."""
+        """Return whether the number lies within the band."""
         return self.check.band.holds(self.value)
 
 

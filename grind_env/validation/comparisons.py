@@ -1,4 +1,4 @@
-"""Numbers of the rig that take several wheels, or none, each a name in `checks.csv`; arguments as there."""
+"""Numbers of the test rig that need several wheels, or none; each is a name in `checks.csv`."""
 
 import math
 from typing import Any

@@ -62,7 +62,8 @@ class Measurement:
         make, *how = _words(self.wheel)
         grinder = getattr(rig, make)(*how, **setup)
         if name in StrokeResult._fields:
-            return quantities.of_stroke(grinder, name, *arguments)
+            (number,) = arguments or (quantities.STEADY,)
+            return float(getattr(grinder.grind(int(number)), name))
         return float(getattr(quantities, name)(grinder, *arguments))
 
 
@@ -71,18 +72,14 @@ def _words(text: str) -> list[Any]:
     return [float(word) if word[0].isdigit() else word for word in text.split()]
 
 
-def _check(row: dict[str, str]) -> Check:
-    return Check(
-        name=row["name"],
+CHECKS = tuple(
+    Check(
+        **{name: row[name] for name in ("name", "what", "at", "unit")},
         group=int(row["group"]),
-        what=row["what"],
-        at=row["at"],
         band=band_of(row["band"]),
         measure=Measurement(row["quantity"], row["wheel"], row["setups"], row["number"]),
-        unit=row["unit"],
         reference=float(row["reference"]) if row["reference"] else None,
         basis=Basis(Evidence[row["evidence"].upper()], row["source"]),
     )
-
-
-CHECKS = tuple(map(_check, data.rows("checks", Path(__file__).parent)))
+    for row in data.rows("checks", Path(__file__).parent)
+)

@@ -1,4 +1,4 @@
-"""Whether every field of an entry of the catalogue does something."""
+"""Check that every field of a catalogue entry has an effect."""
 
 from collections.abc import Mapping
 
@@ -51,7 +51,7 @@ def _raised(entry: Entry, name: str) -> float:
 
 
 def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, float]]) -> tuple[float, ...]:
-    """All numbers of wheel and strokes: sharp and dull, a worn diamond, boiling coolant, a spindle that slows."""
+    """Return all numbers of wheel and strokes: sharp and dull, a worn diamond, boiling coolant, a slow spindle."""
     chosen = {kind: name for kind, name in names.items() if kind != "machine"}
     numbers: list[float] = []
     for conditions, flats in (

@@ -1,4 +1,4 @@
-"""Which rows notice that a law of the process is another one: the laws of `laws.csv`, changed one at a time."""
+"""Change the laws of `laws.csv` one at a time, and list the rows that notice."""
 
 import inspect
 import multiprocessing
@@ -60,7 +60,7 @@ class Noticed(NamedTuple):
 
     @property
     def as_known(self) -> bool:
-        """Whether enough rows notice the law, or fewer as it is known."""
+        """Return whether enough rows notice the law, or it is a known exception."""
         return not self.law.decides or (len(self.rows) < LEAST) == bool(self.law.known)
 
 

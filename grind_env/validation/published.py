@@ -1,4 +1,4 @@
-"""Checks of published tables: orders of magnitude, ranges of the specific energy, and optima of a known problem."""
+"""Checks against published tables: orders of magnitude, ranges of specific energy, and optima of a known problem."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Quantities of a wheel over a part, each a number that `checks.csv` names: units as there.
+"""Quantities of a wheel over a part, each a number that `checks.csv` names.
 
 A stroke's own quantities have no function: they are fields of `StrokeResult`.
 """
@@ -21,11 +21,6 @@ ROUGHING = 17
 """Strokes of roughing after which the growth of a part is looked at."""
 FLATS: tuple[float, ...] = tuple(np.geomspace(0.004, 0.145, 181).tolist())
 """Wear-flat areas by which the heat flux is raised."""
-
-
-def of_stroke(grinder: Grinder, name: str, number: float = STEADY) -> float:
-    """Return a field of the last of some strokes."""
-    return float(getattr(grinder.grind(int(number)), name))
 
 
 def flats(grinder: Grinder) -> float:
@@ -102,7 +97,7 @@ def rubbing_force(grinder: Grinder) -> float:
 
 
 def over_threshold(grinder: Grinder, name: str) -> float:
-    """Return a field of the last of ten spark-out passes over that of the threshold of the same wheel."""
+    """Return a field of the last of ten spark-out passes over the same field at the wheel's threshold."""
     grinder.grind(10)
     last = grinder.grind(SPARK_OUT, 0.0)
     return float(getattr(last, name) / getattr(grinder.threshold(), name))
@@ -150,7 +145,7 @@ def growth(grinder: Grinder) -> float:
 
 
 def heat_kept(grinder: Grinder) -> float:
-    """Return the growth of a part that nothing cools over that of the heat that has entered it."""
+    """Return the growth of an uncooled part over the growth from all heat that has entered it."""
     grinder.p = grinder.p._replace(r_1=0.0, r_2=0.0, r_3=0.0, r_4=0.0)
     entered = sum(grinder.grind().heat for _ in range(ROUGHING)) / grinder.setup.table_speed
     return part_growth(sum(grinder.heat), grinder.p.swell) / (grinder.p.swell * grinder.p.per_capacity * entered)
@@ -167,7 +162,7 @@ def temperature_at_burn(grinder: Grinder) -> float:
 
 
 def ploughing_force(grinder: Grinder) -> float:
-    """Return the tangential force of a wheel without flats beyond that of its chips, cut of 10 um, N/mm."""
+    """Return the tangential force of a wheel without flats, less the chip force, at a cut of 10 um, N/mm."""
     done = _cut_when(grinder, 0.0)
     return done.Ft - grinder.p.u_ch * done.heq
 

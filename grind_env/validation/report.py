@@ -1,4 +1,4 @@
-"""The table of the checks in the terminal, and their rows as a CSV file."""
+"""The table of checks in the terminal, and its rows as a CSV file."""
 
 import math
 from collections import Counter
@@ -21,12 +21,12 @@ WIDTH = 120
 
 
 def number(value: float) -> str:
-    """A number in three digits; a dash where there is none."""
+    """Return a number in three digits; a dash where there is none."""
     return "-" if math.isnan(value) else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
 def verdict(row: Row) -> str:
-    """What becomes of a row, in a word or two."""
+    """Return the result of a row, in a word or two."""
     if is_as_known(row):
         return "pass" if row.passed else "known to fail"
     return "passes, though known to fail" if row.passed else "FAILS"
@@ -38,19 +38,19 @@ def reason(row: Row) -> str:
 
 
 def _described(row: Row) -> Cell:
-    """The number, its conditions, where its band is from, and what else is to be said of the row; a line each."""
+    """Return the number, its conditions, the source of its band, and remarks on the row; a line each."""
     why = f"why: {reason(row)}" if reason(row) else ""
     said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
     return Cell(row.check.what, "" if row.passed else "poor" if is_as_known(row) else "bad", said)
 
 
 def outside(row: Row) -> str:
-    """What the conditions ask beyond the limits of the catalogue; "" if nothing."""
+    """Return the conditions beyond the limits of the catalogue; "" for none."""
     return f"outside the catalogue: {'; '.join(map(str, row.outside))}" if row.outside else ""
 
 
 def expected(row: Row) -> str:
-    """The band, and the number that was measured, published or remembered."""
+    """Return the band, and the number that was measured, published or remembered."""
     reference = "" if row.check.reference is None else f" ({number(row.check.reference)})"
     return f"{row.check.band}{reference}"
 
@@ -69,7 +69,7 @@ LOOK = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1
 
 
 def sources(rows: Sequence[Row]) -> str:
-    """How many rows have what behind them, in one sentence."""
+    """Return how many rows have each kind of source, in one sentence."""
     counts = Counter(row.check.basis.evidence for row in rows)
     first, *others = Evidence
     listed = ", ".join(f"{counts[kind]} {kind.value}" for kind in others)
@@ -77,13 +77,13 @@ def sources(rows: Sequence[Row]) -> str:
 
 
 def beyond_limits(rows: Sequence[Row]) -> str:
-    """How many rows lie beyond the catalogue, in one sentence."""
+    """Return how many rows lie outside the catalogue, in one sentence."""
     count = sum(bool(row.outside) for row in rows)
     return f"{count} rows are taken outside the limits that the catalogue states of wheel or machine; each says which."
 
 
 def totals(rows: Sequence[Row]) -> str:
-    """How many pass and fail, in one line."""
+    """Return how many rows pass and fail, in one line."""
     passed = sum(row.passed for row in rows)
     known = sum(not row.passed and is_as_known(row) for row in rows)
     wrong = sum(not is_as_known(row) for row in rows)

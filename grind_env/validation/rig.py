@@ -1,4 +1,4 @@
-"""The test rig: a wheel over a part, ground and dressed by the functions of the process that all simulations use."""
+"""The test rig: a wheel over a part, with the same process functions as all simulations."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -97,7 +97,7 @@ def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUp:
-    """What is ground with what, and how; names are those of the catalogue."""
+    """Wheel, material and conditions of a test; names come from the catalogue."""
 
     material: str = "aisi_52100"
     wheel: str = "a60j"
@@ -144,17 +144,17 @@ class Beyond(NamedTuple):
 
     @property
     def excess(self) -> float:
-        """How far beyond: above 1."""
+        """Return the excess as a ratio: above 1 if beyond the limit."""
         return max(self.value / self.limit, self.limit / self.value)
 
     def __str__(self) -> str:
-        """As in `wheel speed 80 m/s (sg60j: at most 35)`."""
+        """Return a text such as `wheel speed 80 m/s (sg60j: at most 35)`."""
         end = "at most" if self.value > self.limit else "at least"
         return f"{self.what} {self.value:.4g} {self.unit} ({self.entry}: {end} {self.limit:g})"
 
 
 def beyond(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Beyond]:
-    """Return what a set-up asks beyond the limits of its wheel and machine."""
+    """Return the conditions of a set-up beyond the limits of its wheel and machine."""
     turning = setup.diameter if setup.constant_surface_speed else wheel.diameter
     speed, spindle_speed = setup.wheel_speed, 60_000.0 * setup.wheel_speed / (math.pi * turning)
     most = (
@@ -194,15 +194,15 @@ class Grinder:
         return self.grind(max(1, round(volume / (self.setup.downfeed * self.setup.length))))
 
     def trial(self, interference: float) -> StrokeResult:
-        """The stroke that this wheel would make with so much interference, mm; nothing is changed."""
+        """Return the stroke that this wheel would make with so much interference, mm; nothing is changed."""
         return self._ground(RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0, COLD), interference + self.wheel.W, 1)[1]
 
     def cut(self, depth: float) -> StrokeResult:
-        """The stroke that removes just `depth` mm."""
+        """Return the stroke that removes just `depth` mm."""
         return self.trial(crossing(lambda u: self.trial(u).ae - depth, 0.0, 100.0 * depth + 1.0))
 
     def threshold(self) -> StrokeResult:
-        """The stroke with the greatest interference that removes nothing, less than 1 nm."""
+        """Return the stroke with the greatest interference that removes nothing, less than 1 nm."""
         return self.cut(1e-6)
 
     def _ground(self, state: RigState, feed: float, count: int) -> tuple[RigState, StrokeResult]:
@@ -232,52 +232,52 @@ class Rig:
     outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
-        """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
+        """Return a freshly dressed wheel over a new part; arguments as of `SetUp`."""
         chosen = SetUp(**setup)
         p = self.parameters(chosen)
         wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)
 
     def sharp(self, **setup: Any) -> Grinder:
-        """The same `SHARP` strokes of the set-up later."""
+        """Return the same `SHARP` strokes of the set-up later."""
         grinder = self.fresh(**setup)
         grinder.grind(SHARP)
         grinder.new_part()
         return grinder
 
     def steady(self, **setup: Any) -> Grinder:
-        """A freshly dressed wheel over a new part, of which nothing is loose: what it loses is steady wear."""
+        """Return a freshly dressed wheel over a new part, without loose grains: its wear is steady."""
         return self.fresh(**setup, changes={"wheel": {"initial_wear": 0.0}})
 
     def dulled(self, flats: float, **setup: Any) -> Grinder:
-        """A sharp wheel whose wear-flat area is set to `flats`, share of its face."""
+        """Return a sharp wheel whose wear-flat area is set to `flats`, share of its face."""
         grinder = self.sharp(**setup)
         grinder.wheel = grinder.wheel._replace(A=flats)
         return grinder
 
     def used(self, volume: float, **setup: Any) -> Grinder:
-        """A wheel that has ground `volume` mm3/mm since the dress."""
+        """Return a wheel that has ground `volume` mm3/mm since the dress."""
         grinder = self.fresh(**setup)
         grinder.grind_volume(volume)
         return grinder
 
     def redressed(self, passes: float, **setup: Any) -> Grinder:
-        """A dull wheel after a dress of some passes, in a set-up changed by some arguments of `SetUp`."""
+        """Return a dull wheel after a dress of some passes, in a set-up changed by some arguments of `SetUp`."""
         grinder = self.set_up_anew(self.dulled(0.04), **setup)
         grinder.dress(passes)
         return grinder
 
     def worn_in(self, **setup: Any) -> Grinder:
-        """A wheel that is sharp in the usual set-up, over a new part in another one."""
+        """Return a wheel that is sharp in the usual set-up, over a new part in another one."""
         return self.set_up_anew(self.sharp(), **setup)
 
     def set_up_anew(self, grinder: Grinder, **setup: Any) -> Grinder:
-        """The same wheel over a new part, in a set-up changed by some arguments of `SetUp`."""
+        """Return the same wheel over a new part, in a set-up changed by some arguments of `SetUp`."""
         chosen = replace(grinder.setup, **setup)
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
 
     def parameters(self, setup: SetUp) -> StrokeParameters:
-        """Return the stroke parameters of a set-up; `outside` keeps what the set-up asks beyond the catalogue."""
+        """Return the stroke parameters of a set-up; `outside` keeps conditions beyond the catalogue."""
         catalogue, changes = self.catalogue, setup.changes
         wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
         machine = changed(catalogue.machine("default"), changes.get("machine", {}))
@@ -306,7 +306,7 @@ def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
 
 
 def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
-    """The example `plate_g82` by `machine.grind`, on the default machine with another power limit, W."""
+    """Return the example `plate_g82` by `machine.grind`, on the default machine with another power limit, W."""
     machine = changed(rig.catalogue.machine("default"), {"power_limit": power_limit})
     part = Part(material=rig.catalogue.material("aisi_52100"), length=200, width=20, stock=0.2, scrap_cost=40)
     setup = Setup(

@@ -36,7 +36,7 @@ POOLED, POOLED_ERROR = 0.29, 0.03
 
 
 class AlloyWheel(NamedTuple):
-    """A wheel of the data and the one of the catalogue beside it."""
+    """Wheel of the data, with its counterpart in the catalogue."""
 
     measured: str
     speed: float
@@ -48,7 +48,7 @@ WHEELS = (AlloyWheel("3NQ", 45.0, "sg60j"), AlloyWheel("3NQ", 80.0, "sg60j"), Al
 
 
 class AlloyRuns(NamedTuple):
-    """The runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
+    """Runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
 
     rate: Array
     """mm3/s per mm."""
@@ -97,7 +97,7 @@ def fitted(runs: AlloyRuns, response: str) -> Array:
 
 
 def target(wheel: AlloyWheel, response: str, factor: str) -> tuple[float, float]:
-    """A measured exponent in INC751 and its standard error."""
+    """Return a measured exponent in INC751 and its standard error."""
     subset = f"{wheel.measured} vs={wheel.speed:g} {ALLOY}"
     return next(
         (float(row["value"]), float(row["std_err"]))

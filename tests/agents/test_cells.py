@@ -31,7 +31,7 @@ PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
 PLAN = Fixed(9000.0, 1, 2, "interval")
 SEEDS = range(10, 10 + CHUNK + 5)
-BELIEVING = BeliefRule(E=(11.0, 7.0), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH=0.2, wV=0.3, wH=0.6, gK=0.2, wK=0.5)
+BELIEVING = BeliefRule(E=(11e3, 7e3), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH=0.2, wV=0.3, wH=0.6, gK=0.2, wK=0.5)
 
 
 @pytest.fixture

@@ -29,8 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("task", "policy"),
-    [("oracle6", "adaptive_rule"), ("rush", "random"), ("wide_plates", "handbook")],
+    ("task", "policy"), [("oracle6", "adaptive_rule"), ("rush", "random"), ("wide_plates", "handbook")]
 )
 def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, folder: Path) -> None:
     problem = find_problem(task)

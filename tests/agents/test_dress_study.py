@@ -7,11 +7,9 @@ from agents.dressing import study as studies
 from agents.dressing import trials
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import DressFinding, best_plan, csv_text, new_overlap
-from agents.dressing.trials import on_plant, study
+from agents.dressing.trials import study
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.agents.asking import asked, in_process
@@ -56,7 +54,7 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
 def findings(folder, problem, episodes, monkeypatch, *questions):
     """What is found of a problem, of some questions."""
     in_process(monkeypatch)
-    made = study(asked(folder, problem, episodes=episodes), None)
+    made = study(asked(folder, problem, episodes=episodes))
     made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
     return [DressFinding(**each) for each in made.found(asked(folder).options).values()]
 
@@ -79,17 +77,3 @@ def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, 
     monkeypatch.setattr(studies, "plan_cost", None)
     monkeypatch.setattr(trials, "run_seeds", None)
     assert findings(tmp_path, PROBLEM, 2, monkeypatch) == found
-
-
-@pytest.mark.nightly
-def test_on_another_machine_plans_are_chosen_anew_and_those_who_decide_hold_the_model(tmp_path, monkeypatch):
-    monkeypatch.setattr(studies, "TRAINING", 4)
-    problem = on_plant(find_problem("slot"), "soft:2")
-    assert problem.name == "slot-soft-2"
-    rule = make_policy("look_ahead", simulation=problem.simulation())
-    monkeypatch.setattr(trials, "deciding", lambda problem: [rule])
-    found = {each.question: each for each in findings(tmp_path, problem, 4, monkeypatch, "plan", "decision")}
-    (on_the_model,) = findings(tmp_path, find_problem("slot"), 4, monkeypatch, "plan")
-    assert found["plan"].cost != on_the_model.cost
-    apart = evaluate(rule, "slot", episodes=4, plant="soft:2")
-    assert found["decision"].cost == apart.evaluation.cost_per_good_part.value

@@ -69,13 +69,13 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
 
 
 def test_a_line_by_hand():
-    assert line(DressStudy([*FOUND, decider("learned", 4.2)], 64)) == {
+    assert line(DressStudy([*FOUND, decider("plain_gru", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",
         "best N": "4",
         "fixed plan, $": "6.00 (+50 %)",
         "power threshold, $": "4.40 (+10 %)",
-        "learned, $": "4.20 (+5 %)",
+        "plain_gru, $": "4.20 (+5 %)",
         "hindsight, $": "4.00",
         "best lead, mm": "0.14",
         "depth, mm": "0.01",
@@ -84,7 +84,7 @@ def test_a_line_by_hand():
         "fixed plan with it, $": "3.00 (-25 %)",
         "best passes": "3 5.00 (+25 %)",
     }
-    assert line(DressStudy(FOUND, 64))["learned, $"] == "–"
+    assert line(DressStudy(FOUND, 64))["plain_gru, $"] == "–"
 
 
 def test_a_program_says_itself_how_it_dresses():
@@ -117,8 +117,11 @@ def test_a_table_without_an_answer_is_an_error(tmp_path):
 
 def test_the_page_says_what_the_checked_in_studies_say():
     text = PAGE.read_text(encoding="utf-8")
-    studies, plants = read_studies(DRESSES), read_studies(DRESSES / "plants")
-    assert (len(studies), len(plants)) == (11, 9)
+    studies = read_studies(DRESSES)
+    if not studies:  # none of this version yet: what is told is of another one, and says so
+        assert f"**Task version {TASK_VERSION - 1}" in text
+        return
+    assert len(studies) == 11
     told = set(re.findall(r"\d+\.\d\d\b", text))
     assert told
-    assert told <= {f"{each.cost:.2f}" for study in (*studies, *plants) for each in study.found}
+    assert told <= {f"{each.cost:.2f}" for study in studies for each in study.found}

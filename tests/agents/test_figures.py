@@ -1,18 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
-import pytest
 from PIL import Image
 
-from agents.benchmark.aggregate import MEASURES, aggregates, all_runs, improvements
-from agents.benchmark.figures import (
-    COLOURS,
-    LEVELS,
-    OVER,
-    aggregate_figure,
-    cost_figure,
-    improvement_figure,
-    profile_figure,
-    write_figures,
-)
+from agents.benchmark import figures
+from agents.benchmark.aggregate import MEASURES, aggregates, all_runs
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
 from grind_env.policies.problem import find_problem
@@ -44,60 +36,43 @@ def dots(panel):
 
 
 def test_the_figures_are_small_and_fit_a_page(tmp_path):
-    rows = [*ROWS, *results(["blades"])]
-    paths = write_figures(rows, tmp_path / "figures")
-    assert [path.name for path in paths] == ["cost.png", "iqm.png", "profiles.png", "improvement.png"]
+    curve = {"curve_steps": np.array([5e5, 1e6]), "curve_score": np.array([40.0, 60.0])}
+    rows = [replace(each, **curve) if each.kind == "learned" else each for each in ROWS]
+    paths = figures.write_figures(rows, tmp_path / "figures")
+    assert [path.name for path in paths] == ["iqm.png", "curves.png"]
     for path in paths:
         assert path.stat().st_size < 150_000
         assert 800 <= Image.open(path).width <= 1200
-    assert [path.read_bytes() for path in write_figures(rows, tmp_path / "again")] == [p.read_bytes() for p in paths]
+    assert [path.read_bytes() for path in figures.write_figures(rows, tmp_path / "again")] == [
+        p.read_bytes() for p in paths
+    ]
 
 
-def test_profiles_are_drawn_from_three_scored_tasks_on(tmp_path):
-    assert [path.name for path in write_figures(ROWS, tmp_path)] == ["cost.png", "iqm.png", "improvement.png"]
+def test_without_a_scored_task_nothing_is_drawn(tmp_path):
+    assert figures.write_figures(results(["slot"]), tmp_path) == []
 
 
-def test_without_a_scored_task_only_costs_are_drawn(tmp_path):
-    assert [path.name for path in write_figures(results(["slot"]), tmp_path)] == ["cost.png"]
+def test_a_learning_curve_is_the_mean_of_its_runs_between_the_least_and_the_most():
+    scores = {0: [10.0, 40.0, 60.0], 1: [10.0, 50.0, 80.0], 2: [10.0, 45.0, 70.0]}
+    steps = np.array([1e5, 5e5, 1e6])
+    rows = [
+        replace(each, curve_steps=steps, curve_score=np.array(scores[each.seed])) if each.kind == "learned" else each
+        for each in ROWS
+    ]
+    panels = [each for each in figures.curve_figure(rows).axes if each.get_visible()]
+    assert [each.get_title() for each in panels] == ["power_limited", "rush", "slot"]
+    for panel in panels:
+        line = panel.get_lines()[0]
+        assert line.get_xdata().tolist() == steps.tolist() and line.get_ydata().tolist() == [10.0, 45.0, 70.0]
+        (band,) = panel.collections
+        assert {y for x, y in band.get_paths()[0].vertices if x == 1e6} == {60.0, 80.0}
 
 
 def test_dots_stand_at_the_aggregates():
     runs = all_runs(ROWS)
     found = aggregates(runs)
-    figure = aggregate_figure(ROWS, runs, 2)
+    figure = figures.aggregate_figure(ROWS, runs, 2)
     for panel, measure in zip(figure.axes, MEASURES, strict=True):
         assert panel.get_title() == measure
         assert dots(panel) == {(of[measure].value, -k) for k, of in enumerate(found.values())}
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == list(found)
-
-
-def test_dots_stand_at_the_probabilities():
-    runs = all_runs(ROWS)
-    (panel,) = improvement_figure(ROWS, runs, 2).axes
-    values = sorted((each.value for each in improvements(runs, OVER).values()), reverse=True)
-    assert dots(panel) == {(value, -k) for k, value in enumerate(values)}
-
-
-def test_costs_are_in_percent_of_the_best_fixed_plan():
-    figure = cost_figure(ROWS)
-    panels = [panel for panel in figure.axes if panel.get_visible()]
-    assert [panel.get_title() for panel in panels] == ["power_limited", "rush", "slot"]
-    names = [text.get_text() for text in panels[0].get_yticklabels()]
-    for panel in panels:
-        places = dict(zip(names, panel.get_yticks(), strict=True))
-        at = {y: x for x, y in dots(panel)}
-        assert at[places["interval"]] == pytest.approx(100.0)
-        assert at[places["hindsight"]] < at[places["ppo"]] < at[places["adaptive_rule"]] < 100.0
-
-
-def test_profiles_fall_from_one():
-    figure = profile_figure(ROWS, all_runs(ROWS), 2)
-    (panel,) = figure.axes
-    curves = {line.get_label(): line for line in panel.get_lines()}
-    assert list(curves) == ["ppo", "adaptive_rule"]
-    assert curves["ppo"].get_ydata()[0] == 1.0
-    assert (np.diff(curves["ppo"].get_ydata()) <= 0.0).all()
-    assert curves["adaptive_rule"].get_ydata()[-1] == 0.0
-    assert len(curves["ppo"].get_xdata()) == len(LEVELS)
-    assert len({(line.get_color(), line.get_linestyle()) for line in curves.values()}) == len(curves)
-    assert {line.get_color() for line in curves.values()} <= set(COLOURS)

@@ -1,51 +1,54 @@
 """The grid: agents of the reader's file and limited rules as cells, what they cost, and what is concluded of them."""
 
+from collections import Counter
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 
 from agents.benchmark import grid
+from agents.benchmark.agents import code_of_training
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import measure
-from agents.benchmark.page import page, verdict
-from agents.benchmark.plan import CORE, KINDS, LIMIT, PLAIN, chosen_problems, planned
+from agents.benchmark.page import page, room, verdict
+from agents.benchmark.plan import KINDS, chosen_problems, planned
 from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
-from agents.benchmark.price import Price, model_of, price_of, tuned_on
+from agents.benchmark.price import model_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import merged, result_of
-from agents.benchmark.summary import NONE, summaries
-from agents.benchmark.trials import BenchmarkTrial, seconds
-from grind_env.policies.choices import Decision
+from agents.benchmark.summary import NONE, budget, summaries
+from agents.benchmark.trials import BenchmarkTrial, digest, seconds
+from grind_env.envs.names import CORE
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
-from grind_env.policies.planners.hindsight import Hindsight, moves
+from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
-from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
+from grind_env.training.gru_ppo import Settings, policy_of, train
 from tests.agents.asking import evaluation
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
 SHARED = RNG.exponential(2.0, 60)
-SEES = {"hindsight": "future", "plain_state": "state", "mpc": "state"}
+SEES = {"hindsight": "future", "mpc": "state"}
 
 
 def row(policy, cost, seed=None, task="rush", **made):
-    cell, sees = Measurement(find_problem(task), policy, seed), SEES.get(policy, "measurements")
-    return result_of(cell, sees, evaluation(*cost), price=Price(2, 5.0, 0.25), **made)
+    cell, sees = Measurement(find_problem(task), policy, seed), SEES.get(policy.partition("@")[0], "measurements")
+    return result_of(cell, sees, evaluation(*cost), **made)
 
 
 def rows(task="rush"):
-    """Savings of 1 by the rule, 2 and 3 by agents, and 4 by hindsight, over plans that cost 8."""
-    noise = RNG.normal(0.0, 0.2, (6, 60))
-    costs = {"constant": 8.0, "interval": 9.0, "adaptive_rule": 7.0, "belief_planner": 5.4, "hindsight": 4.0}
+    """Savings of 1 by the rule, 2 and 3 by agents, 3.5 on the state and 4 by hindsight, over plans that cost 8."""
+    noise = RNG.normal(0.0, 0.2, (7, 60))
+    costs = {"constant": 8.0, "interval": 9.0, "adaptive_rule": 7.0, "belief_planner": 5.4, "mpc": 4.5}
+    costs["hindsight"] = 4.0
     found = [row(name, cost + SHARED + noise[k], task=task) for k, (name, cost) in enumerate(costs.items())]
-    agents = [("plain_none", 0, 6.5), ("plain_none", 1, 6.1), ("plain_gru", 0, 5.0), ("plain_state", 0, 4.5)]
-    return found + [row(name, cost + SHARED + noise[5], seed, task=task) for name, seed, cost in agents]
+    agents = [("plain_belief", 0, 6.5), ("plain_belief", 1, 6.1), ("plain_gru", 0, 5.0)]
+    return found + [row(name, cost + SHARED + noise[6], seed, task=task) for name, seed, cost in agents]
 
 
 def test_results_of_fewer_episodes_are_compared_on_those_that_all_have():
@@ -59,10 +62,10 @@ def test_results_of_fewer_episodes_are_compared_on_those_that_all_have():
         ):
             assert both[..., :-1] == pytest.approx(whole[..., :-1])
             assert both[..., -1] == pytest.approx(part[..., -1])
-    assert mixed.gain("plain_state", "constant") == alone.gain("plain_state", "constant")
+    assert mixed.gain("plain_gru", "constant") == alone.gain("plain_gru", "constant")
     assert len(merged(short, full[:1])) == len(full)
     lines = {line.policy: line for line in summaries(judged([*full[:-1], short[-1]]), "rush")}
-    assert (lines["plain_state"].episodes, lines["plain_gru"].episodes) == (20, 60)
+    assert (lines["plain_gru"].score.value, lines["mpc"].runs) == (pytest.approx(judged(mixed.results)[-1].score), 1)
 
 
 def test_a_gain_is_that_of_paired_episodes():
@@ -82,105 +85,71 @@ def test_a_gain_is_that_of_paired_episodes():
     assert of.gain("plain_gru", "adaptive_rule") == pytest.approx(expected)
     # what all have in common, which makes the mean cost of each uncertain by more, does not widen it
     assert expected.half_width < 5.0 < 196.0 * SHARED.std() / 60**0.5 / (fixed - best).mean()
-    runs = [(theirs - cost["plain_none", seed]).mean() for seed in (0, 1)]
-    two = of.gain("plain_none", "adaptive_rule")
+    runs = [(theirs - cost["plain_belief", seed]).mean() for seed in (0, 1)]
+    two = of.gain("plain_belief", "adaptive_rule")
     assert two.value == pytest.approx(100.0 * np.mean(runs) / (fixed - best).mean())
     assert two.half_width > expected.half_width
     assert of.gain("plain_gru", "no_such") is None
     assert Sampled(of.results[:2]).gain("constant", "interval") is None
-    assert of.scale().value == pytest.approx((fixed - best).mean())
 
 
-def test_the_best_agent_is_held_against_the_best_rule_and_the_planner():
-    found = verdict("rush", Sampled(rows()))
+def test_the_best_agent_of_the_small_budget_is_held_against_the_best_rule():
+    found = verdict("rush", Sampled([*rows(), row("plain_gru@3M", 4.2 + SHARED, 0, blocks=3_000_000)]))
     assert (found.agent, found.rule) == ("plain_gru", "adaptive_rule")
-    assert (found.score.value, found.over.value, found.behind.value) == pytest.approx((75.0, 50.0, 10.0), abs=3.0)
-    assert found.cells[3].endswith("beats it")
-    assert found.cells[4].endswith("within 3")
+    assert (found.score.value, found.over.value) == pytest.approx((75.0, 50.0), abs=3.0)
     worse = [replace(each, cost=each.cost + 5.0) if each.kind == "learned" else each for each in rows()]
-    found = verdict("rush", Sampled(worse))
-    assert found.cells[3].endswith("does not hold")
-    assert found.cells[4].endswith("beyond 3")
+    assert verdict("rush", Sampled(worse)).over.low < 0.0 and "rule of any budget in 0 of 1 tasks" in page(worse)
     assert verdict("rush", Sampled(rows()[:5])) is None
 
 
-def test_which_kind_is_shipped_is_that_of_its_file_for_the_task():
-    # plain_gru costs 5.0: it is that of job_shop, and beyond that of rush
-    every = [each for task in ("job_shop", "rush") for each in (*rows(task), row("bc", 5.6 + SHARED, 0, task=task))]
-    text = page(judged(every))
-    assert "first training of `bc` or `plain_gru` comes with the package for each task: in 1 of 2 no other" in text
-    assert "comes with the package" not in page(judged(rows()))
-
-
-def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
+def test_the_room_is_between_the_best_known_policy_and_the_planner_on_the_state():
+    longer = row("plain_gru@3M", 4.8 + SHARED, 0, blocks=3_000_000)
     ours = rows()
-    best = np.asarray(ours[4].cost, float)
-    ours += [row(f"hindsight@{sweeps}", best[:30] - 0.004 * k) for k, sweeps in enumerate((1, 6, 12), start=-2)]
-    text = page(judged([*ours, *rows("blades")]))
-    assert "beats the best rule in 2 of 2 tasks" in text
-    assert "| rush | – | " in text.partition("## What is worth what")[2], "no stack was run"
-    gains = {task: Sampled(rows(task)).gain("plain_gru", "plain_none").value for task in ("rush", "blades")}
-    assert all(value == pytest.approx(32.5, abs=4.0) for value in gains.values())
-    # 0.4 cents of 4 $
-    (line,) = [each for each in text.partition("## Hindsight")[2].splitlines() if each.startswith("| rush |")][:1]
-    assert [float(each.split()[0]) for each in line.split(" | ")[1:]] == pytest.approx([-0.2, -0.1, 0.0], abs=0.01)
-    assert "gains less than 0.5 points in 1 of 1 tasks." in text
-    # every table but those of differences shows the score, second
-    (line,) = [each for each in text.partition("### rush")[2].splitlines() if each.startswith("| policy |")][:1]
-    assert line.split(" | ")[1] == "score (95 %)"
-    assert "## What is worth what" not in page(judged(rows()[:5]))
+    more = row("hindsight@12", np.asarray(ours[5].cost, float)[:30] - 0.008)
+    found = room("rush", Sampled([*ours, longer, more]))
+    assert (found.best_known, found.budget) == ("plain_gru@3M", "open")
+    assert found.score.value == pytest.approx(80.0, abs=3.0)
+    assert found.room.value == pytest.approx(found.on_state.value - found.score.value)
+    # 0.8 cents of 4 $
+    assert found.searched.value == pytest.approx(0.2, abs=0.01)
+    text = page(judged([*ours, longer, more]))
+    assert "with 4 times the search scores at most 0.2 points above 100" in text
+    assert "| rush | orders with due dates | lot's wear rate | 8" in text and "(plain_gru@3M)" in text
+    assert page(judged(rows()[:2])).count("##") == 2, "no score, no table of scores"
+
+
+@pytest.mark.parametrize(("blocks", "said"), [(None, "–"), (0, "1M"), (1_006_080, "1M"), (1_100_000, "open")])
+def test_the_budget_class_is_that_of_the_blocks(blocks, said):
+    assert budget(blocks) == said
 
 
 @pytest.mark.nightly
 def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_trained(tmp_path):
-    assert set(PLAIN.values()) == set(SEEN)
     request = Requested(episodes=3, interpolation_episodes=0, steps=7680, runs=tmp_path)
-    for kind, sees in (("plain_gru", "measurements"), ("plain_state", "state")):
-        first = measure(Measurement(ORACLE, kind, 1), request)
-        (path,) = tmp_path.glob(f"oracle6/{kind}-1-*.safetensors")
-        written = path.stat().st_mtime_ns
-        problem, memory = shown(ORACLE, PLAIN[kind]), PLAIN[kind]
-        policy = policy_of(*train(problem, Settings(memory=memory, steps=7680), 1), problem, memory)
-        expected = run_seeds(policy, problem.simulation(), episode_seeds("evaluation", 3))
-        assert np.array_equal(first.cost, expected.cost.astype(np.float32))
-        assert (first.sees, first.model, first.blocks, first.trained_on) == (sees, "none", 7680, "inner")
-        assert first.train_seconds > 0.0
-        again = measure(Measurement(ORACLE, kind, 1), request)
-        assert (again.steps, again.train_seconds) == (first.steps, first.train_seconds)
-        assert path.stat().st_mtime_ns == written
-    assert len(list(tmp_path.glob("oracle6/plain_*"))) == 2
+    cell = Measurement(ORACLE, "plain_gru", 1)
+    first = measure(cell, request)
+    (path,) = tmp_path.glob("oracle6/plain_gru-1-*.safetensors")
+    written = path.stat().st_mtime_ns
+    policy = policy_of(*train(ORACLE, Settings(steps=7680), 1), ORACLE, "gru")
+    expected = run_seeds(policy, ORACLE.simulation(), episode_seeds("evaluation", 3))
+    assert np.array_equal(first.cost, expected.cost.astype(np.float32))
+    assert (first.sees, first.model, first.blocks, first.trained_on) == ("measurements", "none", 7680, "inner")
+    assert first.train_seconds > 0.0
+    # one update: its point is the trained agent itself
+    score = evaluate(policy, ORACLE, seeds="validation", episodes=64).score.value
+    assert (first.curve_steps.tolist(), first.curve_score.tolist()) == ([7680], [pytest.approx(score)])
+    again = measure(cell, request)
+    assert (again.steps, again.train_seconds) == (first.steps, first.train_seconds)
+    assert path.stat().st_mtime_ns == written and len(list(tmp_path.glob("oracle6/plain_*"))) == 1
 
 
-def test_a_limited_rule_is_tuned_on_no_more_blocks_and_kept_apart(tmp_path, monkeypatch):
-    limit = 48 * 6 * 40
-    monkeypatch.setattr("agents.benchmark.measure.LIMIT", limit)
-    request = Requested(episodes=3, interpolation_episodes=0, runs=tmp_path)
-    limited = measure(Measurement(ORACLE, "adaptive_rule@1M", None), request)
-    whole = measure(Measurement(ORACLE, "adaptive_rule", None), request)
-    assert limit / 2 < limited.blocks <= limit < whole.blocks
-    assert not np.array_equal(limited.cost, whole.cost)
-    again = measure(Measurement(ORACLE, "adaptive_rule@1M", None), request)
-    assert np.array_equal(again.cost, limited.cost)
-
-
-def test_what_a_decision_costs_is_counted():
-    simulation = ORACLE.simulation()
-    constant, hindsight = (price_of(make_policy(name, simulation), simulation) for name in ("constant", "hindsight"))
-    assert (constant.begun, constant.calls) == (0, 0.0)
-    # by hand: every sweep tries 17 moves of what is left of the six blocks, and takes a step
-    more = price_of(Hindsight(sweeps=4), simulation).calls - hindsight.calls
-    plan = Decision(np.full((1, 6), 9000.0), np.ones((1, 6)))
-    tried = len(moves(simulation.task, plan, np.random.default_rng(0)).speeds)
-    assert more == pytest.approx((tried * (6 + 5 + 4 + 3 + 2 + 1) + 6) / 6)
-    assert 0.0 < constant.ms < hindsight.ms
-
-
-def test_a_table_that_is_made_before_is_counted_whatever_is_kept(tmp_path):
-    request = Requested(episodes=2, interpolation_episodes=0, runs=tmp_path)
-    cell = Measurement(ORACLE, "belief_planner")
-    first, again = (measure(cell, request) for _ in range(2))
-    assert first.making_calls > 0
-    assert (again.making_calls, again.decision_calls) == (first.making_calls, first.decision_calls)
+def test_a_longer_training_is_a_variant_and_another_row():
+    request = Requested()
+    cells = [Measurement(ORACLE, kind, 0) for kind in ("plain_gru", "plain_gru@1M", "plain_gru@3M")]
+    assert [cell.steps for cell in cells] == [None, 1_000_000, 3_000_000]
+    usual, same, longer = (code_of_training(cell, request) for cell in cells)
+    assert usual == same != longer
+    assert len({digest(BenchmarkTrial(cell, request)) for cell in cells}) == 3
 
 
 def test_what_policies_were_made_with():
@@ -198,18 +167,14 @@ def test_what_policies_were_made_with():
 def test_the_grid_has_every_kind_and_its_hours_are_kept():
     cells = grid.grid(chosen_problems("core"), None, None, None)
     assert len(cells) == len(set(cells))
-    seeds = {(task, kind): sum((each.task, each.policy) == (task, kind) for each in cells)
-             for task in CORE for kind in KINDS}  # fmt: skip
-    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task != "power_limited"} == {5}
-    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task == "power_limited"} == {10}
-    assert {count for (_, kind), count in seeds.items() if kind == "ppo"} == {5}
+    trained = Counter((each.task, each.policy) for each in cells if each.trains)
+    long = [(task, "plain_gru@3M") for task in CORE]
+    long += [(task, "plain_gru@10M") for task in ("power_limited", "wide_plates", "blades")]
+    assert trained == {**dict.fromkeys(product(CORE, KINDS), 5), **dict.fromkeys(long, 3)}
     names = {each.policy for each in cells if each.task == "rush"}
-    assert {"belief_planner", "hindsight", "look_ahead", "belief_rule@1M"} <= names
-    # the shipped one was tuned on fewer
-    assert "look_ahead@1M" not in names
-    assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
+    assert {"belief_planner", "hindsight", "hindsight@12", "look_ahead"} <= names
     request = Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
-    assert sum(seconds(BenchmarkTrial(cell, request)) for cell in cells) <= 9.0 * 3600.0
+    assert sum(seconds(BenchmarkTrial(cell, request)) for cell in cells) <= 10.0 * 3600.0
     few = grid.grid([ORACLE], ["handbook"], ["plain_gru"], 2)
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 
@@ -226,13 +191,14 @@ def test_more_search_is_a_variant_on_the_first_episodes(tmp_path):
     assert np.array_equal(again.cost, expected)
 
 
-@pytest.mark.parametrize("name", ["hindsight@", "hindsight@x", "mpc@3", "handbook@2M"])
+@pytest.mark.parametrize("name", ["hindsight@", "hindsight@x", "mpc@3", "handbook@1M"])
 def test_a_variant_that_cannot_be(name):
-    with pytest.raises(ConfigError, match=f"'{name}' is no variant: give RULE@1M or hindsight@SWEEPS"):
+    with pytest.raises(ConfigError, match=f"'{name}' is no variant: give hindsight@SWEEPS or AGENT@STEPS"):
         planned([ORACLE], [name], [], 0)
     with pytest.raises(ConfigError, match="no policy 'nobody'"):
-        planned([ORACLE], ["nobody@1M"], [], 0)
-    assert Measurement(ORACLE, "adaptive_rule@1M") in planned([ORACLE], ["adaptive_rule@1M"], [], 0)
+        planned([ORACLE], ["nobody"], [], 0)
+    with pytest.raises(ConfigError, match="no kind of agent 'plain_gru@x'"):
+        planned([ORACLE], [], ["plain_gru@x"], 1)
 
 
 def test_what_sees_measurements_is_judged_on_machines_that_are_held_out_too(tmp_path):

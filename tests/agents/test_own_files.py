@@ -15,6 +15,7 @@ from agents.cells import RESULTS
 from agents.commands.studies import COMMANDS, DRESSES
 from agents.plants.page import BEGINS as PLANTS
 from agents.tables import check_tables
+from agents.track.study import FILES as TRACK
 from grind_env import examples
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
@@ -34,6 +35,8 @@ BY_COMMAND = {
     "replications.csv": "replicate --task oracle6 --results . --cache runs",
     "replications.md": "replicate --task oracle6 --results . --cache runs",
     "power_limited.csv": "scores --task power_limited --results . --cache runs",
+    "intervals.csv": "intervals --results . --cache runs",
+    "intervals.md": "intervals --results . --cache runs",
     "splits.csv": "splits --task oracle6 --episodes 2 --results . --cache runs",
     "splits.md": "splits --task oracle6 --episodes 2 --results . --cache runs",
     "scores.toml": "scores --task power_limited --results . --cache runs",
@@ -65,11 +68,12 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
     check_tables(DRESSES, "dress-study", {path.name: "task,question,policy," for path in DRESSES.glob("*.csv")})
-    for begins in (REPLICATIONS, PLANTS):
+    for begins in (REPLICATIONS, PLANTS, TRACK):
         check_tables(RESULTS, "one of these", begins)
 
 
 @pytest.mark.parametrize("name", [name for name, of in COMMANDS.items() if not signature(of.own).parameters])
 def test_what_a_study_has_checked_in_is_known_for_its_own(name: str, tmp_path: Path) -> None:
-    study = import_module(COMMANDS[name].module).study(replace(asked(tmp_path, find_problem("rush")), results=RESULTS))
-    study.check(RESULTS)
+    of = COMMANDS[name]
+    study = import_module(of.module).study(replace(asked(tmp_path, find_problem("rush")), results=of.folder))
+    study.check(of.folder)

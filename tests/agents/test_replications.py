@@ -45,18 +45,18 @@ def test_the_mean_of_as_many_others_is_held_as_often_as_is_said() -> None:
 def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
     rng = np.random.default_rng(2)
     costs = {"constant": 9.0, "interval": 9.5, "adaptive_rule": 7.0, "handbook": 8.0, "hindsight": 1.0}
-    agents = {"plain_gru": 5.0, "bc": 6.0}
+    agents = {"plain_gru": 5.0, "plain_belief": 6.0}
 
     def rows(**other: float) -> list[Result]:
         shared = rng.normal(0.0, 0.1, 40)
         kinds = {**dict.fromkeys(costs), **dict.fromkeys(agents, 0)}
         return [row(name, {**costs, **agents, **other}[name] + shared, seed) for name, seed in kinds.items()]
 
-    published, found = rows(), rows(bc=4.0, handbook=6.5)
+    published, found = rows(), rows(plain_belief=4.0, handbook=6.5)
     (verdict,) = verdicts_of(published, found)
     assert (verdict.agent, verdict.rule) == ("plain_gru", "adaptive_rule")
     assert verdict.over.value == pytest.approx(25.0) and verdict.score.value == pytest.approx(50.0)
-    best = row("plain_none", published[0].cost - 8.9, 0)  # is no longer kept
+    best = row("robust", published[0].cost - 8.9, 0)  # is no longer kept
     text = page([*published, best], {FIRST: found}, compared(published, {FIRST: found}))
     assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
 
@@ -92,11 +92,12 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
 
 def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: Path) -> None:
     out, cost = io.StringIO(), np.full(4, 5.0)
-    published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in (("handbook", None), ("bc", 0))]
+    both = ("handbook", None), ("plain_belief", 0)
+    published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in both]
     options = Options(runs=tmp_path, console=Console(file=out, width=200))
     study = replicate(published, [ORACLE], [FIRST], 2, None, options)
     assert [trial.cell.policy for trial in study.trials] == ["handbook"]
-    assert "left out, because no agent of theirs is kept: oracle6 bc" in out.getvalue()
+    assert "left out, because no agent of theirs is kept: oracle6 plain_belief" in out.getvalue()
     assert not list(tmp_path.rglob("*.safetensors"))
 
 

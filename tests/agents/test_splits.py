@@ -19,7 +19,7 @@ ORACLE, PLATES = find_problem("oracle6"), find_problem("power_limited")
 
 def test_agents_are_judged_where_there_are_some() -> None:
     assert judged(ORACLE) == ["empirical_rule", "look_ahead", "belief_planner", "mpc"]
-    assert judged(PLATES) == ["empirical_rule", "look_ahead", "belief_planner", "shipped", "robust", "mpc"]
+    assert judged(PLATES) == ["empirical_rule", "look_ahead", "belief_planner", "plain_gru", "robust", "mpc"]
 
 
 def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_best_on_all_contexts() -> None:
@@ -43,11 +43,12 @@ def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interva
     def line(task: str, who: str, score: float, half: float = 1.0) -> SplitScore:
         return SplitScore(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
 
-    lines = [line("a", "shipped", 9.0), line("a", "robust", 5.0), line("b", "robust", 9.0), line("b", "shipped", 8.0)]
+    both = ("a", "plain_gru", 9.0), ("a", "robust", 5.0), ("b", "robust", 9.0), ("b", "plain_gru", 8.0)
+    lines = [line(*each) for each in both]
     lines += [line("c", "robust", 9.0), line("c", "look_ahead", 3.0), line("c", "mpc", 50.0)]
     one, other = leading(lines, EVERY).split(", ")
     assert one == "`robust` leads in 2 of 3 tasks (1 clear of all others)"
-    assert other == "`shipped` leads in 1 of 3 tasks (1 clear of all others)"
+    assert other == "`plain_gru` leads in 1 of 3 tasks (1 clear of all others)"
 
 
 def test_what_was_run_is_cached_and_written(

@@ -104,10 +104,7 @@ def test_candidates_side_by_side_cost_what_they_cost_alone():
         assert len(set(costs)) > 1, name
 
 
-@pytest.mark.parametrize(
-    ("jobs", "ray", "here"),
-    few([(2, None, True), (2, "local", True), (2, None, False)]),
-)
+@pytest.mark.parametrize(("jobs", "ray", "here"), few([(2, None, True), (2, "local", True), (2, None, False)]))
 def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp_path, monkeypatch):
     names, settings = ["power_threshold"], {"evaluations": 12, "starts": 2, "episodes": 1}
     places = {"folder": tmp_path / "b", "runs": tmp_path / "b"}

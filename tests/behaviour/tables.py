@@ -38,17 +38,13 @@ def table(rows: Iterable[Mapping[str, Any]]) -> Table:
     return made
 
 
-def is_position(value: Any) -> bool:
-    """Whether a value is the coordinates of all axes."""
-    return isinstance(value, tuple) and len(value) == len(AXES)
-
-
 def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
     """What a nested value holds, each with its path: `parts.0.Ra`, `end.X`."""
     if isinstance(value, Mapping):
         items: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list | tuple):
-        items = zip(AXES, value, strict=True) if is_position(value) else enumerate(value)
+        is_position = isinstance(value, tuple) and len(value) == len(AXES)
+        items = zip(AXES, value, strict=True) if is_position else enumerate(value)
     else:
         yield place, value
         return

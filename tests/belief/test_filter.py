@@ -30,14 +30,11 @@ from tests.envs.harness import Array, assert_same, start
 from tests.examples import few, nightly
 
 PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
+FINISHED = dataclasses.replace(
+    BLADES, kinds=tuple(dataclasses.replace(kind, rise_allowance=0.0) for kind in BLADES.kinds)
+)
+"""Blades of which only the heat near the finished surface counts."""
 RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
-
-
-def without_allowance() -> Task:
-    """Blades of which only the heat near the finished surface counts."""
-    return dataclasses.replace(
-        BLADES, kinds=tuple(dataclasses.replace(kind, rise_allowance=0.0) for kind in BLADES.kinds)
-    )
 
 
 def run(
@@ -292,7 +289,7 @@ def test_what_a_belief_cannot_follow_is_told(monkeypatch: pytest.MonkeyPatch) ->
     [
         (BLADES, (10_000.0, 30_000.0), 0.9),
         (load_task("CBN"), (3000.0, 9000.0), 0.85),
-        (without_allowance(), (10_000.0, 30_000.0), 0.9),
+        (FINISHED, (10_000.0, 30_000.0), 0.9),
     ],
     ids=["blades", "CBN", "finish only"],
 )

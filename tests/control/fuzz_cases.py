@@ -107,7 +107,14 @@ def _settings(rng: random.Random) -> dict[str, Any]:
         ("block_delete", lambda: True),
         ("start", lambda: (rng.uniform(-50, 50), rng.uniform(-50, 50), rng.uniform(-50, 50))),
         ("operator_dress_at", lambda: tuple(sorted(rng.uniform(0.0, 60.0) for _ in range(2)))),
-        ("number_format", lambda: _number_format(rng)),
+        (
+            "number_format",
+            lambda: {
+                "zero_suppression": rng.choice(["neither", "leading", "trailing"]),
+                "metric": rng.choice([(5, 3), (4, 4), (3, 0), (9, 9)]),
+                "excess_decimals": rng.choice(["truncate", "round"]),
+            },
+        ),
         ("compensation_type", lambda: "B"),
         ("entire_wheel", lambda: True),
         ("lengths", lambda: {1: (1.0, 2.0, 3.0)}),
@@ -131,14 +138,6 @@ def _interrupts(rng: random.Random, text: str) -> list[dict[str, Any]]:
         {"program": rng.choice(programs), "kind": rng.choice([1, 2]), "immediate": rng.random() < 0.5, "at": time}
         for time in times
     ]
-
-
-def _number_format(rng: random.Random) -> dict[str, Any]:
-    return {
-        "zero_suppression": rng.choice(["neither", "leading", "trailing"]),
-        "metric": rng.choice([(5, 3), (4, 4), (3, 0), (9, 9)]),
-        "excess_decimals": rng.choice(["truncate", "round"]),
-    }
 
 
 def _actions(rng: random.Random) -> tuple[tuple[int, str], ...]:

@@ -44,7 +44,8 @@ def examine(case: Case) -> Tried:
     try:
         with limited(SLOW):
             errors = _errors(case)
-            wrong = next((f"no place: {error}" for error in errors if not _placed(error)), None) or _broken(case)
+            lost = [each for each in errors if each.name not in WITHOUT_PLACE and None in (each.line, each.column)]
+            wrong = f"no place: {lost[0]}" if lost else _broken(case)
     except (TooSlowError, Exception) as error:
         return fallen(error, shown)
     if wrong is not None:
@@ -65,10 +66,6 @@ def _errors(case: Case) -> list[ControlError]:
         return check(read(case.text), _control(case)).errors
     except ControlError as error:
         return [error]
-
-
-def _placed(error: ControlError) -> bool:
-    return error.name in WITHOUT_PLACE or (error.line is not None and error.column is not None)
 
 
 def _broken(case: Case) -> str | None:

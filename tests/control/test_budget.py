@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import grind_env
-from grind_env.cli import main
 from grind_env.control import (
     Control,
     ControlError,
@@ -24,6 +23,7 @@ from grind_env.control import (
     read,
 )
 from grind_env.control.grinding import least_strokes
+from tests.command import status
 from tests.control.harness import COMMON, DRESS, plans, refusal, run, strokes
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -131,16 +131,12 @@ def test_grooves_have_as_many_legs_as_foreseen(step: int, depth: int, last: int,
 
 @pytest.mark.parametrize("command", ["check", "trace", "run"])
 def test_commands_take_a_budget(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    def status(*options: str) -> int:
-        with pytest.raises(SystemExit) as ended:
-            main([command, str(EXAMPLES / "plate_g82.nc"), *options])
-        return int(ended.value.code or 0)
-
-    assert (status("--max-blocks", "53"), status()) == (0, 0)
+    call = command, EXAMPLES / "plate_g82.nc"
+    assert (status(*call, "--max-blocks", "53"), status(*call)) == (0, 0)
     capsys.readouterr()
-    assert status("--max-blocks", "52") == 2
+    assert status(*call, "--max-blocks", "52") == 2
     assert "more than 52 blocks and strokes" in "".join(capsys.readouterr())
-    assert status("--max-blocks", "0") == 2
+    assert status(*call, "--max-blocks", "0") == 2
 
 
 @pytest.mark.parametrize(

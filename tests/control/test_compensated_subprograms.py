@@ -36,6 +36,13 @@ def path(text: str, radius: float, budget: int = 1000) -> list[Any]:
     return found
 
 
+def framed(contour: list[tuple[str, int, int, int]], plane: str, side: str) -> tuple[str, list[str], str]:
+    """The entry, the blocks and the exit of a compensated contour."""
+    first, second = PLANES[plane][0]
+    head = f"{plane} G91 {side} G01 {first}5. {second}3. F100."
+    return head, [block(element, plane) for element in contour], f"G40 G01 {first}30. {second}7.\nM30"
+
+
 @examples(150)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3), st.data())
 def test_a_contour_in_subprograms(
@@ -43,10 +50,7 @@ def test_a_contour_in_subprograms(
 ) -> None:
     """The cut leaves blocks on both sides, or M99, M99 and M98 in a row would be more than compensation survives."""
     cut = data.draw(st.integers(1, len(contour) - 1))
-    first, second = PLANES[plane][0]
-    blocks = [block(element, plane) for element in contour]
-    head = f"{plane} G91 {side} G01 {first}5. {second}3. F100."
-    tail = f"G40 G01 {first}30. {second}7.\nM30"
+    head, blocks, tail = framed(contour, plane, side)
     inline = "\n".join([head, *blocks * times, tail])
     called = "\n".join(
         [head, f"M98 P1 L{times}", tail, "O1", *blocks[:cut], "M98 P2", "M99", "O2", *blocks[cut:], "M99"]
@@ -61,9 +65,7 @@ def test_m99_in_the_block_of_the_last_motion(
 ) -> None:
     """Blocks behind the M99 are never executed, so they must not be what the last motion is joined to."""
     first, second = PLANES[plane][0]
-    blocks = [block(element, plane) for element in contour]
-    head = f"{plane} G91 {side} G01 {first}5. {second}3. F100."
-    tail = f"G40 G01 {first}30. {second}7.\nM30"
+    head, blocks, tail = framed(contour, plane, side)
     called = [head, f"M98 P1 L{times}", tail, "O1", *blocks]
     own = "\n".join([*called, "M99"])
     shared = "\n".join([*called[:-1], f"{called[-1]} M99", f"G01 {first}-9. {second}4."])

@@ -33,19 +33,11 @@ def test_section_7(block: str, name: str, word: str) -> None:
     assert error.column == block.index(word) + 1
 
 
-def follow_up(block: str) -> str:
-    return COMMON + "G81 X230. I-30. E12000.\n" + block
-
-
 @pytest.mark.parametrize(
-    ("block", "name"),
-    [
-        ("G17 G82 Z5. X1. I1. F1.", "axis-conflict"),
-        ("G01 F1. J5.", "block-format"),
-    ],
+    ("block", "name"), [("G17 G82 Z5. X1. I1. F1.", "axis-conflict"), ("G01 F1. J5.", "block-format")]
 )
 def test_while_reciprocating(block: str, name: str) -> None:
-    error = refusal(follow_up(block), start=PARKED)
+    error = refusal(COMMON + "G81 X230. I-30. E12000.\n" + block, start=PARKED)
     assert (error.name, error.line) == (name, 3)
 
 

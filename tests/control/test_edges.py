@@ -22,17 +22,8 @@ R = {"radius": 2.0, "start": (0.0, 0.0, -10.0)}
 
 def test_m98_after_an_arc() -> None:
     text = (
-        "N10 G17 G90 F100.\n"
-        "N20 G41 G01 X0 Y0\n"
-        "N30 X20.\n"
-        "N40 G03 X30. Y10. R10.\n"
-        "N50 M98 P7\n"
-        "N60 G40 G01 X0. Y30.\n"
-        "M30\n"
-        "O7\n"
-        "N1 G02 X40. Y20. R10.\n"
-        "N2 G01 X60.\n"
-        "M99"
+        "N10 G17 G90 F100.\nN20 G41 G01 X0 Y0\nN30 X20.\nN40 G03 X30. Y10. R10.\nN50 M98 P7\nN60 G40 G01 X0. Y30.\n"
+        "M30\nO7\nN1 G02 X40. Y20. R10.\nN2 G01 X60.\nM99"
     )
     assert ends(text, radius=2.0, start=(-10.0, 0.0, 0.0))[3] == (1, (40.0, 22.0, 0.0))
 
@@ -68,13 +59,8 @@ def test_a_dress_compensated_in_another_plane() -> None:
 
 def test_t_with_the_other_sign_on_an_arc() -> None:
     text = (
-        "N10 G18 G90 F100.\n"
-        "N20 G41 G01 Z0 X0 T0101\n"
-        "N30 Z20.\n"
-        "N40 G03 Z30. X10. I10. T0202\n"
-        "N50 G01 X30.\n"
-        "N60 G40 X40.\n"
-        "M30"
+        "N10 G18 G90 F100.\nN20 G41 G01 Z0 X0 T0101\nN30 Z20.\nN40 G03 Z30. X10. I10. T0202\nN50 G01 X30.\n"
+        "N60 G40 X40.\nM30"
     )
     control = Control(radii={1: 2.0, 2: -2.0}, start=(0.0, 0.0, -10.0))
     (arc,) = (move for move in execute(read(text), control) if isinstance(move, Arc))
@@ -99,15 +85,7 @@ def test_groove_after_type_1() -> None:
 
 
 def test_length_offset_ahead() -> None:
-    text = (
-        "N10 G18 G90 F100.\n"
-        "N20 G41 G01 Z0 X0 T0101\n"
-        "N30 Z20.\n"
-        "N40 X20. Z20. T0102\n"
-        "N50 G01 Z40. X20.\n"
-        "N60 G40 Z50.\n"
-        "M30"
-    )
+    text = "N10 G18 G90 F100.\nN20 G41 G01 Z0 X0 T0101\nN30 Z20.\nN40 X20. Z20. T0102\nN50 G01 Z40. X20.\nG40 Z50.\nM30"
     z = ends(text, radius=2.0, lengths={2: (0.0, 0.0, 5.0)}, start=(0.0, 0.0, -10.0))[1][1][2]
     assert z == pytest.approx(20 - 2 * 0.7808, abs=1e-3)  # tan of half the 75.96 degrees of the real path
 

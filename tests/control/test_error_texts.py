@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import pytest
 
 import grind_env.control
-from grind_env.cli import main
 from grind_env.control import (
     Control,
     ControlError,
@@ -35,6 +34,7 @@ from grind_env.control.options import interrupts_of
 from grind_env.control.source import HELD
 from grind_env.control.words import Block, read_block
 from grind_env.toml import tomllib
+from tests.command import status
 
 MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
 SOURCES = Path(grind_env.control.__file__).parent
@@ -67,9 +67,8 @@ def printed(message: dict[str, Any], folder: Path) -> str:
     path = folder / "part.nc"
     path.write_text(message["program"], encoding="utf-8")
     errors_shown = io.StringIO()
-    with contextlib.redirect_stderr(errors_shown), pytest.raises(SystemExit) as left:
-        main(["check", str(path), *message.get("options", ())])
-    assert left.value.code == 2
+    with contextlib.redirect_stderr(errors_shown):
+        assert status("check", path, *message.get("options", ())) == 2
     return errors_shown.getvalue().strip().removeprefix("grind: ")
 
 
@@ -91,14 +90,6 @@ def hold(folder: Path) -> None:
     control = Control()
     control.feedhold()
     list(execute(read("G00 X1."), control))
-
-
-def job_file(folder: Path) -> None:
-    read_file(folder / "part.toml")
-
-
-def long_program(folder: Path) -> None:
-    list(execute(read("X1\n" * MOST_BLOCKS + "GOTO 5", "part.nc")))
 
 
 def changed_file(folder: Path) -> None:
@@ -129,10 +120,10 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "wheel radius": lambda folder: execute(read("G00 X1.")).set_wheel_radius(-1.0),
     "dress program": lambda folder: dress_program_moves(read("G00 X1.", "part.nc"), 5),
     "missing file": lambda folder: read_file(folder / "part.nc"),
-    "job file": job_file,
+    "job file": lambda folder: read_file(folder / "part.toml"),
     "parity": with_parity,
     "interrupt": lambda folder: interrupts_of(["9200"]),
-    "long program": long_program,
+    "long program": lambda folder: list(execute(read("X1\n" * MOST_BLOCKS + "GOTO 5", "part.nc"))),
     "changed file": changed_file,
     "long block": lambda folder: read("  " + "M03 " * 2500 + "M", "part.nc"),
     "unevaluated": unevaluated,

@@ -126,15 +126,7 @@ def test_values_are_those_of_exact_fractions(node: tuple) -> None:
 
 @pytest.mark.parametrize(
     ("text", "column"),
-    [
-        ("X[]", 3),
-        ("X[1+]", 5),
-        ("X[--1]", 4),
-        ("X[1+[2*]]", 8),
-        ("X[1.2.3]", 6),
-        ("X[1,2]", 4),
-        ("X[1(A)]", 4),
-    ],
+    [("X[]", 3), ("X[1+]", 5), ("X[--1]", 4), ("X[1+[2*]]", 8), ("X[1.2.3]", 6), ("X[1,2]", 4), ("X[1(A)]", 4)],
 )
 def test_refusals_name_the_column_within_the_expression(text: str, column: int) -> None:
     with pytest.raises(ControlError) as caught:

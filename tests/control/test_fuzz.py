@@ -62,11 +62,7 @@ def found(monkeypatch: pytest.MonkeyPatch, how: str) -> Tried:
     return tried
 
 
-PROMISES = [
-    "no place",
-    "a motion has impossible numbers",
-    "a motion does not begin where the one before ended",
-]
+PROMISES = ["no place", "a motion has impossible numbers", "a motion does not begin where the one before ended"]
 
 
 @pytest.mark.parametrize("how", PROMISES)

@@ -356,10 +356,7 @@ def test_compensation_looks_ahead_along_jumps_and_loops() -> None:
 
 @pytest.mark.parametrize(
     ("text", "hint"),
-    [
-        ("G01 X1.5e-03 F1", "write X0.0015"),
-        ("G70 G19 G81 X1. E15000.", "write E590.6 if mm/min are meant, or G71"),
-    ],
+    [("G01 X1.5e-03 F1", "write X0.0015"), ("G70 G19 G81 X1. E15000.", "write E590.6 if mm/min are meant, or G71")],
 )
 def test_mistakes_are_answered_with_what_to_write(text: str, hint: str) -> None:
     assert hint in str(refusal(text))

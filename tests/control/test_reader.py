@@ -273,8 +273,7 @@ def test_a_pipe_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize("chunk", [3, 1 << 16])
 @pytest.mark.parametrize(
-    ("data", "line"),
-    [(b"G00\n(R\0ck)", 2), (b"X1\rX2\r\n\n\0", 4), (b"M30\n%\nabc\n\0\n", 4), (b"X1\n(\0", 2)],
+    ("data", "line"), [(b"G00\n(R\0ck)", 2), (b"X1\rX2\r\n\n\0", 4), (b"M30\n%\nabc\n\0\n", 4), (b"X1\n(\0", 2)]
 )
 def test_what_is_no_text_is_found_wherever_it_stands(
     path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, data: bytes, line: int

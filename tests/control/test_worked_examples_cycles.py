@@ -1,16 +1,7 @@
 import pytest
 
 from grind_env.control import DressEnd, DressStart, Line
-from tests.control.harness import (
-    DRESS,
-    cycle_ends,
-    cycles,
-    picks,
-    plans,
-    run,
-    story,
-    strokes,
-)
+from tests.control.harness import DRESS, cycle_ends, cycles, picks, plans, run, story, strokes
 
 G82 = "G82 X230. I-30. Y-.1 J-.01 L4 F6. E12000. P9100 D2\n"
 
@@ -45,12 +36,7 @@ def test_8_4_the_far_end_changes_on_the_fly() -> None:
     line = next(event for event in events if isinstance(event, Line))
     assert line.end[1:] == (-0.02, 0.0)
     assert line.seconds == pytest.approx(0.02 / (50 / 60) + (50 / 60) / 2000)
-    assert [abs(stroke.end[0] - stroke.start[0]) for stroke in strokes(events)] == [
-        260.0,
-        290.0,
-        290.0,
-        290.0,
-    ]
+    assert [abs(stroke.end[0] - stroke.start[0]) for stroke in strokes(events)] == [260.0, 290.0, 290.0, 290.0]
     assert strokes(events)[1].seconds == pytest.approx(290 / 200 + 0.1)
 
 

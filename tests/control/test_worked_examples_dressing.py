@@ -22,20 +22,8 @@ def dressed(program: str, before: str = "") -> list[Motion]:
 
 def test_d1_four_moves_are_retraced() -> None:
     moves = dressed(D1)
-    assert legs(moves, Source.DRESS) == [
-        (50, 0, None),
-        (50, 100, None),
-        (45, 100, 5),
-        (45, 90, 5),
-        (50, 90, 5),
-    ]
-    assert legs(moves, Source.RETRACE) == [
-        (45, 90, 5),
-        (45, 100, 5),
-        (50, 100, 5),
-        (50, 0, None),
-        (10, 0, None),
-    ]
+    assert legs(moves, Source.DRESS) == [(50, 0, None), (50, 100, None), (45, 100, 5), (45, 90, 5), (50, 90, 5)]
+    assert legs(moves, Source.RETRACE) == [(45, 90, 5), (45, 100, 5), (50, 100, 5), (50, 0, None), (10, 0, None)]
 
 
 @pytest.mark.parametrize("before", ["M902", "M900\nM902"])

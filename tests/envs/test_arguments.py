@@ -8,7 +8,7 @@ from gymnasium.envs.registration import load_env_creator
 from grind_env.envs.ids import job
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.errors import GrindError
-from tests.envs.harness import accepts, assert_same, every_id, native
+from tests.envs.harness import accepts, assert_same, every_id, native, refusal
 
 WRONG: dict[str, list[Any]] = {
     "observation": [3, "hidden", ["full"], np.array(["full"])],
@@ -31,10 +31,7 @@ every_environment = pytest.mark.parametrize("env_id", every_id())
 
 
 def refused(make: Any, name: str, value: Any) -> None:
-    with pytest.raises(GrindError) as caught:
-        make(**{name: value})
-    message = str(caught.value)
-    assert message.startswith(f"{name} is {value!r}, but ") and "\n" not in message
+    assert refusal(GrindError, make, **{name: value}).startswith(f"{name} is {value!r}, but ")
 
 
 @every_environment

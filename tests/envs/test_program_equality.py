@@ -129,7 +129,9 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     for block, strokes in enumerate(episode.by_block()):
         assert len(strokes) == result.strokes[block]
         assert strokes["load"].max() == pytest.approx(result.peak_load[block], rel=1e-9)
-        assert strokes["power"].max() == pytest.approx(outcome.peak_power[block], rel=1e-9)
+        # of a stroke that turns over the part the power is a mean, the load the highest
+        assert min(strokes["load"].max(), limit) == pytest.approx(outcome.peak_power[block], rel=1e-9)
+        assert (strokes["power"] <= np.minimum(strokes["load"], limit) * (1.0 + 1e-9)).all()
         assert strokes["load"].max() / limit == pytest.approx(outcome.power_ratio[block], rel=1e-9)
         assert strokes["Ra"][-1] == pytest.approx(outcome.roughness[block], rel=1e-9)
     assert parts["dresses"].tolist() == episode.by_part(result.dresses).tolist()

@@ -9,15 +9,13 @@ from hypothesis import strategies as st
 from grind_env.control import Line, Source, execute, read
 from grind_env.envs.feed_motions import Infeed, Segment, segments, write_motions
 from grind_env.machine.grind import grind
-from grind_env.machine.job import Job, WheelStart
+from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.feeding import FeedMotion
-from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, feeding_row
-from tests.examples import examples
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
@@ -32,7 +30,6 @@ class Case:
     E: int
     D: int
     sparkout: int
-    pre_dress: bool
 
     @property
     def infeed_block(self) -> Infeed:
@@ -47,54 +44,40 @@ class Case:
             sparkout=float(self.sparkout),
         )
 
-    def row(self, dress_seconds: float, motion: int) -> tuple[float, ...]:
-        numbers = {"width": 20.0, "length": 200.0, "dress_seconds": dress_seconds, **DRESS_NUMBERS}
-        return feeding_row(self.infeed_block, float(self.E), motion, float(self.pre_dress), numbers)
-
     @property
     def segments(self) -> list[Segment]:
         return segments(self.infeed_block)
 
     @property
     def text(self) -> str:
-        code = "G81.1" if self.pre_dress else "G81"
-        lines = ["G71 G94 G90 G19", "G00 X-30. Y0 Z0", f"{code} X230. I-30. E{self.E}. P9100"]
+        lines = ["G71 G94 G90 G19", "G00 X-30. Y0 Z0", f"G81 X230. I-30. E{self.E}. P9100"]
         for part in self.segments:
             lines += [f"G01 Y-{part.end:.3f} F{self.infeed}", f"G04 X{part.dwell:.3f}"]
         return "\n".join([*lines, "G80", "M30", DRESS])
 
 
-def requested(case: Case, job: Job) -> tuple[float, ...]:
-    """When the operator asks: at the end of every infeed but the last."""
+def program_run(case: Case, job: Job) -> GrindingRecord:
+    """The operator asks for a dress at the end of every infeed but the last."""
     control, times = job.control, []
     for event in execute(read(case.text), control):
         if isinstance(event, Line) and event.source is Source.PROGRAM and len(times) < case.D:
             control.request_dress()
             times.append(event.finish + 1e-6)
-    return tuple(times)
+    return grind(read(case.text), job, control=dataclasses.replace(job.control, operator_dress_at=tuple(times)))
 
 
-def program_run(case: Case, job: Job) -> GrindingRecord:
-    control = dataclasses.replace(job.control, operator_dress_at=requested(case, job))
-    return grind(read(case.text), job, control=control)
-
-
-def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any, Any, Any]:
-    """Wheels, parts and tallies of the lanes; a dress takes `seconds`."""
-    n, p = len(cases), job.parameters
-    rows = 2 * (max(case.D for case in cases) + 1)
-    motions = np.full((n * rows, len(FeedMotion._fields)), np.nan)
-    for i, case in enumerate(cases):
-        write_motions(motions, i * rows, case.infeed_block)
-    feedings = np.array([case.row(seconds, i * rows) for i, case in enumerate(cases)])
-    parameters = np.array([p] * n)
-    wheel, start = start_wheel(p), job.wheel
-    wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)
-    part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-    wheels, parts = np.array([(*wheel, *PROCESS.own())] * n, WHEEL), np.array([tuple(part)] * n, PART)
-    tallies = np.zeros(n, TALLY)
-    FEEDS.lanes(feedings, parameters, *map(as_table, (wheels, parts, tallies)), motions, np.arange(n), 0, 1)
-    return wheels, parts, tallies
+def compiled_tally(case: Case, job: Job, seconds: float) -> Any:
+    """The tally of the compiled loop, in which a dress takes `seconds`."""
+    p, tallies = job.parameters, np.zeros(1, TALLY)
+    motions = np.full((2 * (case.D + 1), len(FeedMotion._fields)), np.nan)
+    write_motions(motions, 0, case.infeed_block)
+    wheels = np.array([(*start_wheel(p), *PROCESS.own())], WHEEL)
+    parts = np.array([tuple(PartState(0.0, 0.0, INITIAL_ROUGHNESS))], PART)
+    tables = map(as_table, (wheels, parts, tallies))
+    numbers = {"width": 20.0, "length": 200.0, "dress_seconds": seconds, **DRESS_NUMBERS}
+    row = feeding_row(case.infeed_block, float(case.E), 0, 0.0, numbers)
+    FEEDS.lanes(np.array([row]), np.array([p]), *tables, motions, np.arange(1), 0, 1)
+    return tallies[0]
 
 
 CASES = st.builds(
@@ -104,37 +87,11 @@ CASES = st.builds(
     E=st.integers(3000, 30_000),
     D=st.integers(0, 4),
     sparkout=st.integers(1, 4),
-    pre_dress=st.booleans(),
 )
 
 
-@examples(60)
-@given(case=CASES, A=st.floats(0.006, 0.05))
-def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
-    shop = job(wheel_start=WheelStart(wear_flat_area=A, volume_since_dress=50.0), stock=0.1)
-    record = program_run(case, shop)
-    seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
-    wheels, parts, tallies = compiled_run([case], shop, seconds)
-    tally, n = tallies[0], len(record.strokes)
-    assert (tally["strokes"], tally["dresses"]) == (n, len(record.dresses))
-    assert list(record.dresses["cause"]) == ["pre"] * case.pre_dress + ["operator"] * case.D
-    counts = np.cumsum([part.strokes for part in case.segments]).astype(int)
-    assert list(record.dresses["after"]) == [0] * case.pre_dress + counts[:-1].tolist()
-    for name in WHEEL_FIELDS:
-        assert record.strokes[name][-1] == pytest.approx(wheels[name][0], rel=1e-9, abs=1e-13), name
-    part = record.parts[0]
-    assert part["S"] == pytest.approx(parts["S"][0], rel=1e-9)
-    assert part["Ra"] == pytest.approx(parts["Rs"][0], rel=1e-9)
-    assert part["rise"] == pytest.approx(tally["finish_rise"], rel=1e-8)
-    assert part["peak_power"] == pytest.approx(min(tally["peak_load"], shop.parameters.power), rel=1e-8)
-    for name in ("peak_torque", "burn_ratio", "worn", "dressed_off"):
-        assert part[name] == pytest.approx(tally[name], rel=1e-8), name
-    # all but the loading, which goes on until the first stroke
-    assert part["seconds"] - shop.times.load == pytest.approx(tally["seconds"], rel=1e-9)
-
-
 def test_a_stroke_is_as_deep_as_the_infeed_comes_in_its_time() -> None:
-    case = Case(depth=300, infeed=0.6, E=12_000, D=0, sparkout=2, pre_dress=False)
+    case = Case(depth=300, infeed=0.6, E=12_000, D=0, sparkout=2)
     record = program_run(case, job(stock=0.3))
     depth = record.strokes["Z"]
     # 0.01 mm/s times 260/200 + 200/1000 + 0.15 s
@@ -159,11 +116,11 @@ def test_requests_stand_at_equal_fractions_of_depth(case: Case) -> None:
 
 
 def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
-    case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
+    case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2)
     shop = job(stock=0.3)
     record = program_run(case, shop)
     strokes, (dress,) = record.strokes, record.dresses
-    tally = compiled_run([case], shop, dress["seconds"])[2][0]
+    tally = compiled_tally(case, shop, dress["seconds"])
     deeper = np.diff(strokes["Z"], prepend=0.0)
     full = np.flatnonzero(deeper >= 0.9 * 0.0165)
     after = int(case.segments[0].strokes)

@@ -15,7 +15,7 @@ from grind_env.envs.splits import EVERY, SPLITS, Split
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, read_task
 from grind_env.envs.tasks.foreign_entries import other_materials, other_wheels
-from tests.envs.harness import Array, actions, assert_same, every_id, native, sync
+from tests.envs.harness import actions, assert_same, every_id, native, sync
 
 BEYOND = SPLITS["extrapolation"]
 NOISES = [name for name in TapeRow._fields if name.endswith("_noise")]
@@ -27,10 +27,6 @@ def tapes(simulation: BlockSimulation, split: Split, context: Any = None) -> Tap
     given = replace(read_options(simulation.task, {"context": context}, Given()), split=split)
     drawn = simulation.start([np.random.default_rng(i) for i in range(COUNT)], [given] * COUNT).tape
     return TapeRow(*np.moveaxis(drawn, 2, 0))
-
-
-def ratio(one: Array, other: Array) -> Array:
-    return np.log(one / other)
 
 
 def test_a_seed_makes_the_same_episode_of_other_factors() -> None:
@@ -51,7 +47,7 @@ def test_wear_and_pressure_lie_beyond_all_that_the_task_draws_and_nothing_else_d
     wheel = tapes(simulation, replace(BEYOND, foreign=False), {"kA": 1.0}).kA
     for logs, sigma in (
         (np.log(wheel), spread.wheel_growth),
-        (ratio(rows.kA, wheel), spread.lot_growth),
+        (np.log(rows.kA / wheel), spread.lot_growth),
         (np.log(rows.pm), spread.lot_pressure),
     ):
         far = np.abs(logs) / sigma

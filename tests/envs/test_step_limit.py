@@ -29,9 +29,7 @@ STEPS = {
 def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, steps: int) -> None:
     options = {**quiet(env_id), "max_episode_steps": steps}
     check_vector_env(
-        lambda mode: native(env_id, 2, mode, **options),
-        single=lambda: gym.make(env_id, **options),
-        steps=2 * steps + 2,
+        lambda mode: native(env_id, 2, mode, **options), single=lambda: gym.make(env_id, **options), steps=2 * steps + 2
     )
 
 

@@ -13,6 +13,7 @@ from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed
+from tests.envs.harness import refusal
 from tests.examples import few
 
 DUE = "[due]\nblocks = 6\nspeed = 12000\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
@@ -134,10 +135,8 @@ def test_title_and_reference_cost_are_not_those_of_the_base(tmp_path: Path) -> N
 )
 def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Path) -> None:
     put(tmp_path, slip=own, from_which=TEXT["power_limited"], second='base = "slip.toml"', broken="spred = 3")
-    with pytest.raises(TaskError) as caught:
-        load_task(str(tmp_path / "slip.toml"))
-    message = str(caught.value)
-    assert message.startswith(f"{tmp_path / 'slip.toml'}: ") and "\n" not in message
+    message = refusal(TaskError, load_task, str(tmp_path / "slip.toml"))
+    assert message.startswith(f"{tmp_path / 'slip.toml'}: ")
     assert all(part in message for part in parts if part != "from_which"), message
 
 
@@ -148,12 +147,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("blocks = 60", "blocks = 0", "blocks", ["blocks is 0", "a whole number from 1 to 10000"]),
         ('title = "', 'kinds = []\ntitle = "', "kinds", ["there is no key kinds"]),
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
-        (
-            "speed_range = [3000, 30000]",
-            "speed_range = [30000, 3000]",
-            "action.speed_range",
-            ["two numbers", "1000 to 60000 mm/min"],
-        ),
+        ("[3000, 30000]", "[30000, 3000]", "action.speed_range", ["two numbers", "1000 to 60000 mm/min"]),
         ("speed_range = [3000, 30000]", "speed_range = [3000, 3000]", "action.speed_range", ["leave a choice"]),
         ("speed_range = [3000, 30000]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
         ("speed_range", "speed_levels = [3000]\nspeed_range", "action.speed_levels", ["give one of the two"]),
@@ -171,12 +165,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("blocks = 60", "blocks = ", "", ["TOML"]),
         ('sequence = ["plate"]', "sequence = []", "sequence", ["sequence", "[orders]"]),
         ("[spread]", "[orders]\nmost_parts = 2\n\n[spread]", "sequence", ["sequence", "[orders]"]),
-        (
-            'sequence = ["plate"]\nreference_cost = 5.26',
-            "orders = {most_parts = 0}\nreference_cost = 5.26",
-            "orders.most_parts",
-            ["1 to 1000"],
-        ),
+        ('sequence = ["plate"]', "orders = {most_parts = 0}", "orders.most_parts", ["1 to 1000"]),
         ('name = "plate"', 'name = "plate"\nends_part = false', "sequence", ["whole parts"]),
         ('name = "plate"', 'name = "plate"\nstarts_part = false', "sequence", ["whole parts"]),
         ('name = "plate"', 'name = "plate"\nends_part = 0', "kind.ends_part", ["true or false"]),

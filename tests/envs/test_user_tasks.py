@@ -24,7 +24,7 @@ from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
 from tests.command import Grind
 from tests.envs.contract import check_vector_env
-from tests.envs.harness import assert_same, native, row_of, whole_tape
+from tests.envs.harness import assert_same, native, refusal, row_of, whole_tape
 from tests.examples import examples, few
 
 ID = "grind/Task-v0"
@@ -136,9 +136,8 @@ def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
 @pytest.mark.parametrize("task", [None, 3, "", ".toml", "no/such.toml", "a\0.toml", ["slot"]])
 def test_what_names_no_task_is_refused_in_one_sentence(task: Any) -> None:
     for make in (gym.make, gym.make_vec):
-        with pytest.raises(TaskError) as caught:
-            make(ID, task=task)
-        assert str(caught.value).isprintable() and ".toml" in str(caught.value)
+        message = refusal(TaskError, make, ID, task=task)
+        assert message.isprintable() and ".toml" in message
 
 
 # --- random files ------------------------------------------------------------------------------------------------
@@ -236,9 +235,7 @@ def with_overrun(overrun: float) -> dict[str, Any]:
 
 def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is_refused(tmp_path: Path) -> None:
     # at 0.01 mm above its lowest point a wheel of 300 mm is sqrt(0.01 (300 - 0.01)) = 1.73202 mm from its middle
-    with pytest.raises(TaskError) as caught:
-        load_task(written(tmp_path, toml_text(with_overrun(1.732))))
-    assert str(caught.value).endswith(
+    assert refusal(TaskError, load_task, written(tmp_path, toml_text(with_overrun(1.732)))).endswith(
         "setup.overrun is 1.732, but must be at least 1.733 mm, or the 300 mm wheel grinds the part as it comes down "
         "beside it, 0.01 mm deep in its first pick"
     )

@@ -26,7 +26,7 @@ from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from tests.envs.contract import check_vector_env
-from tests.envs.harness import IDS, actions, assert_same, native, sb3_check_env
+from tests.envs.harness import IDS, actions, assert_same, native, refusal, sb3_check_env
 from tests.envs.walks import Walk
 
 OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
@@ -172,9 +172,7 @@ def test_a_length_or_a_number_of_members_that_is_not_whole_is_refused(value: Any
         ("members", BeliefFilter, gym.make("grind/Oracle6-v0")),
         ("members", VectorBeliefFilter, native("grind/Oracle6-v0", 2)),
     ):
-        with pytest.raises(WrapperError) as caught:
-            wrap(env, **{name: value})
-        assert str(caught.value) == f"{name} is {value!r}, but must be a whole number"
+        assert refusal(WrapperError, wrap, env, **{name: value}) == f"{name} is {value!r}, but must be a whole number"
     HistoryStack(gym.make("grind/Oracle6-v0"), n=np.int64(2))
 
 

@@ -46,12 +46,7 @@ def row(shop: Shop, folder: Path) -> list[str]:
     ruled = shifts(shop, lambda seed: shift(shop, depths, PowerLaw(shop, volumes_of(shop)), seed))
     advised = shifts(shop, lambda seed: advised_shift(shop, folder, job, seed))
     found = [ground_cost(shop, folder / "lot.nc", job), fixed, ruled.each, advised.each]
-    cells = [
-        shop.name,
-        *(f"{each:.2f}" for each in found),
-        f"{advised.scrap:.1%}",
-        bettered(shop, folder, job),
-    ]
+    cells = [shop.name, *(f"{each:.2f}" for each in found), f"{advised.scrap:.1%}", bettered(shop, folder, job)]
     fitted = calibrated(folder, job)
     if fitted is None:
         return [*cells, "refused", "", ""]

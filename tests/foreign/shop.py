@@ -41,7 +41,7 @@ class Shop:
     E: float
     finish_E: float
     rating: float
-    stalls: float
+    stalls: float = 1.15
     """Times the rating at which the spindle stalls."""
     Ra: float
     tolerance: float
@@ -120,7 +120,6 @@ WERNER = Shop(
     E=10000.0,
     finish_E=8000.0,
     rating=5200.0,
-    stalls=1.15,
     Ra=0.6,
     tolerance=12.0,
     scrap=30.0,
@@ -139,7 +138,6 @@ FLATS = Shop(
     E=14000.0,
     finish_E=9000.0,
     rating=2400.0,
-    stalls=1.15,
     Ra=0.4,
     tolerance=8.0,
     scrap=50.0,
@@ -158,7 +156,6 @@ LOADING_WHEEL = Shop(
     E=16000.0,
     finish_E=10000.0,
     rating=2600.0,
-    stalls=1.15,
     Ra=0.5,
     tolerance=10.0,
     scrap=35.0,
@@ -177,7 +174,6 @@ THRESHOLD = Shop(
     E=12000.0,
     finish_E=8000.0,
     rating=3400.0,
-    stalls=1.15,
     Ra=0.55,
     tolerance=9.0,
     scrap=40.0,

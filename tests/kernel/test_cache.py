@@ -218,12 +218,7 @@ def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tm
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     "environment",
-    [
-        {"NUMBA_OPT": "1"},
-        {"NUMBA_CPU_NAME": "generic"},
-        {"NUMBA_CPU_FEATURES": ""},
-        {"NUMBA_BOUNDSCHECK": "1"},
-    ],
+    [{"NUMBA_OPT": "1"}, {"NUMBA_CPU_NAME": "generic"}, {"NUMBA_CPU_FEATURES": ""}, {"NUMBA_BOUNDSCHECK": "1"}],
     ids=str,
 )
 def test_code_of_another_cpu_or_other_settings_is_not_loaded(started: Toy, environment: dict[str, str]) -> None:

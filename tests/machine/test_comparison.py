@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import grind_env
@@ -91,10 +90,9 @@ def test_a_dress_has_the_lead_overlap_and_severity_of_its_program() -> None:
     turns = 1000.0 * 30.0 / (math.pi * 300.0)  # of the wheel a second, at a diameter that dresses do not change
     lead = 191.0 / 60.0 / turns
     assert dresses["lead"] == pytest.approx(lead)
-    flats = 1.5e-7 * np.append(0.0, np.cumsum(dresses["removed"])[:-1])
     width = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2)
-    assert dresses["overlap"] == pytest.approx((width + flats) / lead, rel=1e-12)
-    assert dresses["severity"] == pytest.approx(math.sqrt(lead / 0.1) / (1.0 + flats / width), rel=1e-9)
+    assert dresses["overlap"] == pytest.approx(width / lead, rel=1e-12)
+    assert dresses["severity"] == pytest.approx(math.sqrt(lead / 0.1), rel=1e-9)
     assert compared_dresses(record) == [
         "dress O9100: lead 0.100 mm, overlap ratio 2.80, severity 1.00 of a medium dress"
     ]

@@ -91,8 +91,7 @@ def test_a_turning_tool_leaves_the_wheel_to_the_dress_of_the_cycle_after_it() ->
 def test_an_infeed_is_the_stroke_of_the_same_removal_rate() -> None:
     # a pick of 0.02 mm at E12000 over 100 mm removes 4 mm2/s, as an infeed at 0.04 mm/s over 100 mm does
     stroke = run(
-        "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82 X130. I-30. Y-.02 J-.02 F60. E12000.\nM30\n",
-        groove_job(surface=0.0),
+        "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82 X130. I-30. Y-.02 J-.02 F60. E12000.\nM30\n", groove_job(surface=0.0)
     ).strokes[1]
     groove = run(START + "G77 X24.98 I.02 D0 F2.4\nM30\n", groove_job(), control=NEAR).strokes[0]
     for name in ("b", "Lw", "ae", "Q", "power", "T", "G", "dw", "Ra", "A", "V", "ds"):
@@ -287,8 +286,7 @@ def test_a_wheel_that_stalls_in_a_groove_loses_time_and_is_told_as_in_a_stroke()
     strong, weak = (groove_job(), groove_job())
     machine = dataclasses.replace(weak.setup.machine, power_limit=900.0, stall_time=450.0)
     strong = dataclasses.replace(
-        strong,
-        setup=dataclasses.replace(strong.setup, machine=dataclasses.replace(machine, power_limit=100_000.0)),
+        strong, setup=dataclasses.replace(strong.setup, machine=dataclasses.replace(machine, power_limit=100_000.0))
     )
     weak = dataclasses.replace(weak, setup=dataclasses.replace(weak.setup, machine=machine))
     usual, stalled = (run(text, shop, control=NEAR) for shop in (strong, weak))

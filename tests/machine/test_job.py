@@ -17,6 +17,7 @@ width = 20
 stock = 0.3
 scrap_cost = 40
 """
+OVERRIDES = "setup.machine_overrides"
 
 
 def write(folder: Path, text: str) -> Path:
@@ -48,60 +49,25 @@ def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
         ("stock = 0.3", "stck = 0.3", "part.stck", ["did you mean stock?", "roughness_limit"]),
         ("aisi_52100", "aisi_52000", "part.material", ["did you mean aisi_52100?", "inconel_718"]),
         ("[part]", "[prat]", "prat", ["did you mean part?"]),
-        ("scrap_cost = 40", "scrap_cost = 40\n[setup]\nwheel = 5", "setup.wheel", ["wheel 5", "a60j"]),
-        (
-            "scrap_cost = 40",
-            'scrap_cost = 40\n[setup]\nspindle = "on"',
-            "setup.spindle",
-            ["'on'", "one of by program, always on"],
-        ),
-        ("scrap_cost = 40", "scrap_cost = 40\n[diamond]\nx = 0\ny = 1", "diamond.z", ["missing"]),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[setup]\nconstant_surface_speed = 1",
-            "setup.constant_surface_speed",
-            ["true or false"],
-        ),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[setup.machine_overrides]\nstifness = 1e4",
-            "setup.machine_overrides.stifness",
-            ["did you mean stiffness?"],
-        ),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[setup.machine_overrides]\nstiffness = 1",
-            "setup.machine_overrides",
-            ["stiffness is 1", "1000 to 500000 N/mm"],
-        ),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[wheel]\ndiameter = 210",
-            "wheel.diameter",
-            ["210", "220 to 300 mm"],
-        ),
-        (
-            "scrap_cost = 40",
-            'scrap_cost = 40\n[catalogue]\nfiles = ["none.toml"]',
-            "catalogue.files",
-            ["none.toml", "cannot be read"],
-        ),
-        ("scrap_cost = 40", 'scrap_cost = 40\n[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
+        ("", "[setup]\nwheel = 5", "setup.wheel", ["wheel 5", "a60j"]),
+        ("", '[setup]\nspindle = "on"', "setup.spindle", ["'on'", "one of by program, always on"]),
+        ("", "[diamond]\nx = 0\ny = 1", "diamond.z", ["missing"]),
+        ("", "[setup]\nconstant_surface_speed = 1", "setup.constant_surface_speed", ["true or false"]),
+        ("", f"[{OVERRIDES}]\nstifness = 1e4", f"{OVERRIDES}.stifness", ["did you mean stiffness?"]),
+        ("", f"[{OVERRIDES}]\nstiffness = 1", OVERRIDES, ["stiffness is 1", "1000 to 500000 N/mm"]),
+        ("", "[wheel]\ndiameter = 210", "wheel.diameter", ["210", "220 to 300 mm"]),
+        ("", '[catalogue]\nfiles = ["none.toml"]', "catalogue.files", ["none.toml", "cannot be read"]),
+        ("", '[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
         ("[part]", "times = 3\n[part]", "times", ["3", "table"]),
-        ("scrap_cost = 40", "scrap_cost = 40\ntolerance = 9", "part.height", ["tolerance", "add height"]),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[[part.stages]]\nstock = 0.2\ntolerance = 9",
-            "part.height",
-            ["tolerance", "add height"],
-        ),
+        ("", "tolerance = 9", "part.height", ["tolerance", "add height"]),
+        ("", "[[part.stages]]\nstock = 0.2\ntolerance = 9", "part.height", ["tolerance", "add height"]),
     ],
 )
 def test_mistakes_name_file_key_value_and_remedy(
     tmp_path: Path, old: str, new: str, key: str, words: list[str]
 ) -> None:
     assert old in SHORTEST
-    path = write(tmp_path, SHORTEST.replace(old, new))
+    path = write(tmp_path, SHORTEST.replace(old, new) if old else SHORTEST + new)
     with pytest.raises(JobError) as caught:
         load_job(path)
     assert isinstance(caught.value, GrindError)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from grind_env.cli import main
 from grind_env.toml import tomllib
+from tests.command import status
 from tests.machine.harness import DRESS
 
 MISTAKES: list[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text("utf-8"))["mistake"]
@@ -49,11 +49,10 @@ def told(program: str, job: str, folder: Path, capsys: pytest.CaptureFixture[str
     """The sentences with which `grind check --job` answers a program and a job."""
     (folder / "part.nc").write_text(program)
     (folder / "part.toml").write_text(job)
-    with pytest.raises(SystemExit) as caught:
-        main(["check", str(folder / "part.nc"), "--job", str(folder / "part.toml"), "--json"])
+    ended = status("check", folder / "part.nc", "--job", folder / "part.toml", "--json")
     report = json.loads(capsys.readouterr().out)
     errors = [error["message"] for error in report["errors"]]
-    assert bool(errors) == bool(caught.value.code)
+    assert bool(errors) == bool(ended)
     return [*report["warnings"], *errors]
 
 

@@ -144,7 +144,6 @@ def test_a_table_that_has_its_E_over_the_part_grinds_as_one_node(case: Case, ste
     part = PartState(Z=0.01, S=0.01, Rs=0.7, S_step=step, Rs_step=50.0 * step)
     after, left, stroke, _, fast = paced_of(PROCESS)(wheel, own, part, 0.02, 20.0, pace, held, held, 1.5)
     assert (after, left, fast) == PROCESS.stroke(wheel, own, 0.01, 0.7, 0.02, 20.0, held, 1.5)
-    peaks = (
-        ("load", "torque", "T", "burn_ratio") if step > 0.0 else ()
-    )  # of what blocks before have left near the ends, too
+    # of what blocks before have left near the ends, too
+    peaks = ("load", "torque", "T", "burn_ratio") if step > 0.0 else ()
     assert stroke._replace(**{name: getattr(fast, name) for name in peaks}) == fast

@@ -64,8 +64,7 @@ def test_the_process_runs_with_what_was_programmed(words: str, setup: dict[str, 
 
 
 @pytest.mark.parametrize(
-    ("between", "setup"),
-    [("S1500", {"wheel_speed": math.pi * 7.5}), ("M09", {"fluid": CATALOGUE.fluid("dry")})],
+    ("between", "setup"), [("S1500", {"wheel_speed": math.pi * 7.5}), ("M09", {"fluid": CATALOGUE.fluid("dry")})]
 )
 def test_words_act_from_where_they_stand_on(between: str, setup: dict[str, Any]) -> None:
     found = ground(program("S1910 M03 M08", between), programmed())

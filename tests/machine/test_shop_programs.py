@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import Programs, check, read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
+from tests.command import status
 from tests.machine.harness import DRESS, HEAD, machine_after
 from tests.machine.test_replay import assert_replayed, shop
 
@@ -113,15 +113,11 @@ WIDE = {
 }
 
 
-def job_for(name: str) -> Job:
-    return shop(width=40.0) if name in WIDE else shop()
-
-
 @pytest.fixture(params=[*NARROW, *WIDE])
 def case(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Programs, Job]:
     path = tmp_path / "part.nc"
     path.write_bytes({**NARROW, **WIDE}[request.param])
-    return read_file(path), job_for(request.param)
+    return read_file(path), shop(**{"width": 40.0} if request.param in WIDE else {})
 
 
 def test_a_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
@@ -179,10 +175,9 @@ PLATE = Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.nc"
 
 
 def ran(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
-    with pytest.raises(SystemExit) as left:
-        main(["run", *options, "--json"])
+    ended = status("run", *options, "--json")
     out, err = capsys.readouterr()
-    assert left.value.code in (0, 1), err
+    assert ended in (0, 1), err
     found: dict[str, Any] = json.loads(out)
     return found
 

@@ -67,10 +67,7 @@ def test_the_power_of_a_stage_is_counted_once(plain: GrindingRecord) -> None:
 
 def test_a_part_on_which_the_spindle_has_stalled_is_ground_no_more() -> None:
     weak = dataclasses.replace(CATALOGUE.machine("default"), power_limit=1000.0, stall_speed=0.98)
-    found = run(
-        TWO,
-        dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=weak)),
-    )
+    found = run(TWO, dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=weak)))
     rows, part = found.strokes, found.parts[0]
     stalled = int(np.argmax(rows["torque"] >= 1.0))
     assert rows["torque"][stalled] >= 1.0 > rows["torque"][:stalled].max()

@@ -334,10 +334,7 @@ def test_a_job_file_with_stations_is_read_and_written(tmp_path: Path) -> None:
     [
         (("[[stations]]", "[stations]"), r"stations is .*tables, each headed \[\[stations\]\]"),
         (('offset = "G55"', 'offset = "G60"'), r"station right: stations.offset is 'G60', but must be one of G54, "),
-        (
-            ("[300, 0, 0.5]", "[300, 0]"),
-            r"station right: stations.origin is .* must be 3 numbers from -10000",
-        ),
+        (("[300, 0, 0.5]", "[300, 0]"), r"station right: stations.origin is .* must be 3 numbers from -10000"),
         (('offset = "G55"\n', ""), r"station right: stations.origin is that of an offset, and there is none"),
         (('offset = "G55"', 'offset = "G54"'), r"station right: .* another than that of a station before it"),
         (('name = "right"', 'name = "1"'), r"there are two stations '1'; name them differently"),

@@ -58,11 +58,6 @@ def window(tally: Any) -> list[float]:
     return [float(tally[Tally._fields.index(f"power_{number}")]) for number in range(1, 7)]
 
 
-def newest_first(powers: list[float]) -> list[float]:
-    """What that has to be."""
-    return (powers[::-1] + [0.0] * 6)[:6]
-
-
 @example(events=[Counted(float(power), 1.0, 1.0, 1.0, 1.0, True, True, True, False) for power in range(9)])
 @given(events=st.lists(st.one_of(counted, counted, counted, dressing), max_size=40))
 def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None:
@@ -81,7 +76,7 @@ def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None
     plunges = [e for e in strokes if e.plunge]
     assert (tally.strokes, tally.dresses) == (len(strokes), len(dresses))
     assert (tally.first_count, tally.last_count) == (len(first), len(last))
-    assert window(tally) == newest_first(last)
+    assert window(tally) == (last[::-1] + [0.0] * 6)[:6]
     assert last_power(tally) == pytest.approx(math.fsum(last))
     assert mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
     assert mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)

@@ -67,6 +67,9 @@ def test_the_job_as_text_keeps_it(tmp_path: Path) -> None:
     assert load_job(path) == job
 
 
+NAMES = '["material.ploughing_pressure", "wheel.roughness"]'
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -83,16 +86,8 @@ def test_the_job_as_text_keeps_it(tmp_path: Path) -> None:
         ("0.8, 1]]", f"{10**400}, 1]]", "2 rows of 2 numbers"),
         ("0.04", "nan", "uncertainty.residual: '?nan'? must be a number from 0 to 3"),
         ("0.8, 1]]", "nan, 1]]", "2 rows of 2 numbers"),
-        (
-            '["material.ploughing_pressure", "wheel.roughness"]',
-            "[" + "'wheel.x'," * 50_000 + "]",
-            "no number 'wheel.x'",
-        ),
-        (
-            '["material.ploughing_pressure", "wheel.roughness"]',
-            "[" + "'wheel.x'," * 10**6 + "]",
-            "it has more than 1 MB",
-        ),
+        (NAMES, "[" + "'wheel.x'," * 50_000 + "]", "no number 'wheel.x'"),
+        (NAMES, "[" + "'wheel.x'," * 10**6 + "]", "it has more than 1 MB"),
         ("0.04", '"much"', "uncertainty.residual: 'much' must be a number from 0 to 3"),
         ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8]]", "2 rows of 2 numbers"),
         ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8], [0.7, 1]]", "symmetric"),

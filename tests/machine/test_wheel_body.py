@@ -37,16 +37,15 @@ def into(x: float, z: float, face: float) -> float:
     return max(-float(underside(x, face, np.linspace(*PART, 200_001)).min()), 0.0)
 
 
-def fresh() -> PartRun:
-    return PartRun(1, job(), PartConditions(), 0.0)
+def assert_into_part(way: Motion, expected: float) -> None:
+    found = into_part(PartRun(1, job(), PartConditions(), 0.0), way, 0, RADIUS)
+    if max(found, expected) > CRASH:
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-4)
 
 
 @given(x=st.floats(-200.0, 400.0), z=st.floats(-30.0, 25.0), face=st.floats(-60.0, 1.0))
 def test_a_plunge_beside_or_on_the_part(x: float, z: float, face: float) -> None:
-    found = into_part(fresh(), move((x, 20.0, z), (x, face, z)), 0, RADIUS)
-    expected = into(x, z, face)
-    if max(found, expected) > CRASH:
-        assert found == pytest.approx(expected, rel=1e-6, abs=1e-4)
+    assert_into_part(move((x, 20.0, z), (x, face, z)), into(x, z, face))
 
 
 @given(
@@ -55,17 +54,12 @@ def test_a_plunge_beside_or_on_the_part(x: float, z: float, face: float) -> None
     face=st.floats(-60, 1),
 )
 def test_a_way_along_the_table_is_as_deep_as_where_it_is_deepest(x: tuple[float, float], z: float, face: float) -> None:
-    found = into_part(fresh(), move((x[0], face, z), (x[1], face, z)), 0, RADIUS)
     nearest = min(max(100.0, min(x)), max(x))  # to the middle of the part
-    expected = into(nearest, z, face)
-    if max(found, expected) > CRASH:
-        assert found == pytest.approx(expected, rel=1e-6, abs=1e-4)
+    assert_into_part(move((x[0], face, z), (x[1], face, z)), into(nearest, z, face))
 
 
 @given(
-    x=st.floats(-160.0, 160.0),
-    face=st.floats(-3.0, 3.0),
-    z=st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0)),
+    x=st.floats(-160.0, 160.0), face=st.floats(-3.0, 3.0), z=st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 )
 def test_a_pass_over_the_diamond(x: float, face: float, z: tuple[float, float]) -> None:
     depth, passed = over_diamond((0.0, 0.0, 0.0), move((x, face, z[0]), (x, face, z[1])), 0, RADIUS, WIDTH)

@@ -31,7 +31,7 @@ TASKS = [env_id for env_id in EVERY if env_id != "grind/Job-v0"]
 every_id = pytest.mark.parametrize("env_id", EVERY)
 every_task = pytest.mark.parametrize("env_id", TASKS)
 
-SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.2, "Gref": 0.2}
+SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.25, "Gref": 0.2}
 SHARP |= {"material": "grey_cast_iron"}
 """A context in which the fastest table stalls no spindle: of an easy material, under a soft wheel that wears away."""
 DULL = {"pm": 5.0, "kA": 20.0, "wheel_kA": 20.0, "fc": 5.0, "diamond_flat": 0.5}

@@ -147,11 +147,7 @@ def test_a_face_pulls_out_in_bursts_and_in_between_not_at_all() -> None:
 def test_bursts_take_in_the_long_run_what_smooth_wear_takes_or_more() -> None:
     smooth, bursts, more = (
         dulled(plant, 300)[-1]
-        for plant in (
-            OURS,
-            bursting(share=1.0, threshold=0.01),
-            bursting(share=1.0, threshold=0.01, takes=4.0),
-        )
+        for plant in (OURS, bursting(share=1.0, threshold=0.01), bursting(share=1.0, threshold=0.01, takes=4.0))
     )
     assert bursts == pytest.approx(smooth, rel=0.02)
     Af = parameters().Af

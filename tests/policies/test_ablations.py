@@ -11,7 +11,7 @@ from grind_env.policies.scripted.rules import AdaptiveRule, Fixed
 from grind_env.policies.tuned import ConfigError
 from tests.policies.harness import simulated
 
-SPEED = {"E": (9.0, 14.0, 20.0), "gA": -0.5, "gF": 0.1, "gH": -0.2, "gS": 0.1, "gP": 0.3}
+SPEED = {"E": (9e3, 14e3, 20e3), "gA": -0.5, "gF": 0.1, "gH": -0.2, "gS": 0.1, "gP": 0.3}
 DRESS = {"A_dress": (0.011, 0.013, 0.016), "wV": 0.2, "wH": 0.4, "wS": 0.3, "wP": -0.1}
 RUSH = simulated("rush")
 
@@ -32,7 +32,7 @@ def decisions(policies: list[Policy], steps: int) -> np.ndarray:
 def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() -> None:
     both = AdaptiveRule(**SPEED, **DRESS)
     speed = TUNED["adaptive_speed"](**SPEED, D=2, every=3)
-    dress = TUNED["adaptive_dress"](E=11.0, **DRESS)
+    dress = TUNED["adaptive_dress"](E=11_000.0, **DRESS)
     plan = Fixed(E=9000.0, D=2, every=3)
     of_both, of_speed, of_dress, of_plan = decisions([both, speed, dress, plan], 40)
     np.testing.assert_array_equal(of_speed[:, 0], of_both[:, 0])
@@ -44,7 +44,14 @@ def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() ->
 
 
 def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
-    terms = {"E": (9.0, 14.0, 20.0), "A_dress": (0.011, 0.013, 0.016), "gA": -0.5, "gF": 0.1, "gH": -0.2, "wV": 0.2}
+    terms = {
+        "E": (9e3, 14e3, 20e3),
+        "A_dress": (0.011, 0.013, 0.016),
+        "gA": -0.5,
+        "gF": 0.1,
+        "gH": -0.2,
+        "wV": 0.2,
+    }
     terms |= {"wH": 0.4, "gP": 0.3, "wP": -0.1}
     known = {"growth_rule": {"gK": 0.4, "wK": 0.6}, "roughness_rule": {"gR": -0.8}, "dullness_rule": {}}
     full = FullStateRule(**terms, gK=0.4, gR=-0.8, wK=0.6)
@@ -62,12 +69,13 @@ def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
 def test_they_can_be_named_but_stand_in_no_list() -> None:
     assert not set(ABLATIONS) & set(policy_names(RUSH))
     with pytest.raises(
-        ConfigError,
-        match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress",
+        ConfigError, match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress"
     ):
         make_policy("adaptive", RUSH)
 
 
 def test_a_trained_agent_is_said_to_be_one_and_not_a_misspelling() -> None:
-    with pytest.raises(ConfigError, match=r"^'shipped' is a trained agent and is read from a file: name it to"):
-        make_policy("shipped", RUSH)
+    with pytest.raises(ConfigError, match=r"^'plain_gru' is a trained agent and is read from a file: name it to"):
+        make_policy("plain_gru", RUSH)
+    with pytest.raises(ConfigError, match=r"^bc was renamed to plain_gru$"):
+        make_policy("bc", RUSH)

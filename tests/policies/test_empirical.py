@@ -69,8 +69,8 @@ def test_usual_volumes_are_those_of_the_conductivity() -> None:
 
 def test_speed_rises_with_the_power_that_is_left_step_by_step() -> None:
     seen = [observation(PLATES, **GROUND)]
-    for speed in (6.0, 7.5, 9.375):
-        seen.append(observation(PLATES, peak_power=150.0 * speed, last_speed=speed, **GROUND))
+    for speed in (6000.0, 7500.0, 9375.0):
+        seen.append(observation(PLATES, peak_power=0.15 * speed, last_speed=speed, **GROUND))
     # the last one is as fast as the Ra of parts is trusted that nobody has gauged, (0.65 / 0.5)^2
     speeds = [E for E, _ in decide(EmpiricalRule(step=1.25), PLATES, *seen)]
     assert speeds == [6000.0, 7500.0, 9375.0, 10140.0]
@@ -78,7 +78,7 @@ def test_speed_rises_with_the_power_that_is_left_step_by_step() -> None:
 
 def test_a_power_beyond_the_limit_is_dressed_away_and_only_then_slowed_down() -> None:
     def after(power: float, executions: float) -> tuple[float, float]:
-        ground = GROUND | {"last_speed": 6.0, "last_executions": executions, "volume": 30.0}
+        ground = GROUND | {"last_speed": 6000.0, "last_executions": executions, "volume": 30.0}
         first = observation(PLATES, **GROUND)
         return decide(EmpiricalRule(), PLATES, first, observation(PLATES, peak_power=power, **ground))[1]
 
@@ -90,7 +90,7 @@ def test_a_power_beyond_the_limit_is_dressed_away_and_only_then_slowed_down() ->
 
 def test_parts_that_are_too_thick_or_hot_are_dressed_against_and_shorten_the_interval() -> None:
     def executions(error: float) -> list[float]:
-        ground = GROUND | {"last_speed": 6.0, "tolerance": 20.0, "peak_power": 2000.0}
+        ground = GROUND | {"last_speed": 6000.0, "tolerance": 20.0, "peak_power": 2000.0}
         seen = [observation(PLATES, **GROUND), observation(PLATES, size_error=error, volume=20.0, **ground)]
         seen.append(observation(PLATES, last_executions=1.0, volume=20.0, **ground))
         return [D for _, D in decide(EmpiricalRule(), PLATES, *seen)][1:]
@@ -104,7 +104,7 @@ def test_parts_that_are_too_thick_or_hot_are_dressed_against_and_shorten_the_int
 
 def test_a_wheel_that_was_dressed_in_its_block_was_too_dull_before() -> None:
     rule = EmpiricalRule()
-    ground = GROUND | {"last_speed": 6.0, "tolerance": 20.0, "peak_power": 2000.0, "last_executions": 1.0}
+    ground = GROUND | {"last_speed": 6000.0, "tolerance": 20.0, "peak_power": 2000.0, "last_executions": 1.0}
     begin = observation(PLATES, **(GROUND | {"volume": 60.0}))
     decide(rule, PLATES, begin, observation(PLATES, size_error=21.0, volume=10.0, **ground))
     # the execution stood half-way in a block of some 90 mm3/mm
@@ -133,7 +133,7 @@ def test_it_is_near_the_plan_that_was_found_for_the_machine(factors: dict[str, f
 
 
 def test_a_part_without_limits_is_no_matter_of_size() -> None:
-    ground = GROUND | {"last_speed": 6.0, "peak_power": 900.0, "size_error": 500.0}
+    ground = GROUND | {"last_speed": 6000.0, "peak_power": 900.0, "size_error": 500.0}
     task = load_task("power_limited")
     free = BlockSimulation(replace(task, kinds=(replace(task.kinds[0], tolerance=0.0, roughness_limit=0.0),)))
     first = observation(free, **GROUND)

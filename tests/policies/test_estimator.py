@@ -19,7 +19,7 @@ CHIP_ENERGY, PLOUGHING, FRICTION, PRESSURE, SLOPE, THRESHOLD = 13.8, 0.62, 0.4, 
 def block(power, **changes):
     """The readings after a block of 12 m/min, 20 um picks and 50 mm width on a 300 mm wheel."""
     values = {
-        "last_speed": 12.0,
+        "last_speed": 12_000.0,
         "last_pick": 0.02,
         "last_width": 50.0,
         "diameter": 300.0,
@@ -102,7 +102,7 @@ def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
     curvature = 4.0 * vw / (300.0 * vs * 1000.0)
     rubbing = p.kp + p.mu * p.pm * (p.pa + p.pb * curvature) * area
     force = p.u_ch * 0.02 * vw / vs + rubbing * math.sqrt(300.0 * (0.02 + p.a0))
-    last = {"last_speed": 15.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
+    last = {"last_speed": 15_000.0, "last_pick": 0.02, "last_width": 20.0, "diameter": 300.0, "volume": 90.0}
 
     estimator = SharpnessEstimator(shop, 1)
     assert estimator.update(observation(shop, coming_wear_plate=1.0)).kind[0] == 2.0
@@ -133,7 +133,7 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     estimator.update(simulation.observe(episodes))
     stalled = np.zeros(200, bool)
     # the last one no finish block, in which heat feeds the wheel, and its power is that of another depth than its pick
-    for _ in range({"slot": 2, "job_shop": 6, "power_limited": 3, "wide_rails": 3, "blades": 5}[name]):
+    for _ in range({"slot": 2, "job_shop": 6, "power_limited": 2, "wide_rails": 3, "blades": 5}[name]):
         outcomes, _ = simulation.step(episodes, np.full(200, 5000.0), np.zeros(200))
         stalled |= outcomes[:, TORQUE] >= 1.0
         pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]

@@ -8,24 +8,9 @@ import grind_env
 from grind_env.envs.episodes import NOISE
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due
+from grind_env.policies import columns
 from grind_env.policies.choices import Decision
-from grind_env.policies.columns import (
-    CHANGES,
-    GAUGED,
-    NEW_LOT,
-    OF_WHEEL,
-    PART_ROUGHNESS,
-    ROUGHNESS,
-    STOCK,
-    WORK,
-)
-from grind_env.policies.evaluation import (
-    SEEDS,
-    SEEDS_EACH,
-    episode_seeds,
-    run_seeds,
-    start_episodes,
-)
+from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.policy import expected_dates, reveal
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
@@ -98,21 +83,21 @@ def test_a_policy_that_sees_the_state_is_not_shown_the_future():
     for k, shown in enumerate(spied("state")):
         # the true state and the coming block, but nothing of what is drawn for later blocks
         assert np.array_equal(shown.tape[:, k, LOT], tape[:, k, LOT])
-        assert np.array_equal(shown.tape[:, k, STOCK], tape[:, k, STOCK])
+        assert np.array_equal(shown.tape[:, k, columns.STOCK], tape[:, k, columns.STOCK])
         later, expected = shown.tape[:, k + 1 :], tape[:, [k]].copy()
-        expected[..., ROUGHNESS] /= expected[..., PART_ROUGHNESS]  # that of the wheel alone
+        expected[..., columns.ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]  # that of the wheel alone
         assert (later[..., LOT] == expected[..., LOT]).all()
-        assert (later[..., [STOCK, GAUGED]] == 0.3).all()
-        assert (later[..., NEW_LOT] == 0.0).all()
+        assert (later[..., [columns.STOCK, columns.GAUGED]] == 0.3).all()
+        assert (later[..., columns.NEW_LOT] == 0.0).all()
         assert (shown.tape[..., NOISE] == 0.0).all()
 
 
 def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
     simulation = simulated("CBN")
     episodes = start_episodes(simulation, [0, 0])
-    episodes.memory[1, CHANGES] = 1.0
+    episodes.memory[1, columns.CHANGES] = 1.0
     shown = reveal("state", simulation, episodes).tape[:, 0]
-    for old, new in OF_WHEEL:
+    for old, new in columns.OF_WHEEL:
         assert shown[0, new] == episodes.tape[0, 0, old] != episodes.tape[0, 0, new]
         assert shown[1, new] == episodes.tape[1, 0, new]
 
@@ -120,7 +105,7 @@ def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
 def test_later_due_dates_are_expected_at_the_mean_slack():
     # periods of two blocks: 30, 50 and 20 s of work, the next date at 100 s, mean slack 1.1
     tape = np.zeros((1, 6, len(TapeRow._fields)))
-    tape[0, :, WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
+    tape[0, :, columns.WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
     dates = Due(blocks=2, speed=12_000.0, slack=(0.9, 1.3), late=1.0)
     for block in (0, 1):
         due = expected_dates(dates, tape, np.array([100.0]), np.array([block]))

@@ -67,7 +67,7 @@ def test_truth_and_belief_are_what_the_environment_shows():
         for block in range(60):
             truth = full.unwrapped.simulation.read(shown[None])
             assert found.wear_flat[k, block] == pytest.approx(truth["wear_flat"][0], rel=1e-5)
-            assert found.growth[k, block] == pytest.approx(np.log(truth["growth"][0]), abs=1e-5)
+            assert found.dulling[k, block] == pytest.approx(np.log(truth["growth"][0]), abs=1e-5)
             assert found.belief.wear_flat[k, block] == pytest.approx(0.05 * believed[len(names) - 1], rel=1e-5)
             shown, believed = full.step(action)[0], believing.step(action)[0]
 

@@ -150,19 +150,19 @@ def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_
         policy.watch.alarm, policy.watch.holds = np.array([bool(next(alarm))]), np.array([True])
 
     policy.watch.update = update
-    speeds, last = [], 6.0
+    speeds, last = [], 6000.0
     for _ in range(26):
         decision = policy.act(observation(PLATES, last_speed=last, peak_power=4000.0, **GROUND), None)
-        last = float(decision.speeds[0]) / 1000.0
+        last = float(decision.speeds[0])
         speeds.append(last)
-    assert speeds[0] == 20.0
+    assert speeds[0] == 20_000.0
     # four blocks of the rule, then up by a quarter from block to block
-    assert max(speeds[1:5]) < 15.0
+    assert max(speeds[1:5]) < 15_000.0
     for k in (*range(5, 10), 23, 24):
-        assert speeds[k] == pytest.approx(min(1.25 * speeds[k - 1], 20.0), abs=1e-3)
+        assert speeds[k] == pytest.approx(min(1.25 * speeds[k - 1], 20_000.0), abs=1.0)
     # the second alarm, after block 14, lasts twice as long
-    assert speeds[14] == 20.0
-    assert max(speeds[15:23]) < speeds[23] < 20.0
+    assert speeds[14] == 20_000.0
+    assert max(speeds[15:23]) < speeds[23] < 20_000.0
 
 
 GROUND = {"last_pick": 0.02, "last_width": 50.0, "pick": 0.02, "width": 50.0, "length": 300.0, "stock": 1.0}
@@ -199,7 +199,7 @@ def test_it_guards_in_every_form_of_environment(env: str) -> None:
 def test_any_policy_is_guarded_by_its_name() -> None:
     simulation = find_problem("power_limited").simulation()
     assert named_policy("guarded:E6000D1", simulation).name == "guarded:E6000D1"
-    agent = "grind_env/policies/shipped/power_limited.safetensors"
+    agent = "grind_env/policies/shipped/plain_gru/power_limited.safetensors"
     assert named_policy(f"guarded:{agent}", simulation).name.startswith("guarded:")
     planner = named_policy("guarded:hindsight", simulation)
     assert planner.sees == "future"

@@ -91,7 +91,9 @@ def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, digest
 
 
 def test_an_agent_says_the_same_of_itself_in_every_run_and_another_one_something_else():
-    one, same, other = (load_policy(SHIPPED / f"{name}.safetensors") for name in ("blades", "blades", "rush"))
+    one, same, other = (
+        load_policy(SHIPPED / "plain_gru" / f"{name}.safetensors") for name in ("blades", "blades", "rush")
+    )
     assert repr(one) == repr(same) and "0x" not in repr(one)
     one.actor.tensors[next(iter(one.actor.tensors))].flat[0] += 1.0
     assert repr(one) != repr(same) != repr(other)

@@ -20,7 +20,16 @@ from tests.policies.optimum import exact_optimum
 ORACLE = simulated("oracle6")
 COST = Outcome._fields.index("cost")
 A, LOADING = WheelState._fields.index("A"), WheelState._fields.index("lam")
-RULE = {"E": (11.3, 7.2), "A_dress": (0.02, 0.012), "gA": -0.4, "gF": 0.1, "gH": 0.2, "wV": 0.3, "wH": 0.6, "gK": 0.2}
+RULE = {
+    "E": (11.3e3, 7.2e3),
+    "A_dress": (0.02, 0.012),
+    "gA": -0.4,
+    "gF": 0.1,
+    "gH": 0.2,
+    "wV": 0.3,
+    "wH": 0.6,
+    "gK": 0.2,
+}
 
 
 def certain(name):
@@ -74,10 +83,10 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
 
 def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
     optimum = exact_optimum(ORACLE).cost
-    policies = [LookAhead(price=(price,) * 2, growth=(1.7,) * 2) for price in (0.0, 1.5)]
+    policies = [LookAhead(price=(price,) * 2, growth=(1.5,) * 2) for price in (0.0, 0.75)]
     blind, seeing = (run_seeds(policy, ORACLE, range(1)) for policy in policies)
-    assert blind.cost[0] > 1.09 * optimum
-    assert optimum <= seeing.cost[0] < 1.025 * optimum
+    assert blind.cost[0] > 1.05 * optimum
+    assert optimum <= seeing.cost[0] < 1.01 * optimum
 
 
 def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
@@ -113,7 +122,7 @@ def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
 
 def test_the_belief_rule_by_hand_from_what_is_believed():
     simulation = simulated("power_limited")
-    plain = {"E": (10.0,), "A_dress": (0.018,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 0.0}
+    plain = {"E": (10_000.0,), "A_dress": (0.018,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 0.0}
     spread = []
 
     class Watched(BeliefRule):

@@ -3,9 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.plan import CORE
-from grind_env.cli import main
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds
@@ -15,6 +13,7 @@ from grind_env.policies.naming import SHIPPED, chosen_policy, named_policy
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import TRAINED, make_policy
+from tests.command import status
 from tests.policies.untrained import save, untrained
 
 PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
@@ -25,7 +24,7 @@ CYCLE = re.compile(r"^G82 .*E(\d+)\. P\d+ D(\d+)$", re.MULTILINE)
 
 @pytest.fixture
 def agent(tmp_path: Path) -> Path:
-    path = tmp_path / "oracle6.safetensors"
+    path = tmp_path / "plain_gru" / "oracle6.safetensors"
     save(path, untrained(PROBLEM), SIMULATION)
     return path
 
@@ -54,8 +53,8 @@ def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
 def test_the_shipped_policy_is_the_default(
     agent: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    monkeypatch.setattr(naming, "SHIPPED", agent.parent)
-    assert chosen_policy(None, SIMULATION).name == "shipped"
+    monkeypatch.setattr(naming, "SHIPPED", agent.parents[1])
+    assert chosen_policy(None, SIMULATION).name == "plain_gru"
     assert capsys.readouterr().err == ""
     assert chosen_policy(None, SLOT.simulation()).name == "adaptive_rule"
     said = capsys.readouterr().err
@@ -65,14 +64,14 @@ def test_the_shipped_policy_is_the_default(
 
 
 def test_shipped_policies_are_small_and_fit_their_tasks():
-    found = [path for folder in (SHIPPED, SHIPPED / TRAINED["robust"]) for path in folder.glob("*") if path.is_file()]
+    found = [path for name in TRAINED for path in (SHIPPED / name).iterdir()]
     assert len(found) >= 2 * len(CORE)
     for path in found:
         assert path.stem in (*task_names(), *MODULE_NAMES) and path.stat().st_size < 1_000_000
         assert load_policy(path, simulation=find_problem(path.stem).simulation())
 
 
-def test_core_tasks_have_a_shipped_and_a_robust_policy():
+def test_core_tasks_have_every_bundled_agent():
     for task in CORE:
         simulation = find_problem(task).simulation()
         for name in TRAINED:
@@ -90,17 +89,15 @@ def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
         for name in TRAINED
         for plant in ("public", None)
     }
-    assert costs["robust", "public"] < 0.75 * costs["shipped", "public"]
-    assert costs["robust", None] < 1.1 * costs["shipped", None]
+    assert costs["robust", "public"] < 0.75 * costs["plain_gru", "public"]
+    assert costs["robust", None] < 1.1 * costs["plain_gru", None]
 
 
 def test_the_command_shows_the_episode_and_prints_the_program(capsys: pytest.CaptureFixture[str], tmp_path: Path):
     played = play(make_policy("constant", SIMULATION), PROBLEM, SEED)
 
     def printed(*options: str) -> str:
-        with pytest.raises(SystemExit) as ended:
-            main(["play", "--env", "oracle6", "--policy", "constant", "--seed", str(SEED), *options])
-        assert not ended.value.code
+        assert status("play", "--env", "oracle6", "--policy", "constant", "--seed", SEED, *options) == 0
         return capsys.readouterr().out
 
     shown = printed("--no-window")

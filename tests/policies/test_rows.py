@@ -8,14 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import grind_env
 from grind_env.errors import GrindError
+from grind_env.json_form import FormError
+from grind_env.policies import rows
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_row, row_of, verify, write_row
+from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_rows, row_of, track_row, verify, write_rows
+from grind_env.policies.statistics import prediction
+from grind_env.policies.track import run_shifts
 from tests.command import Grind
 from tests.examples import few
 
@@ -52,15 +57,15 @@ def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) ->
 
 def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
     row = plates_row("look_ahead")
-    write_row(tmp_path / "row.json", row)
-    assert read_row(tmp_path / "row.json") == row
+    write_rows(tmp_path / "row.json", [row])
+    assert read_rows(tmp_path / "row.json") == [row]
     document = json.loads((tmp_path / "row.json").read_text())
     assert document["first_seed"] == 2_000_000 and len(document["costs"]) == 3
     assert document["versions"]["grind_env"] == grind_env.__version__
 
 
 PLATE = str(Path(grind_env.__file__).with_name("examples") / "plate_g82.nc")
-AGENT = SHIPPED / "power_limited.safetensors"
+AGENT = SHIPPED / "plain_gru" / "power_limited.safetensors"
 
 
 @pytest.mark.parametrize(
@@ -71,13 +76,13 @@ AGENT = SHIPPED / "power_limited.safetensors"
             ("look_ahead", "look_ahead"),
             ("guarded:adaptive_rule", "guarded:adaptive_rule"),
             (str(AGENT), "power_limited.safetensors"),
-            (None, "shipped"),
+            (None, "plain_gru"),
         ]
     ),
 )
 def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
     path = submit(*(["--policy", says] if says else []), episodes=6)
-    row = read_row(path)
+    (row,) = read_rows(path)
     assert row.policy == named
     assert row.sha256 == (hashlib.sha256(AGENT.read_bytes()).hexdigest() if says == str(AGENT) else "")
     file = ["--policy", AGENT] if row.sha256 else []
@@ -92,11 +97,11 @@ def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit:
 @pytest.mark.nightly
 def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grind) -> None:
     path = submit("--policy", "belief_rule", "--plant", "meter:7", "--model", "soft:3", episodes=16)
-    row = read_row(path)
+    (row,) = read_rows(path)
     assert (row.plant, row.model) == ("meter:7", "soft:3")
     status, out, err = grind("verify", path, "--seed", SEED)
     assert (status, err) == (0, ""), out
-    write_row(path, replace(row, model="model"))
+    write_rows(path, [replace(row, model="model")])
     assert grind("verify", path)[0] == 1
 
 
@@ -130,13 +135,17 @@ print("imported")
 class Mine:
     name: str = "mine"
     sees: str = "measurements"
+    E: float = 7000.0
 
     def begin(self, simulation, episodes):
         self.simulation = simulation
 
     def act(self, observation, episodes):
         seen = self.simulation.read(observation)
-        return Decision(np.full(len(observation), 7000.0), (seen["peak_power"] > 3000.0).astype(float))
+        return Decision(np.full(len(observation), self.E), (seen["peak_power"] > 3000.0).astype(float))
+
+    def learn(self, shift):
+        self.E *= 0.9 if shift.bad.any() or shift.observations.dtype != np.float32 else 1.02
 
 MINE = Mine()
 """
@@ -254,7 +263,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
 
 
 def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
-    write_row(tmp_path / "row.json", replace(plates_row("look_ahead", 6), policy="E3000D0"))
+    write_rows(tmp_path / "row.json", [replace(plates_row("look_ahead", 6), policy="E3000D0")])
     status, out, _ = grind("verify", tmp_path / "row.json", "--seed", SEED)
     assert status == 1 and "re-run: its 6 episodes cost" in out and "drawn" not in out
 
@@ -267,7 +276,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     (tmp_path / "knows.py").write_text(KNOWS)
     monkeypatch.chdir(tmp_path)
     row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=digest(tmp_path / "knows.py"))
-    write_row(tmp_path / "row.json", row)
+    write_rows(tmp_path / "row.json", [row])
     assert grind("verify", "row.json", "--policy", "knows:Knows")[0] == 0
     status, out, _ = grind("verify", "row.json", "--policy", "knows:Knows", "--seed", SEED)
     assert status == 1 and "6 drawn episodes cost" in out
@@ -302,3 +311,37 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
     assert "my_policy" not in sys.modules
     found = grind_env.evaluate("my_policy:Mine", PLATES, episodes=2)
     assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
+
+
+@pytest.mark.nightly
+def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
+    own: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(own)
+    machines = ("public:1", "public:2", "public:3")
+    monkeypatch.setattr(rows, "MACHINES", machines)
+    monkeypatch.setattr(rows, "BASELINE", "E7000D1")
+
+    def block_costs(name: str) -> np.ndarray:
+        made = [(named_policy(name, PLATES.simulation(), modules=True), plant) for plant in machines]
+        return np.array([run_shifts(policy, plant, [0]).cost.mean() for policy, plant in made])
+
+    costs, robust = block_costs("my_policy:Mine"), block_costs("E7000D1")
+    row, words = track_row("my_policy:Mine", costs, robust), ("verify", "row.json", "--policy", "my_policy:Mine")
+    write_rows(own / "row.json", [row])
+    status, out, err = grind(*words, "--seed", SEED)
+    assert (status, err) == (0, "")
+    assert f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
+    assert "3 drawn runs cost" in out and "times the cost of E7000D1" in out
+    write_rows(own / "row.json", [replace(row, robust=tuple(1.01 * robust))])
+    status, out, _ = grind(*words)
+    assert status == 1 and "drawn" not in out
+
+
+def test_a_row_of_the_track_compares_the_summed_costs_and_has_all_machines() -> None:
+    both = np.array([[2.0, 3.0, 4.0], [4.0, 3.0, 5.0]])
+    assert rows._compared(both).mean() == pytest.approx(9.0 / 12.0) and rows._compared(both[:1]).mean() == 3.0
+    # a policy that costs as much as the other on every machine is predicted exactly
+    assert prediction(rows._compared(both[[0, 0]] * [[0.9], [1.0]]), 5) == pytest.approx((0.9, 0.9, 0.9))
+    with pytest.raises(FormError, match="a row of the track is of grind/PowerLimited-v0 and has costs of 20 machines"):
+        track_row("E7000D1", both[0], both[1])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from grind_env.errors import GrindError
 from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import read_row, row_of, verify, write_row
+from grind_env.policies.rows import read_rows, row_of, verify, write_rows
 from tests.command import Grind
 from tests.examples import examples, few
 
@@ -28,7 +28,7 @@ SEED = 31415926535897932384
 def good(tmp_path_factory: pytest.TempPathFactory) -> Document:
     """A row that holds."""
     folder, problem = tmp_path_factory.mktemp("good"), find_problem("oracle6")
-    write_row(folder / "row.json", row_of(evaluate("E9000D1", problem, episodes=2), problem, "E9000D1"))
+    write_rows(folder / "row.json", [row_of(evaluate("E9000D1", problem, episodes=2), problem, "E9000D1")])
     document: Document = json.loads((folder / "row.json").read_text())
     return document
 
@@ -261,7 +261,7 @@ def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good
             break
     (tmp_path / "row.json").write_text(json.dumps(row))
     try:
-        verify(read_row(tmp_path / "row.json"))
+        verify(*read_rows(tmp_path / "row.json"))
     except GrindError as error:
         assert "\n" not in str(error) and len(str(error)) < 900
 

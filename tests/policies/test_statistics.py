@@ -4,20 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from grind_env.policies.statistics import (
-    bootstrap,
-    cost_per_good_part,
-    improvement,
-    interquartile_mean,
-    mean_score,
-    median_score,
-    normalised_score,
-    optimality_gap,
-    percentile_interval,
-    performance_profile,
-    resampled_means,
-    resampled_runs,
-)
+from grind_env.policies import statistics
 
 # runs x tasks
 SCORES = np.array([[0.0, 90.0, 40.0], [20.0, 110.0, 50.0], [-20.0, 100.0, 60.0], [10.0, 95.0, 70.0]])
@@ -28,40 +15,40 @@ def mean(x):
 
 
 def test_cost_per_good_part_divides_the_sums():
-    assert cost_per_good_part(np.array([10.0, 30.0]), np.array([4.0, 6.0])) == 4.0
+    assert statistics.cost_per_good_part(np.array([10.0, 30.0]), np.array([4.0, 6.0])) == 4.0
 
 
 @pytest.mark.parametrize(
     ("cost", "score"), [([4.0, 6.0], 0.0), ([1.0, 3.0], 100.0), ([2.5, 4.5], 50.0), ([9.0, 7.0], -100.0)]
 )
 def test_score_of_known_costs(cost, score):
-    assert normalised_score(np.array(cost), np.array([4.0, 6.0]), np.array([1.0, 3.0])) == score
+    assert statistics.normalised_score(np.array(cost), np.array([4.0, 6.0]), np.array([1.0, 3.0])) == score
 
 
 def test_the_cost_without_a_good_part_is_infinite():
-    none = bootstrap(cost_per_good_part, np.array([3.0, 4.0, 5.0]), np.zeros(3))
+    none = statistics.bootstrap(statistics.cost_per_good_part, np.array([3.0, 4.0, 5.0]), np.zeros(3))
     assert none == (np.inf, np.inf, np.inf)
     # one good part in forty episodes is in every other resample, and in no smaller share of them than the low end
-    some = bootstrap(cost_per_good_part, np.ones(40), np.eye(40)[0])
+    some = statistics.bootstrap(statistics.cost_per_good_part, np.ones(40), np.eye(40)[0])
     assert some.value == 40.0 and 0.0 < some.low < 40.0 and some.high == np.inf
 
 
 def test_score_without_a_range_is_not_a_number():
     same = np.array([2.0, 3.0])
-    assert np.isnan(normalised_score(same, same, same))
+    assert np.isnan(statistics.normalised_score(same, same, same))
 
 
 def test_resampling_is_paired():
     # half-way between the anchors in every episode: any resample of the episodes scores 50
     rng = np.random.default_rng(1)
     planner, fixed = rng.exponential(2.0, 40), rng.exponential(9.0, 40) + 5.0
-    interval = bootstrap(normalised_score, 0.5 * (planner + fixed), fixed, planner)
+    interval = statistics.bootstrap(statistics.normalised_score, 0.5 * (planner + fixed), fixed, planner)
     assert interval == pytest.approx((50.0, 50.0, 50.0))
 
 
 def test_the_interval_of_a_mean_is_that_of_the_normal_law():
     x = np.random.default_rng(2).normal(7.0, 3.0, 400)
-    interval = bootstrap(mean, x)
+    interval = statistics.bootstrap(mean, x)
     assert interval.value == x.mean()
     assert interval.half_width == pytest.approx(1.96 * x.std() / 20.0, rel=0.06)
 
@@ -72,45 +59,37 @@ def test_the_interval_covers_the_truth_as_often_as_it_says():
     covered = 0
     for k in range(400):
         cost, good = rng.gamma(2.0, 1.5, 64), rng.beta(6.0, 2.0, 64)
-        interval = bootstrap(cost_per_good_part, cost, good, seed=k, resamples=400)
+        interval = statistics.bootstrap(statistics.cost_per_good_part, cost, good, seed=k, resamples=400)
         covered += interval.low <= 4.0 <= interval.high
     assert 0.91 <= covered / 400 <= 0.975
 
 
 def test_the_same_seed_gives_the_same_interval():
     x = np.arange(20.0)
-    assert bootstrap(mean, x, seed=4) == bootstrap(mean, x, seed=4)
-    assert bootstrap(mean, x, seed=4) != bootstrap(mean, x, seed=5)
+    assert statistics.bootstrap(mean, x, seed=4) == statistics.bootstrap(mean, x, seed=4)
+    assert statistics.bootstrap(mean, x, seed=4) != statistics.bootstrap(mean, x, seed=5)
 
 
 def test_samples_of_different_episodes_are_refused():
     with pytest.raises(ValueError, match="same episodes"):
-        bootstrap(cost_per_good_part, np.ones(3), np.ones(4))
+        statistics.bootstrap(statistics.cost_per_good_part, np.ones(3), np.ones(4))
 
 
 def test_aggregates_by_hand():
     # sorted: -20 0 10 | 20 40 50 60 70 90 | 95 100 110
-    assert interquartile_mean(SCORES) == 55.0
+    assert statistics.interquartile_mean(SCORES) == 55.0
     # means of the tasks: 2.5, 98.75, 55
-    assert median_score(SCORES) == 55.0
-    assert mean_score(SCORES) == pytest.approx((2.5 + 98.75 + 55.0) / 3.0)
-    # 110 counts as 100
-    assert optimality_gap(SCORES) == pytest.approx(100.0 - (10.0 + 385.0 + 220.0) / 12.0)
+    assert statistics.mean_score(SCORES) == pytest.approx((2.5 + 98.75 + 55.0) / 3.0)
 
 
-@given(st.integers(1, 9), st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
-def test_aggregates_are_those_of_scipy(n, m, tasks, seed):
+@given(st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
+def test_the_interquartile_mean_is_that_of_scipy(n, tasks, seed):
     rng = np.random.default_rng(seed)
-    ours, theirs = rng.integers(-9, 9, (n, tasks)).astype(float), rng.integers(-9, 9, (m, tasks)).astype(float)
-    assert interquartile_mean(ours) == pytest.approx(stats.trim_mean(ours, 0.25, axis=None))
-    pairs = [stats.mannwhitneyu(ours[:, k], theirs[:, k]).statistic / (n * m) for k in range(tasks)]
-    assert improvement(ours, theirs) == pytest.approx(np.mean(pairs))
-    levels = np.linspace(-10.0, 10.0, 7)
-    survival = 1.0 - stats.ecdf(ours.ravel()).cdf.evaluate(levels)
-    assert performance_profile(ours, levels) == pytest.approx(survival)
+    ours = rng.integers(-9, 9, (n, tasks)).astype(float)
+    assert statistics.interquartile_mean(ours) == pytest.approx(stats.trim_mean(ours, 0.25, axis=None))
 
 
-@pytest.mark.parametrize("measure", [interquartile_mean, median_score, mean_score, optimality_gap])
+@pytest.mark.parametrize("measure", [statistics.interquartile_mean, statistics.mean_score])
 def test_every_resample_is_aggregated_by_itself(measure):
     stack = np.stack([SCORES, SCORES + 3.0, SCORES[::-1] * 0.5])
     assert measure(stack) == pytest.approx(np.array([measure(each) for each in stack]))
@@ -118,16 +97,18 @@ def test_every_resample_is_aggregated_by_itself(measure):
 
 def test_resampled_means_are_those_of_the_bootstrap():
     values = np.random.default_rng(5).exponential(3.0, (3, 50))
-    draws = resampled_means(values, seed=6)
+    draws = statistics.resampled_means(values, seed=6)
     for k in range(3):
-        assert percentile_interval(values[k].mean(), draws[:, k]) == pytest.approx(bootstrap(mean, values[k], seed=6))
+        assert statistics.percentile_interval(values[k].mean(), draws[:, k]) == pytest.approx(
+            statistics.bootstrap(mean, values[k], seed=6)
+        )
     # paired: half-way between two rows in every episode
-    halves = resampled_means(np.array([values[0], values[1], 0.5 * (values[0] + values[1])]))
+    halves = statistics.resampled_means(np.array([values[0], values[1], 0.5 * (values[0] + values[1])]))
     assert halves[:, 2] == pytest.approx(0.5 * (halves[:, 0] + halves[:, 1]))
 
 
 def test_runs_are_drawn_within_their_task():
-    draws = resampled_runs(np.broadcast_to(SCORES, (500, *SCORES.shape)))
+    draws = statistics.resampled_runs(np.broadcast_to(SCORES, (500, *SCORES.shape)))
     for task in range(3):
         drawn, counts = np.unique(draws[..., task], return_counts=True)
         assert drawn.tolist() == sorted(SCORES[:, task])
@@ -139,7 +120,7 @@ def test_runs_are_drawn_within_their_task():
 
 def test_the_interval_of_one_task_is_that_of_scipy():
     runs = np.random.default_rng(8).normal(60.0, 9.0, (12, 1))
-    ours = mean_score(resampled_runs(np.broadcast_to(runs, (8000, 12, 1)), seed=9))
+    ours = statistics.mean_score(statistics.resampled_runs(np.broadcast_to(runs, (8000, 12, 1)), seed=9))
     theirs = stats.bootstrap((runs[:, 0],), np.mean, method="percentile", n_resamples=8000, rng=10)
-    interval = percentile_interval(float(runs.mean()), ours)
+    interval = statistics.percentile_interval(float(runs.mean()), ours)
     assert (interval.low, interval.high) == pytest.approx(tuple(theirs.confidence_interval), abs=0.3)

@@ -70,7 +70,7 @@ def in_setup(line: str) -> tuple[str, str]:
         ('"a60j"', '"sg60j"', "setup.wheel.name is 'sg60j', but was 'a60j'"),
         ("stock = 0.2", "stock = 0.21", "part.stock is 0.21, but was 0.2"),
         ("roughness_limit = 0.50", "roughness_limit = 0.25", "part.roughness_limit is 0.25, but was 0.5"),
-        ("scrap_cost = 40", "scrap_cost = 40\nheight = 9", "part.height is 9.0, but was left out"),
+        ("height = 20", "height = 9", "part.height is 9.0, but was 20.0"),
         ("wheel_speed = 30", "wheel_speed = 30.001", "setup.wheel_speed is 30.001, but was 30.0"),
         ("load = 20", "load = 20\nwheel_change = 300", "times.wheel_change is 300.0, but was left out"),
         ("[times]", "[lots]\nprobability = 0.5\n\n[times]", "lots.probability is 0.5, but was 0.16666666666666666"),

@@ -144,7 +144,7 @@ def test_the_files_hold_what_their_parameters_cost(task):
 def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
     task = ORACLE.task
     start = from_vector(RULES["adaptive_rule"], task, [0.0] * 11)
-    assert (start["E"], start["gA"], start["wH"]) == ([12.0, 12.0], -0.3, 0.5)
+    assert (start["E"], start["gA"], start["wH"]) == ([12_000.0, 12_000.0], -0.3, 0.5)
     assert from_vector(RULES["constant_per_kind"], task, [0.0, 0.0, 9.0, -9.0])["D"] == [1, 0]
     assert from_vector(RULES["power_threshold"], task, [0.0, 0.0, 9.0, 0.0])["lower"] == 1.0
     plans = [from_vector(RULES["adaptive_speed"], task, [0.0] * 6 + [z, z]) for z in (-9.0, 0.0, 9.0)]
@@ -180,7 +180,7 @@ def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_
     tuned = tune(problem, ["constant"], runs=tmp_path / "runs", **FEW)
     assert {path.name: path.read_bytes() for path in CONFIGS.iterdir()} == shipped
     assert read_tuned("shop", Path("runs/parameters")) == tuned
-    assert 1000.0 * tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
+    assert tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
     # another folder comes first
     tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
     assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]

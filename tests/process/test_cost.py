@@ -6,23 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grind_env.process.cost import (
-    NO_LIMIT,
-    Limits,
-    Rates,
-    dress_cost,
-    expenses,
-    handover_cost,
-    passed_limits,
-    running_cost,
-    survival,
-)
+from grind_env.process import cost
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dress_wheel, dressed_wheel
 from tests.process.harness import grinder, parameters
 
-RATES = Rates(hourly=80.0, wheel=1e-4, dress=0.10)
-LIMITS = Limits(rise=450.0, power=7500.0, roughness=0.50, size=9.0)
+RATES = cost.Rates(hourly=80.0, wheel=1e-4, dress=0.10)
+LIMITS = cost.Limits(rise=450.0, power=7500.0, roughness=0.50, size=9.0)
 MEDIUM = (2.0, 0.10, 0.020)
 """Passes, lead and depth of the medium dress."""
 
@@ -32,12 +22,12 @@ ONE_DRESS = 0.86091445
 
 def test_running_cost() -> None:
     # a minute and a half at 80 $/h, 1000 mm3 of wheel, two dresses
-    assert expenses(90.0, 1000.0, 2.0, RATES) == pytest.approx((2.0, 0.1, 0.2), rel=1e-12)
-    assert running_cost(90.0, 1000.0, 2.0, RATES) == pytest.approx(2.0 + 0.1 + 0.2, rel=1e-12)
+    assert cost.expenses(90.0, 1000.0, 2.0, RATES) == pytest.approx((2.0, 0.1, 0.2), rel=1e-12)
+    assert cost.running_cost(90.0, 1000.0, 2.0, RATES) == pytest.approx(2.0 + 0.1 + 0.2, rel=1e-12)
 
 
 def test_dress_cost() -> None:
-    assert dress_cost(2.0, 0.020, 30.0, 300.0, 25.0, RATES) == pytest.approx(ONE_DRESS, rel=1e-8)
+    assert cost.dress_cost(2.0, 0.020, 30.0, 300.0, 25.0, RATES) == pytest.approx(ONE_DRESS, rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -60,48 +50,42 @@ def test_dress_cost() -> None:
     ],
 )
 def test_survival(rise: float, torque: float, roughness: float, size_error: float, probability: float) -> None:
-    found = survival(rise, torque, roughness, size_error, LIMITS)
+    found = cost.survival(rise, torque, roughness, size_error, LIMITS)
     assert found == pytest.approx(probability, rel=2e-5)
 
 
 def test_a_limit_of_zero_is_none() -> None:
-    free = Limits(rise=450.0, power=7500.0, roughness=NO_LIMIT, size=NO_LIMIT)
-    assert survival(100.0, 0.3, 50.0, 5000.0, free) == pytest.approx(1.0, abs=1e-9)
-    assert survival(450.0, 0.3, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
-    assert survival(100.0, 1.0, 50.0, 5000.0, free) == 0.0
+    free = cost.Limits(rise=450.0, power=7500.0, roughness=cost.NO_LIMIT, size=cost.NO_LIMIT)
+    assert cost.survival(100.0, 0.3, 50.0, 5000.0, free) == pytest.approx(1.0, abs=1e-9)
+    assert cost.survival(450.0, 0.3, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
+    assert cost.survival(100.0, 1.0, 50.0, 5000.0, free) == 0.0
     # the one limit that is set still counts
-    assert survival(100.0, 0.3, 0.5, 5000.0, free._replace(roughness=0.5)) == pytest.approx(0.5, abs=1e-9)
-    assert survival(100.0, 0.3, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
+    assert cost.survival(100.0, 0.3, 0.5, 5000.0, free._replace(roughness=0.5)) == pytest.approx(0.5, abs=1e-9)
+    assert cost.survival(100.0, 0.3, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
 
 
 def test_the_limits_passed() -> None:
-    assert passed_limits(450.0, 0.99, 0.50, -9.0, LIMITS) == ()  # each value at its limit, the torque below
-    assert passed_limits(451.0, 1.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
-    free = LIMITS._replace(roughness=NO_LIMIT, size=NO_LIMIT)
-    assert passed_limits(451.0, 0.99, 50.0, 5000.0, free) == ("rise",)
+    assert cost.passed_limits(450.0, 0.99, 0.50, -9.0, LIMITS) == ()  # each value at its limit, the torque below
+    assert cost.passed_limits(451.0, 1.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
+    free = LIMITS._replace(roughness=cost.NO_LIMIT, size=cost.NO_LIMIT)
+    assert cost.passed_limits(451.0, 0.99, 50.0, 5000.0, free) == ("rise",)
 
 
 @settings(deadline=None)
-@given(
-    st.floats(0.0, 2000.0),
-    st.floats(0.0, 3.0),
-    st.floats(0.0, 10.0),
-    st.floats(-1e4, 1e4),
-    st.floats(0.0, 5.0),
-)
+@given(st.floats(0.0, 2000.0), st.floats(0.0, 3.0), st.floats(0.0, 10.0), st.floats(-1e4, 1e4), st.floats(0.0, 5.0))
 def test_survival_is_a_probability_that_falls(
     rise: float, torque: float, roughness: float, size_error: float, worse: float
 ) -> None:
-    here = survival(rise, torque, roughness, size_error, LIMITS)
+    here = cost.survival(rise, torque, roughness, size_error, LIMITS)
     assert 0.0 <= here <= 1.0
-    assert survival(rise + 100.0 * worse, torque, roughness, size_error, LIMITS) <= here
-    assert survival(rise, torque + worse, roughness, size_error, LIMITS) <= here
-    assert survival(rise, torque, roughness + worse, size_error, LIMITS) <= here
-    assert survival(rise, torque, roughness, math.copysign(abs(size_error) + worse, size_error), LIMITS) <= here
+    assert cost.survival(rise + 100.0 * worse, torque, roughness, size_error, LIMITS) <= here
+    assert cost.survival(rise, torque + worse, roughness, size_error, LIMITS) <= here
+    assert cost.survival(rise, torque, roughness + worse, size_error, LIMITS) <= here
+    assert cost.survival(rise, torque, roughness, math.copysign(abs(size_error) + worse, size_error), LIMITS) <= here
 
 
 def handover(wheel: WheelState) -> float:
-    return handover_cost(wheel, *MEDIUM, 30.0, parameters(), RATES)
+    return cost.handover_cost(wheel, *MEDIUM, 30.0, parameters(), RATES)
 
 
 def test_handing_over_a_dressed_wheel_costs_nothing() -> None:
@@ -140,8 +124,8 @@ def test_the_dresses_that_are_charged_restore_the_wheel(
 ) -> None:
     p = parameters()
     wheel = grinder(p, A=A, lam=lam, wd=wd).wheel
-    price = dress_cost(passes, depth, 30.0, wheel.ds, p.bs, RATES)
-    dresses = handover_cost(wheel, passes, lead, depth, 30.0, p, RATES) / price
+    price = cost.dress_cost(passes, depth, 30.0, wheel.ds, p.bs, RATES)
+    dresses = cost.handover_cost(wheel, passes, lead, depth, 30.0, p, RATES) / price
     assert 0.0 <= dresses <= 4.0 * (1.0 + 1e-12)
     restored, _ = dress_wheel(wheel, passes * dresses, lead, depth, p)
     dressed = dressed_wheel(wheel.ds, wd, lead, depth, p).A

@@ -255,12 +255,7 @@ def test_the_comparison_is_of_spindles_that_slow_and_stall_wheels_that_rub_and_l
 
 
 # A over that after a medium dress, by hand: s = ad/.02 sqrt(fd/.1), (0.25 + 0.75/sqrt(s))
-DRESSES = [
-    (0.10, 0.005, 1.75),
-    (0.10, 0.080, 0.625),
-    (0.40, 0.020, 0.25 + 0.75 / math.sqrt(2.0)),
-    (0.025, 0.040, 1.0),
-]
+DRESSES = [(0.10, 0.005, 1.75), (0.10, 0.080, 0.625), (0.40, 0.020, 0.25 + 0.75 / math.sqrt(2.0)), (0.025, 0.040, 1.0)]
 
 
 @pytest.mark.parametrize(("lead", "depth", "flats"), DRESSES)

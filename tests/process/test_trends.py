@@ -135,18 +135,6 @@ def test_power_and_wear_flats_drop_at_a_dress_and_rise_after_it() -> None:
     assert rising(powers)
 
 
-def test_a_dress_sharpens_less_with_a_worn_diamond_and_with_one_pass() -> None:
-    def dressed(wd: float = 0.0, passes: float = 2.0) -> float:
-        machine = settled(ALUMINA, A=0.06, lam=0.3, wd=wd)
-        machine.dress(passes)
-        return machine.wheel.A
-
-    assert rising([dressed(wd) for wd in (0.0, 0.1, 0.3)])
-    assert falling([dressed(passes=passes) for passes in (1.0, 2.0, 3.0)])
-    # once the damage is gone, more passes add nothing
-    assert dressed(passes=12.0) == pytest.approx(dressed(passes=24.0), rel=1e-3)
-
-
 def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> None:
     def roughness(lead: float, depth: float) -> list[float]:
         strokes = grinder(ALUMINA, lead=lead, depth=depth).strokes(100, 0.010)

@@ -10,19 +10,7 @@ from grind_env.render import palette
 from grind_env.render.frames import TALL, WIDE, render
 from grind_env.render.view import EpisodePicture, RenderError
 from tests.examples import few
-from tests.render.harness import (
-    CHARTS,
-    GOOD,
-    INSTANT,
-    LIMITS,
-    MACHINE,
-    TRAY,
-    VIEW,
-    near,
-    runs,
-    with_last,
-    with_wheel,
-)
+from tests.render.harness import CHARTS, GOOD, INSTANT, LIMITS, MACHINE, TRAY, VIEW, near, runs, with_last, with_wheel
 
 BLOCK_STRIP = 493
 """First row of the wide picture that belongs to the block text."""

@@ -34,10 +34,6 @@ def seen(colour: palette.Colour, eye: str) -> np.ndarray:
     return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
 
 
-def difference(first: palette.Colour, second: palette.Colour, eye: str) -> float:
-    return float(np.linalg.norm(seen(first, eye) - seen(second, eye)))
-
-
 @pytest.mark.parametrize("eye", EYES)
 def test_colours_with_a_meaning_differ(eye: str) -> None:
     groups = [
@@ -49,7 +45,7 @@ def test_colours_with_a_meaning_differ(eye: str) -> None:
     ]
     for group in groups:
         for first, second in combinations(group, 2):
-            assert difference(first, second, eye) > 15.0, (first, second)
+            assert np.linalg.norm(seen(first, eye) - seen(second, eye)) > 15.0, (first, second)
 
 
 TEXT = ["INK", "GREY", "BLUE", "BRICK", "ORANGE_TEXT", "TEAL_TEXT"]

@@ -130,7 +130,7 @@ def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -
     write_values(tmp_path / "values.nc", simulation, [adviser.advice])
     assert "#101=472.4409 (E, INCH/MIN, PART 1, BLOCK 1)" in (tmp_path / "values.nc").read_text()
     adviser.take(readings_of({"E": 500.0}, "here"))
-    assert simulation.read(adviser.episode.observation())["last_speed"][0] == pytest.approx(12.7)
+    assert simulation.read(adviser.episode.observation())["last_speed"][0] == pytest.approx(12_700.0)
     with pytest.raises(GrindError, match=r"E is 9000, but must lie between 118\.11 and 1181\.1 inch/min"):
         check_readings(readings_of({"E": 9000}, "here"), simulation, 1, "here")
 

@@ -51,7 +51,7 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
     # without E and D in a row the words of the program hold
     alone = Adviser(simulation, policy_for(None, simulation), shadow=True)
     alone.take(readings_of({}, "here"))
-    assert float(simulation.read(alone.episode.observation())["last_speed"][0]) == pytest.approx(15.0)
+    assert float(simulation.read(alone.episode.observation())["last_speed"][0]) == pytest.approx(15_000.0)
 
 
 def test_a_shadow_is_right_from_the_part_on_from_which_forecasts_held() -> None:

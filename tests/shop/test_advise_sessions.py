@@ -17,27 +17,20 @@ from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import policy_for
 from grind_env.shop.advise.state import AdviceOrigin, StateError, held, origin_of, read_state
 from tests.command import Grind
-from tests.shop.advising import (
-    PLATE,
-    ROWS,
-    advised,
-    batch,
-    plate_in,
-    saved_agent,
-    session_of,
-    session_steps,
-)
+from tests.shop import advising
 
 
 def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path) -> None:
     whole: list[str] = []
     (tmp_path / "whole").mkdir()
-    session_of(tmp_path / "whole", list(ROWS), whole, as_json=True).run()
-    wanted = advised(whole)
+    advising.session_of(tmp_path / "whole", list(advising.ROWS), whole, as_json=True).run()
+    wanted = advising.advised(whole)
     assert len(wanted) == 8
     for number in (0, 3, 6, 8):
         said: list[str] = []
-        session = session_of(tmp_path, ROWS[len(session_steps(tmp_path)) : number], said, as_json=True)
+        session = advising.session_of(
+            tmp_path, advising.ROWS[len(advising.session_steps(tmp_path)) : number], said, as_json=True
+        )
         session.resume()
         begun = len(session.steps)
         if number < 8:
@@ -45,8 +38,8 @@ def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path)
                 session.run()
         else:
             session.run()
-        assert advised(said) == wanted[begun : number + 1]
-    assert session_steps(tmp_path) == session_steps(tmp_path / "whole")
+        assert advising.advised(said) == wanted[begun : number + 1]
+    assert advising.session_steps(tmp_path) == advising.session_steps(tmp_path / "whole")
     with (tmp_path / "state.csv").open(newline="") as file:
         log = list(csv.DictReader(file))
     assert [row["advised_E"] for row in log] == [each["E"] for each in wanted]
@@ -55,22 +48,22 @@ def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path)
 
 def test_advice_by_part_comes_before_the_part_and_again_after_a_stop(tmp_path: Path) -> None:
     said: list[str] = []
-    session = session_of(tmp_path, [{"part": 1, "size_error": 1.0}], said, by_part=True, as_json=True)
+    session = advising.session_of(tmp_path, [{"part": 1, "size_error": 1.0}], said, by_part=True, as_json=True)
     with pytest.raises(KeyboardInterrupt):
         session.run()
-    assert [each["block"] for each in advised(said)] == [1, 2, 3, 4]
+    assert [each["block"] for each in advising.advised(said)] == [1, 2, 3, 4]
     again: list[str] = []
-    other = session_of(tmp_path, [], again, by_part=True, as_json=True)
+    other = advising.session_of(tmp_path, [], again, by_part=True, as_json=True)
     other.resume()
     with pytest.raises(KeyboardInterrupt):
         other.run()
-    assert advised(again) == advised(said)[2:]
+    assert advising.advised(again) == advising.advised(said)[2:]
     assert (tmp_path / "values.nc").read_text().splitlines()[-1] == "M30"
     assert len((tmp_path / "values.nc").read_text().splitlines()) == 5
 
 
 def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) -> None:
-    session = session_of(tmp_path, [ROWS[0]], [])
+    session = advising.session_of(tmp_path, [advising.ROWS[0]], [])
     with pytest.raises(KeyboardInterrupt):
         session.run()
     path, origin = tmp_path / "state.json", session.origin
@@ -94,7 +87,7 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
     good["steps"][0]["words"]["E"] = "7."
     path.write_text(json.dumps(good))
     with pytest.raises(GrindError, match="which advised otherwise: give --restart"):
-        session_of(tmp_path, [], []).resume()
+        advising.session_of(tmp_path, [], []).resume()
 
 
 @pytest.mark.parametrize(
@@ -113,7 +106,7 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
 def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
     readings: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
-    session = session_of(tmp_path, [ROWS[0]], [])
+    session = advising.session_of(tmp_path, [advising.ROWS[0]], [])
     with pytest.raises(KeyboardInterrupt):
         session.run()
     path = tmp_path / "state.json"
@@ -121,7 +114,7 @@ def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
     state["steps"][0]["readings"] = readings
     path.write_text(json.dumps(state))
     with pytest.raises(StateError, match=said):
-        session_of(tmp_path, [], []).resume()
+        advising.session_of(tmp_path, [], []).resume()
 
 
 def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
@@ -129,10 +122,10 @@ def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
         program = tmp_path / "part.nc"
         program.write_text(text)
         program.with_suffix(".toml").write_text(job)
-        simulation: Any = batch(program, 2).simulation()
+        simulation: Any = advising.batch(program, 2).simulation()
         return origin_of(simulation, policy_for(policy, simulation), None)
 
-    text, job = PLATE.read_text(), PLATE.with_suffix(".toml").read_text()
+    text, job = advising.PLATE.read_text(), advising.PLATE.with_suffix(".toml").read_text()
     first = origin(text, job, "E12000D0")
     assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12000D0")
     assert first.inputs != origin(text.replace("J-.005", "J-.004"), job, "E12000D0").inputs
@@ -144,8 +137,8 @@ def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
 
 def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Grind, tmp_path: Path) -> None:
     program, measured = tmp_path / "part.nc", tmp_path / "measured.csv"
-    program.write_bytes(PLATE.read_bytes())
-    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    program.write_bytes(advising.PLATE.read_bytes())
+    program.with_suffix(".toml").write_bytes(advising.PLATE.with_suffix(".toml").read_bytes())
     measured.write_text("mean_power,size_error\n2500,\n")
     words = ("advise", program, "--parts", 2, "--measurements", measured)
     status, out, _ = grind(*words)
@@ -154,7 +147,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     status, out, _ = grind(*words)
     assert status == 0 and out.startswith("part 1, N70") and "part 2, N50" in out
     measured.write_text("mean_power,size_error\n2600,\n,3\n")
-    other = saved_agent(tmp_path / "a.safetensors", batch(PLATE, 5))
+    other = advising.saved_agent(tmp_path / "a.safetensors", advising.batch(advising.PLATE, 5))
     for wrong, message in (
         (words, "row 2 says something else of block 1 than it did before: give --restart"),
         ((*words[:3], 3, *words[4:]), "was written for another part: number of parts is 3, but was 2"),
@@ -172,7 +165,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
 
 
 def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) -> None:
-    program, state = plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
+    program, state = advising.plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
     (tmp_path / "link.json").symlink_to(state)
     (tmp_path / "m.csv").write_text("mean_power\n2500\n")
     words = ("advise", program, "--parts", 1, "--policy", "E12000D0", "--measurements", tmp_path / "m.csv")
@@ -189,13 +182,13 @@ def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path, grind: Grind) -> 
     code = "import sys; sys.modules['torch'] = None; from grind_env.cli import main; main(sys.argv[1:])"
     state, measured = tmp_path / "state.json", tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")
-    words = [sys.executable, "-c", code, "advise", str(PLATE), "--parts", "2", "--json", "--state", str(state)]
+    words = [sys.executable, "-c", code, "advise", str(advising.PLATE), "--parts", "2", "--json", "--state", str(state)]
     follow = [*words, "--measurements", str(measured), "--follow"]
     environment = os.environ | {"PYTHONPATH": str(Path(grind_env.__file__).parents[1])}
     with subprocess.Popen(follow, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
         assert [json.loads(process.stdout.readline())["block"] for _ in range(2)] == [1, 2]
-        status, _, err = grind("advise", PLATE, "--parts", 2, "--state", state, "--measurements", measured)
+        status, _, err = grind("advise", advising.PLATE, "--parts", 2, "--state", state, "--measurements", measured)
         assert status == 2 and "another adviser works with" in err
         process.send_signal(signal.SIGKILL)
     ended = subprocess.run(words, input='{"size_error": 2}\n', capture_output=True, text=True, env=environment)

@@ -229,10 +229,7 @@ def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
     ("program", "reason"),
     [
         ("programs_from_shops/two_rows_g10.nc", "1 warnings; log the program as it is"),  # G55 shifts its second row
-        (
-            "programs_from_elsewhere/column_machine.nc",
-            r"vary E and J by hand",
-        ),  # its picks are K
+        ("programs_from_elsewhere/column_machine.nc", r"vary E and J by hand"),  # its picks are K
         ("programs_from_elsewhere/hand_plunge.nc", "no G82 or G83"),
     ],
 )

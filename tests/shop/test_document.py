@@ -10,17 +10,7 @@ from hypothesis import strategies as st
 from grind_env.errors import printable
 from grind_env.render.curves import BLUE
 from grind_env.render.graphs import Graph, RuleLine, Series
-from grind_env.shop.report.document import (
-    Note,
-    Section,
-    figure,
-    items,
-    listing,
-    page,
-    paragraph,
-    table,
-    verdict,
-)
+from grind_env.shop.report import document
 from grind_env.table import Cell, table_of
 
 pytest.importorskip("matplotlib")
@@ -56,17 +46,17 @@ def loads_nothing(said: Parsed) -> bool:
 
 
 def everything(text: str) -> str:
-    return page(
+    return document.page(
         text,
         [
-            Section(
+            document.Section(
                 text,
                 [
-                    verdict("bad", text, [text]),
-                    table(table_of([text, text], [[text, Cell(text, "code")]]), text),
-                    items([text]),
-                    paragraph(text),
-                    *listing([text], {1: [Note(text, "poor")]}),
+                    document.verdict("bad", text, [text]),
+                    document.table(table_of([text, text], [[text, Cell(text, "code")]]), text),
+                    document.items([text]),
+                    document.paragraph(text),
+                    *document.listing([text], {1: [document.Note(text, "poor")]}),
                 ],
             )
         ],
@@ -87,7 +77,7 @@ def graph(text: str) -> Graph:
 
 
 def drawn(text: str) -> str:
-    return page("Title", [Section("Run", [figure(graph(text), text)])])
+    return document.page("Title", [document.Section("Run", [document.figure(graph(text), text)])])
 
 
 @pytest.mark.parametrize("text", [HOSTILE, "$x^{$", "a$b$c", "--><b>", "&lt;b&gt;", '" id="a" onload="b'])
@@ -119,7 +109,9 @@ def test_colours_are_those_of_the_page() -> None:
 
 
 def test_ids_within_a_page_are_what_figures_refer_to() -> None:
-    said = Parsed(page("Title", [Section("Run", [figure(graph("a")), figure(graph("b"))])]))
+    said = Parsed(
+        document.page("Title", [document.Section("Run", [document.figure(graph("a")), document.figure(graph("b"))])])
+    )
     ids = {value for name, value in said.attributes if name == "id"}
     referred = [value for name, value in said.attributes if name in ("xlink:href", "clip-path")]
     assert ids == {re.sub(r"url\(#(\w+)\)|#", r"\1", value) for value in referred}

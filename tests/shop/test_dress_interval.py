@@ -130,10 +130,7 @@ def test_what_no_program_keeps_is_said(grind: Grind) -> None:
     [
         (("--constraint", "minutes=2"), "--constraint: there is no 'minutes'; there are cost, seconds"),
         (("--objective", "speed"), "--objective: there is no 'speed'; there are cost, time"),
-        (
-            ("--bounds", "interval=2..9"),
-            "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4",
-        ),
+        (("--bounds", "interval=2..9"), "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4"),
         (("--constraint", "seconds=0"), "write a number above 0"),
     ],
 )

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job, PartConditions
@@ -29,7 +28,7 @@ from grind_env.shop.optimise.search import Budget
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
-from tests.command import Grind
+from tests.command import Grind, status
 from tests.examples import few
 from tests.machine.harness import worlds
 from tests.shop.programs import EXAMPLES, PLATE
@@ -272,8 +271,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
     words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--report", str(report)]
     for more, first in (("", "not calibrated"), (f"\n[catalogue.uncertainty]\n{TABLE}", "calibrated")):
         job.write_text(text + more)
-        with pytest.raises(SystemExit):
-            main(["optimise", str(EXAMPLES / "plate_g82.nc"), "--job", str(job), *words])
+        status("optimise", EXAMPLES / "plate_g82.nc", "--job", job, *words)
         assert capsys.readouterr().out.startswith(f"plate_g82.nc, {first}, batches of 2 runs")
         assert f"plate_g82.nc, {first}, batches" in report.read_text(encoding="utf-8")
         found = optimise(EXAMPLES / "plate_g82.nc", job, **FEW | {"budget": 0.0})

@@ -41,13 +41,7 @@ PARTS = 4
 LONG = ("--budget", "1000s")
 """So that no search ends early on a busy machine."""
 FRESH = tuple((77, 4242, k) for k in range(2048))
-SHOWN = {
-    "seconds": "seconds",
-    "Ra": "Ra",
-    "rise": "rise",
-    "size_error": "worst_error",
-    "cost": "total_cost",
-}
+SHOWN = {"seconds": "seconds", "Ra": "Ra", "rise": "rise", "size_error": "worst_error", "cost": "total_cost"}
 
 
 @pytest.fixture(scope="module", params=few(("keyway_g81", "plate_g82", "rail_g83")))
@@ -107,7 +101,7 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
 
 
 @pytest.mark.usefixtures("few_lots")
-@pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3000, True)])
+@pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3300, True)])
 def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_does_not_keep_the_limits_either(
     stiffness: int, written: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -206,7 +200,7 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--parts", "3"]
     assert status(*arguments, *LONG, "-o", output, "--json", "--csv", tmp_path / "out.csv") == 0
     told = json.loads(capsys.readouterr().out)
-    rows = {row[0]: row for row in csv.reader((tmp_path / "out.csv").read_text(encoding="utf-8").splitlines())}
+    rows = {row[0]: row for row in csv.reader((tmp_path / "out.csv").read_text(encoding="ascii").splitlines())}
     (seconds,) = (each for each in told["quantities"] if each["name"] == "seconds")
     sides = [seconds[side]["value"] for side in ("before", "after")]
     assert [float(value) for value in rows["seconds"][2:4]] == pytest.approx(sides, 1e-5)
@@ -299,10 +293,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
         (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
         (["--margin", "heat=.5"], "there are power, rise, Ra, size"),
-        (
-            ["--margin", "power=85"],
-            "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",
-        ),
+        (["--margin", "power=85"], "power=85 is 85 times the limit, and no share of it; write a number up to 1, such"),
         (["--margin", "Ra=1.2"], "write a number up to 1"),
         (["--budget", "soon"], "write 60s, 2min or '2000 programs'"),
         (["--fix", "N51"], "N51 is no cycle block"),

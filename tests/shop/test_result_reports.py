@@ -74,13 +74,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("options", "expected"),
-    few(
-        [
-            ([], 0),
-            (["--vary", "E", "--bounds", "E=8000..9000"], 3),
-            (["--vary", "E", "--margin", "Ra=.2"], 4),
-        ]
-    ),
+    few([([], 0), (["--vary", "E", "--bounds", "E=8000..9000"], 3), (["--vary", "E", "--margin", "Ra=.2"], 4)]),
 )
 def test_an_optimisation_is_written_up_whatever_it_finds(
     options: list[str], expected: int, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

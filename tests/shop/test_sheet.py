@@ -133,8 +133,7 @@ def test_a_historian_s_export_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("said", "reason"),
-    [('[log]\ntime_unit = "fortnight"', "log.time_unit is 'fortnight'"), ("[log]\nvolts = 400", "")],
+    ("said", "reason"), [('[log]\ntime_unit = "fortnight"', "log.time_unit is 'fortnight'"), ("[log]\nvolts = 400", "")]
 )
 def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
     path = written(tmp_path, [("time [s]", "power [W]"), *((f"{k}.0", f"{p:.1f}") for k, p in enumerate(POWER))])

@@ -83,7 +83,7 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> Non
     assert "best dress interval" in shown and max(map(len, shown.splitlines()[:-2])) <= 100
     told = json.loads(data)
     assert len(told["speeds"]) == 27 and told["valley"][0] >= 1
-    with (tmp_path / "sweep.csv").open(encoding="utf-8", newline="") as file:
+    with (tmp_path / "sweep.csv").open(encoding="ascii", newline="") as file:
         rows = list(csv.DictReader(file))
     costs = [point["cost"]["value"] for point in (told["own"], *told["speeds"])]
     assert [float(row["cost, $"]) for row in rows] == pytest.approx(costs, abs=5e-4)

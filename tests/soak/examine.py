@@ -3,7 +3,7 @@
 import math
 import random
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 from unittest.mock import patch
@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import Control, ControlError, Dwell, Programs, check, read
+from grind_env.control import ControlError, Dwell, check, read
 from grind_env.control.control import WHEEL_RADIUS
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.outline import JobProgramError
@@ -21,7 +21,7 @@ from grind_env.envs.program_episode import PassageError, ProgramEpisode
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.grind import grind, refuse_unjudged
-from grind_env.machine.job import Job, JobError
+from grind_env.machine.job import JobError
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -134,7 +134,9 @@ def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
 def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     """Grind it at once and stroke by stroke."""
     programs, job = known["programs"], case.job
-    whole, stepped = _ground(programs, job, None), _stepped(programs, job)
+    whole = _record(lambda: grind(programs, job))
+    # the control announces every stroke
+    stepped = _record(lambda: machine_after(programs, job).record())
     for error in (whole, stepped):
         if isinstance(error, GrindError):
             _require_sentence(error, examined)
@@ -192,17 +194,9 @@ def _compare_shared(whole: GrindingRecord, stepped: GrindingRecord, examined: Ex
         examined.differ("run: not judged stroke by stroke, shared", whole.unjudged, stepped.unjudged)
 
 
-def _ground(programs: Programs, job: Job, control: Control | None) -> GrindingRecord | GrindError:
+def _record(run: Callable[[], GrindingRecord]) -> GrindingRecord | GrindError:
     try:
-        return grind(programs, job, control=control)
-    except GrindError as error:
-        return error
-
-
-def _stepped(programs: Programs, job: Job) -> GrindingRecord | GrindError:
-    """The record of a run in which the control announces every stroke."""
-    try:
-        return machine_after(programs, job).record()
+        return run()
     except GrindError as error:
         return error
 

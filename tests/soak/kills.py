@@ -111,7 +111,8 @@ def attempt(seed: int) -> Tried:
         for name, data in killed.items():
             if LITTER in name or data in (before.get(name, b""), whole.files.get(name, b"")):
                 continue
-            if _alike(words, data, whole.files.get(name)) or _put(words, name, data, whole):
+            on_its_way = [content for place, content in whole.put if Path(name).name == place]
+            if any(_alike(words, data, content) for content in (whole.files.get(name), *on_its_way)):
                 continue
             return broken(f"{words}: a file is neither as before nor whole", f"{how}: {name}\n{(data or b'')[:2000]!r}")
         if lost := set(before) - set(killed):
@@ -178,11 +179,6 @@ def _alike(words: str, found: bytes | None, expected: bytes | None) -> bool:
         near = abs(len(found) - len(expected)) < 0.05 * len(expected)
         return near and found.split()[-1:] == expected.split()[-1:]
     return MOMENTS.sub(b"", found) == MOMENTS.sub(b"", expected)
-
-
-def _put(words: str, name: str, data: bytes | None, whole: Whole) -> bool:
-    """Whether that is what the command puts there on its way."""
-    return any(Path(name).name == place and _alike(words, data, content) for place, content in whole.put)
 
 
 PART = Part(name="kills", attempt=attempt, prepare=prepare, share=2.5, seconds=300.0)

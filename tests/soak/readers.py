@@ -184,7 +184,7 @@ def good_files(folder: Path) -> None:
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     shutil.copy(PACKAGE / "process" / "catalogue_data" / "wheels.toml", folder / "entries.toml")
-    agent = PACKAGE / "policies" / "shipped" / "power_limited.safetensors"
+    agent = PACKAGE / "policies" / "shipped" / "plain_gru" / "power_limited.safetensors"
     shutil.copy(agent, folder / "agent.safetensors")
     shutil.make_archive(str(folder / "agent"), "zip", PACKAGE / "policies" / "shipped")
     for name in ("tuned", "read"):

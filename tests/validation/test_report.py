@@ -12,16 +12,7 @@ import pytest
 from rich.console import Console
 
 from grind_env.pages.validation import validation_page
-from grind_env.validation import (
-    CHECKS,
-    GROUPS,
-    Evidence,
-    Row,
-    is_as_known,
-    known_failures,
-    unfit_uses,
-    validate,
-)
+from grind_env.validation import CHECKS, GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses, validate
 from grind_env.validation import __main__ as module
 from grind_env.validation.report import CSV_COLUMNS, WIDTH, print_report, totals, write_csv
 

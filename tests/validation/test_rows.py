@@ -31,16 +31,9 @@ COUNTS = (
 )
 """Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
 SHAPES = (
-    *(
-        "dress width",
-        "dress overlap",
-        "flats on depth",
-        "flats on lead",
-        "flats at equal overlap",
-        "flats of a coarse dress",
-    ),
-    *("flats by depth", "flats by lead", "temperature factor of a fast table", "rubbing force"),
-    *("power within the limit", "energy linear in flats"),
+    *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
+    *("flats of a coarse dress", "flats by depth", "flats by lead", "temperature factor of a fast table"),
+    *("rubbing force", "power within the limit", "energy linear in flats"),
     *("texture after the lightest stroke", "temperature factor of a usual table"),
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""

@@ -1,4 +1,4 @@
-"""How the offset paths of two successive motions are joined, and what one of them becomes (`radius-compensation.md` 2).
+"""Corners between the offset paths of two successive motions (`radius-compensation.md` 2).
 
 `out` is the angle, rad, by which the path turns away from the compensated side: above 0 the centre runs round the
 outside of the corner, below 0 it is inside (1.2). Tangents stand for arcs.
@@ -45,10 +45,10 @@ class Junction:
 
 
 def corner(first: Element, second: Element, offset: Offset, circular: bool, minimum: float) -> Junction:
-    """The junction of two programmed elements compensated on the same side, one after the other (2.2, 2.3).
+    """Return the junction of two successive elements that are compensated on the same side (2.2, 2.3).
 
-    `circular` is G39.1, an arc round a sharp outside corner, instead of the straight blocks of G39, of which one with
-    both components below `minimum` is dropped (mill 21-42).
+    `circular` is G39.1, an arc round a sharp outside corner, instead of the straight blocks of G39; a straight block
+    with both components below `minimum` is dropped (mill 21-42).
     """
     if offset.radius == 0.0:
         return Junction(first.end, ())
@@ -75,7 +75,7 @@ def corner(first: Element, second: Element, offset: Offset, circular: bool, mini
 
 
 def side_change(first: Element, second: Element, before: Offset, after: Offset) -> Junction:
-    """The junction where the side changes (1.9): the crossing of the actual offset paths if an arc takes part.
+    """Return the junction where the side changes (1.9): the crossing of the actual offset paths if an arc takes part.
 
     Two lines, and paths that do not cross, are joined by a straight block between the perpendicular points.
     """
@@ -92,11 +92,11 @@ def side_change(first: Element, second: Element, before: Offset, after: Offset) 
 
 
 def compensated(element: Element, start: Point, end: Point, offset: Offset, detect: bool = True) -> tuple[Element, ...]:
-    """The path of the centre along a programmed element, from one junction to the next.
+    """Return the path of the centre along a programmed element, from one junction to the next.
 
-    It is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full circle
-    that its corners lengthen beyond one turn is two arcs. With `detect` off (M800) a path between crossed junctions
-    runs backwards.
+    The path is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full
+    circle extended by its corners beyond one turn becomes two arcs. With `detect` off (M800) a path between crossed
+    junctions runs backwards.
     """
     if isinstance(element, PathSegment):
         if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:
@@ -132,7 +132,7 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
 
 
 def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> float:
-    """The share of F that the centre feed on an element is: below 1 on inside arcs, never below the minimum (1.7)."""
+    """Return the centre feed on an element over F: below 1 on inside arcs, never below the minimum (1.7)."""
     if isinstance(element, PathSegment):
         return 1.0
     share = centre_radius(element, offset) / element.radius
@@ -145,7 +145,7 @@ def centre_radius(arc: Bow, offset: Offset) -> float:
 
 
 def outward(first: Element, second: Element, offset: Offset) -> float:
-    """The angle `out` between two elements, rad, above -pi and up to pi.
+    """Return the angle `out` between two elements, rad, above -pi and up to pi.
 
     A reversal is outside unless the second element bends away from the compensated side more than the first one run
     backwards: then the centre is between the two.
@@ -158,7 +158,7 @@ def outward(first: Element, second: Element, offset: Offset) -> float:
 
 
 def around(point: Point, before: Point, after: Point, offset: Offset, out: float) -> tuple[Point, Point, Point, Point]:
-    """The points of the straight way round an outside corner between two directions (2.2, 2.5).
+    """Return the points of the straight way round an outside corner between two directions (2.2, 2.5).
 
     They are the perpendicular point of the first path, the ends of the extensions of both by at most one radius, which
     are one point up to 90 degrees, and the perpendicular point of the second path.
@@ -188,7 +188,7 @@ def _linear(first: Element, second: Element, offset: Offset, out: float, minimum
 
 
 def _mitre(first: Element, out: float, offset: Offset) -> Point:
-    """The point on the offset of `first` where that of another line after the angle `out` begins."""
+    """Return the point on the offset of `first` where that of another line after the angle `out` begins."""
     return moved(offset.beside_end(first), first.direction_at_end, offset.radius * math.tan(0.5 * out))
 
 

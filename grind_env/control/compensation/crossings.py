@@ -1,4 +1,4 @@
-"""Where unlimited straight lines and whole circles of the plane cross each other."""
+"""Crossings of unlimited straight lines and whole circles of the plane."""
 
 import math
 from dataclasses import dataclass
@@ -30,9 +30,9 @@ Curve: TypeAlias = StraightLine | Circle
 
 
 def crossings(first: Curve, second: Curve) -> list[Point]:
-    """The common points of two curves: none, one or two; two that touch meet in one or in two equal points.
+    """Return the common points of two curves: none, one or two; touching curves give one or two equal points.
 
-    A line that misses a circle, or a circle that misses another, by no more than rounding touches it.
+    Curves that miss each other by no more than rounding touch.
     """
     if isinstance(first, Circle):
         return _on_circle(first, second) if isinstance(second, StraightLine) else _of_circles(first, second)
@@ -65,7 +65,7 @@ def _of_circles(first: Circle, second: Circle) -> list[Point]:
 
 
 def _symmetric(foot: Point, direction: Point, radius: float, distance: float) -> list[Point]:
-    """The points of a circle on its chord whose middle is `foot`, at `distance` from the centre."""
+    """Return the points of a circle on its chord whose middle is `foot`, at `distance` from the centre."""
     if distance > radius + NEGLIGIBLE_LENGTH:
         return []
     half = math.sqrt(max(radius - distance, 0.0) * (radius + distance))

@@ -1,4 +1,4 @@
-"""The moves into and out of the radius compensation, types A and B (`radius-compensation.md` 2.1, 2.4, 2.5)."""
+"""The entry and exit moves of the radius compensation, types A and B (`radius-compensation.md` 2.1, 2.4, 2.5)."""
 
 import math
 
@@ -24,7 +24,7 @@ from grind_env.control.compensation.plane import (
 def entry(
     move: PathSegment, following: Element | None, offset: Offset, kind: str, circular: bool
 ) -> tuple[Element, ...]:
-    """The way from an uncompensated point to the start of the first compensated element.
+    """Return the way from an uncompensated point to the start of the first compensated element.
 
     Without a `following` motion it ends at right angles to itself (1.8). Type "A" is straight, "B" keeps one radius
     from the start of `following` (15-27), with an arc under G39.1.
@@ -46,7 +46,7 @@ def entry(
 def exit_junction(
     last: Element, move: PathSegment, offset: Offset, kind: str, circular: bool, vector: Point | None
 ) -> Junction:
-    """The way from the last compensated element up to the straight exit to `move.end`, which is not offset.
+    """Return the way from the last compensated element up to the straight exit to `move.end`, which is not offset.
 
     Type "B" keeps one radius from the end of `last` outside (mill 21-25). I, J, K words of the exit block, the `vector`
     along the axes of the plane, decide in either type.
@@ -70,7 +70,7 @@ def exit_junction(
 
 
 def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
-    """The end of the last compensated element after an exit block with I, J, K words (15-26, mill 21-18).
+    """Return the end of the last compensated element after an exit block with I, J, K words (15-26, mill 21-18).
 
     It is where the offset of a line along the vector meets it, at most one radius away. An arc is followed along
     its circle by at most a quarter turn; without an intersection nothing changes.

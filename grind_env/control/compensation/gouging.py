@@ -1,4 +1,4 @@
-"""Elements that are no neighbours, but closer to each other than the wheel is wide (compensation-D18).
+"""Gouging: elements of a path closer than the wheel is wide, without being neighbours (compensation-D18).
 
 Where the wheel runs along both and does not fit between them, the path of its centre crosses itself: along one of them
 it cuts into the other. Neighbours are a matter of their corner (`corners`).
@@ -37,7 +37,7 @@ class Passed(NamedTuple):
     """An element along which the wheel has run."""
 
     place: Place
-    """Of its block."""
+    """Place of its block."""
     programmed: Element
     centre: tuple[Element, ...]
     """The path of the wheel's centre along it, with what is generated behind it."""
@@ -123,7 +123,7 @@ def _direction(element: Element, point: Point) -> Point:
 
 
 def _within(element: Element, point: Point, beyond: float) -> bool:
-    """Whether a point of its curve lies on an element that is made longer at both ends by `beyond` mm."""
+    """Return whether a point of its curve lies on an element extended at both ends by `beyond` mm."""
     if isinstance(element, PathSegment):
         along = dot(between(element.start, point), element.direction_at_start)
         return -beyond <= along <= element.length + beyond

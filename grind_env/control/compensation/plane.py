@@ -20,12 +20,12 @@ NEGLIGIBLE_ANGLE = 1e-9
 
 
 def moved(point: Point, direction: Point, distance: float) -> Point:
-    """The point at `distance` from another one along a unit vector."""
+    """Return the point at `distance` from another one along a unit vector."""
     return point[0] + distance * direction[0], point[1] + distance * direction[1]
 
 
 def between(start: Point, end: Point) -> Point:
-    """The vector from one point to another."""
+    """Return the vector from one point to another."""
     return end[0] - start[0], end[1] - start[1]
 
 
@@ -40,12 +40,12 @@ def cross(a: Point, b: Point) -> float:
 
 
 def left(vector: Point) -> Point:
-    """The vector turned by +90 degrees."""
+    """Return the vector turned by +90 degrees."""
     return -vector[1], vector[0]
 
 
 def unit(vector: Point) -> Point:
-    """The direction of a vector that is not zero."""
+    """Return the direction of a vector that is not zero."""
     length = math.hypot(*vector)
     return vector[0] / length, vector[1] / length
 
@@ -112,19 +112,19 @@ Element: TypeAlias = PathSegment | Bow
 
 
 def turn(before: Point, after: Point) -> float:
-    """The angle from one vector to another, rad, counter-clockwise positive, from -pi to pi."""
+    """Return the angle from one vector to another, rad, counter-clockwise positive, from -pi to pi."""
     return math.atan2(cross(before, after), dot(before, after))
 
 
 def rotated(point: Point, centre: Point, angle: float) -> Point:
-    """The point turned about a centre by an angle, rad, counter-clockwise positive."""
+    """Return the point turned about a centre by an angle, rad, counter-clockwise positive."""
     u, v = between(centre, point)
     cosine, sine = math.cos(angle), math.sin(angle)
     return centre[0] + u * cosine - v * sine, centre[1] + u * sine + v * cosine
 
 
 def polyline(*points: Point) -> tuple[PathSegment, ...]:
-    """The straight lines through some points, without those that have no length."""
+    """Return the straight lines through some points, without those that have no length."""
     kept = [points[0]]
     for point in points[1:]:
         if math.dist(kept[-1], point) > NEGLIGIBLE_LENGTH:
@@ -134,10 +134,10 @@ def polyline(*points: Point) -> tuple[PathSegment, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """How far and to which side of the programmed path the centre runs.
+    """Distance and side of the centre path from the programmed path.
 
     Attributes:
-        radius: not negative.
+        radius: distance, not negative.
         side: 1 left, -1 right, seen along the motion.
         swapped: whether the radius table holds the negative of `radius`, which swaps the sides (15-5).
     """
@@ -157,7 +157,7 @@ class Offset:
         return -self.radius if self.swapped else self.radius
 
     def beside(self, point: Point, direction: Point) -> Point:
-        """The point one radius from another, at right angles to a unit vector and on the compensated side."""
+        """Return the point one radius from another, at right angles to a unit vector and on the compensated side."""
         return moved(point, left(direction), self.side * self.radius)
 
     def beside_start(self, element: Element) -> Point:

@@ -1,4 +1,4 @@
-"""The state of the radius compensation from entry to exit: which path a programmed motion becomes (chapter 15).
+"""The radius compensation from entry to exit: programmed motions become offset paths (chapter 15).
 
 States of `radius-compensation.md` 2.6: without an offset the compensation is off, or armed if G41 or G42 is in
 force; with one it is on. A junction is laid out when the motion before it is executed, from the motions ahead.
@@ -217,7 +217,7 @@ class Compensation:
 
 
 def flat(path: Path, plane: str) -> Element:
-    """The projection of a path on the plane."""
+    """Return the projection of a path on the plane."""
     start, end = _point(path.start, plane), _point(path.end, plane)
     if isinstance(path, Straight):
         return PathSegment(start, end)
@@ -225,7 +225,7 @@ def flat(path: Path, plane: str) -> Element:
 
 
 def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
-    """The path above an element of the plane; its third coordinate runs from that of `start` to that of `end`."""
+    """Return the path in space above an element of the plane; its third coordinate runs from `start` to `end`."""
     foot, head = _lifted(element.start, start, plane), _lifted(element.end, end, plane)
     if isinstance(element, PathSegment):
         return Straight(foot, head)
@@ -247,7 +247,7 @@ def _lifted(point: Point, position: Position, plane: str) -> Position:
 
 
 def _vector(command: Command) -> Point | None:
-    """The I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
+    """Return the I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
     letters = [INTEGRANDS[axis] for axis in PLANES[command.modes.plane]]
     if not any(letter in command.lengths for letter in letters):
         return None

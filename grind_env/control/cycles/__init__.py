@@ -14,7 +14,7 @@ from grind_env.control.motions import CyclePlan
 
 
 class Progress(Protocol):
-    """How far a cycle has come, as the interpreter reads it."""
+    """Progress of a cycle, as the interpreter reads it."""
 
     @property
     def depth(self) -> float:
@@ -51,7 +51,7 @@ RULES: Mapping[str, Rules] = {
     "G82": _of(plunge),
     "G83": _of(traverse, cross=traverse.cross),
 }
-"""Of every cycle, by its code without .1."""
+"""Rules of every cycle, by its code without .1."""
 
 
 def codes_said(conjunction: str) -> str:

@@ -10,7 +10,7 @@ from grind_env.control.rules import depth_after_pick, dresses_due, least_picks
 
 
 class PlungeCycle(NamedTuple):
-    """What a G82 block asks for."""
+    """Parameters of a G82 block."""
 
     depth: float
     """Total plunge depth, mm."""
@@ -27,7 +27,7 @@ class PlungeCycle(NamedTuple):
 
 
 class PlungeProgress(NamedTuple):
-    """How far it has come."""
+    """Progress of a G82 cycle."""
 
     reversal: float
     """Number of strokes made, which is that of the reversal point reached."""

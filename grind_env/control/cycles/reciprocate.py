@@ -1,6 +1,6 @@
 """G81: the table reciprocates without infeed (16-13).
 
-It asks for no stroke of its own: those of the table go on beside the program until G80 or another cycle.
+The cycle has no strokes of its own: the table continues beside the program until G80 or another cycle.
 """
 
 from typing import NamedTuple
@@ -9,14 +9,14 @@ from grind_env.control.motions import CyclePlan
 
 
 class ReciprocationCycle(NamedTuple):
-    """What a G81 block asks for."""
+    """Parameters of a G81 block."""
 
     pre_dress: float
     """1 for G81.1, else 0."""
 
 
 class ReciprocationProgress(NamedTuple):
-    """How far it has come."""
+    """Progress of a G81 cycle."""
 
     reversal: float
     """Number of strokes made, which is that of the reversal point reached."""

@@ -11,7 +11,7 @@ from grind_env.control.rules import depth_after_pick, dresses_due, least_picks
 
 
 class TraverseCycle(NamedTuple):
-    """What a G83 block asks for."""
+    """Parameters of a G83 block."""
 
     depth: float
     """Total plunge depth, mm."""
@@ -34,7 +34,7 @@ class TraverseCycle(NamedTuple):
 
 
 class TraverseProgress(NamedTuple):
-    """How far it has come."""
+    """Progress of a G83 cycle."""
 
     reversal: float
     """Number of strokes made, which is that of the reversal point reached."""

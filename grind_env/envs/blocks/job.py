@@ -51,11 +51,10 @@ def _check_gauging(task: Task, kind: Kind) -> None:
 
 
 def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
-    """The job of parts that are ground in blocks of these kinds, one after the other, for `machine.grind`.
+    """Return the job, for `machine.grind`, of parts that are ground in blocks of these kinds in turn.
 
-    Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
-    beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else where the first block
-    begins to cut.
+    Other kinds of parts are in the `conditions`. The dress set-up time is the task's dress time less the motions of the
+    dress program, which the wheel first meets `first` mm deep, or else where the first block begins to cut.
     """
     setup = Setup(
         wheel=task.wheel,
@@ -80,7 +79,7 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
 
 
 def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
-    """The job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
+    """Return the job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
     if task.cycle != "G82":
         return job(task, *task.kinds, first=0.0)
     first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
@@ -88,7 +87,7 @@ def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
 
 
 def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
-    """A part that is ground in blocks of these kinds, each a stage of its own, which take these stocks, mm, off it."""
+    """Return a part that is ground in blocks of these kinds, a stage each, which remove these stocks, mm."""
     kind, depths = kinds[-1], list(itertools.accumulate(stocks))
     stages = tuple(
         Stage(

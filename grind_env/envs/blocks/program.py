@@ -1,4 +1,4 @@
-"""The part program of an episode of a task: the blocks that an engineer could carry to the machine.
+"""The part program of an episode of a task, ready to run on a machine.
 
 Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
 (tests/envs/test_program_equality.py).
@@ -28,7 +28,7 @@ REQUEST = "OPERATOR ASKS FOR A DRESS"
 
 
 NO_WHEEL = WheelState(*[0.0] * len(WheelState._fields))
-"""Of a block of which the text alone counts."""
+"""Wheel of a block whose text alone counts."""
 
 
 class CycleBlock(NamedTuple):
@@ -57,13 +57,13 @@ class CycleBlock(NamedTuple):
 
 @functools.lru_cache(4096)
 def number(value: float) -> str:
-    """A word's number with a decimal point and at most three decimals, as the control reads it."""
+    """Return a word's number with a decimal point and at most three decimals, as the control reads it."""
     text = f"{value + 0.0:.3f}".rstrip("0")  # -0.0 is the same key of the cache as 0.0
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) and text not in ("0.", "-0.") else text
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
-    """The cycle block as the control reads it, of a G81 with its infeeds, dwells and G80, a line each."""
+    """Return the cycle block as the control reads it, of a G81 with its infeeds, dwells and G80, a line each."""
     overrun, kind = task.setup.overrun, block.kind
     table = f"X{number(kind.length + overrun)} I{number(-overrun)}"
     speed = f"E{number(block.speed)} P{DRESS_PROGRAM}"
@@ -78,7 +78,7 @@ def block_text(task: Task, block: CycleBlock) -> str:
 
 
 def _infeeds(task: Task, block: CycleBlock) -> list[str]:
-    """The infeeds of a G81 and the dwells after them, some of which ask for a dress."""
+    """Return the infeeds of a G81 and the dwells after them, some of which ask for a dress."""
     machine, rate, stroke = task.machine, task.infeed / 60.0, task.stroke_length(block.kind)
     numbers = block.stock, block.speed, machine.reversal_dwell, float(block.executions), machine.acceleration, rate
     infeed = infeed_of(stroke, float(block.kind.sparkout), *numbers)
@@ -92,7 +92,7 @@ def _infeeds(task: Task, block: CycleBlock) -> list[str]:
 
 
 def lines_of(task: Task, block: CycleBlock) -> list[str]:
-    """A block as part of a program; the wheel sets out from the surface, of a G82 from the depth of its first pick."""
+    """Return a block as part of a program; the wheel starts at the surface, for a G82 at its first pick."""
     text = block_text(task, block)
     if task.cycle != "G82":
         return [*approach(task, 0.0), text, *(["G80"] if task.cycle == "G83" else [])]
@@ -111,14 +111,14 @@ def approach(task: Task, depth: float) -> list[str]:
 
 
 def start_of(task: Task) -> list[str]:
-    """The first blocks of a main program: its number, its modes, wheel and coolant on."""
+    """Return the first blocks of a main program: its number, its modes, wheel and coolant on."""
     title = NO_COMMENT.sub(" ", task.title.upper())[:LONGEST_COMMENT]
     speed = f"S{60 * task.wheel_revolutions:.0f}"
     return [f"O0001 ({title})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
 
 
 def program_of(task: Task, blocks: Sequence[CycleBlock]) -> str:
-    """A main program of the lines of each block, M00 before each further part, and the dress program.
+    """Return a main program of the lines of each block, M00 before each further part, and the dress program.
 
     Where the episode changed the wheel, the operator does so at that M00 or M01.
     """
@@ -135,7 +135,7 @@ def program_of(task: Task, blocks: Sequence[CycleBlock]) -> str:
 
 
 def dress_program(task: Task) -> list[str]:
-    """A dress program of the task's passes, lead and depth: the diamond stands on the table, beside the part."""
+    """Return a dress program of the task's passes, lead and depth: the diamond stands on the table, beside the part."""
     travel = task.wheel.width + DRESS_CLEARANCE
     lines = [
         f"O{DRESS_PROGRAM} (DRESS)",

@@ -1,4 +1,4 @@
-"""The script of a task: a row for every pair of kind and material, kind by kind, whose depths the noise tape says."""
+"""The script of a task: a row for every pair of kind and material; depths come from the noise tape."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from grind_env.machine.script.tables import BlockRow, ScriptTables, is_covered, 
 
 
 def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
-    """The script of a task, whose kinds in every material have these numbers, shape (rows, fields of `KindRow`).
+    """Return the script of a task, whose kinds in every material have these numbers, shape (rows, fields of `KindRow`).
 
     With it come how far below the surface the cycle of each row begins, mm, shape (rows,), and whether the wheel covers
     the parts. The wheel's way to a block lies within the time for which the machine waits for its part.
@@ -39,7 +39,7 @@ def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
 
 
 def _script_of(task: Task, kind: Kind) -> Script:
-    """The script of a block on a part of its own."""
+    """Return the script of a block on a part of its own."""
     block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, task.action.speed_ends[0])
     programs, job, stands = read(program_of(task, [block])), job_of(task, [block]), (0.0, 0.0, 0.0)
     events = execute(programs, replace(job.control, announce_cycles=True))
@@ -57,7 +57,7 @@ def _script_of(task: Task, kind: Kind) -> Script:
 
 
 def _row(task: Task, kind: Kind, row: BlockRow, numbers: KindRow) -> BlockRow:
-    """The row of a block of a kind: after every one the part is gauged and judged by the limits of the kind."""
+    """Return the row of a block of a kind: after every one the part is gauged and judged by the limits of the kind."""
     limits = {name: getattr(numbers, name) for name in ("rise", "power", "roughness", "size", "counts_all")}
     begins = {"starts_part": numbers.starts_part, "ends_part": numbers.ends_part, "wait": task.wait_seconds(kind)}
     return row._replace(**limits, **begins, gauged=1.0, judged=1.0, stock=0.0)

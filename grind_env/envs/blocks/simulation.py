@@ -1,4 +1,4 @@
-"""Episodes of a task whose steps are cycle blocks: its program has holes for E and D, and its tape says the stocks."""
+"""The simulation of a task: its program has holes for E and D, and its tape holds the stocks."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -32,15 +32,15 @@ CYCLES = Tables._fields.index("cycles") - Tables._fields.index("parameters")
 
 
 class BlockSimulation(Simulation):
-    """Steps episodes of one task.
+    """Simulation of episodes of a task.
 
     Args:
         task: the task.
         full: whether observations show the hidden state.
-        pre_dress: whether a choice has a dress before the first plunge, and observations show the last one.
-        process: what grinds.
-        gauge: what is measured of it.
-        plants: machines that are not the model, in place of both; each episode has one of them.
+        pre_dress: whether an action may ask for a dress before the block, and observations show the last one.
+        process: the grinding process.
+        gauge: the gauges.
+        plants: out-of-model machines in place of process and gauge; each episode has one of them.
     """
 
     def __init__(

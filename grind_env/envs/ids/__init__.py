@@ -1,1 +1,1 @@
-"""The ids of a form of their own: a module registers the one of its name, of which it has `make` and `make_vector`."""
+"""Ids with a form of their own: each module registers the id of its name by `make` and `make_vector`."""

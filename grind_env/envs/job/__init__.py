@@ -1,1 +1,1 @@
-"""`grind/Job-v0`: every cycle block of a user's own program is a step."""
+"""`grind/Job-v0`: every cycle block of the user's part program is a step."""

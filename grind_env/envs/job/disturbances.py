@@ -1,4 +1,4 @@
-"""What is random in an episode of the user's own job: a whole tape, drawn at reset from the key of the episode.
+"""The noise tape of an episode of a user's job, drawn in full at reset from the key of the episode.
 
 The spreads are those of the scenarios (section 3), or those that the job's `[lots]` names: every wheel, coolant and lot
 of material differs somewhat from the catalogue, and gauges are noisy.
@@ -39,11 +39,11 @@ STATED = [
 """Columns in which stated parts differ."""
 
 LEAST_STOCK = 0.4
-"""Of the nominal one; no part has less."""
+"""Least stock over the nominal stock."""
 
 
 def barred_factors(spread: float) -> dict[str, str]:
-    """What a context of `grind_env.envs.contexts` cannot fix in a job, each with the reason."""
+    """Return the factors that a context cannot fix in a job, each with the reason."""
     fixable = {*WHEEL_FACTORS.values(), *LOT_FACTORS, *({"noise"} if spread > 0.0 else ())}
     others = [name for name in (*CONTEXT_FACTORS, "material", "sequence") if name not in fixable]
     why = "the program and the job of grind/Job-v0 say what is ground and with which wheel"
@@ -66,17 +66,17 @@ def spreads(lots: Lots, factor: float) -> dict[str, float]:
 
 
 class JobGenerator(Disturbances):
-    """Draws the episodes of a job; of parts that are stated only the noise of the gauges.
+    """Generator of the episodes of a job; for parts with stated conditions only gauge noise is drawn.
 
-    A number of a part is drawn for that of the part, and one of a reading for that of the block.
+    The random numbers of a part depend on its number, the numbers of a reading on its block.
 
     Args:
         part_of_block: number of the part of each block, from 0.
-        lots: how lots and stocks differ.
+        lots: variation of lots and stocks.
         stocks: nominal stock of each part, mm.
-        spread: factor on all standard deviations; 0 is the nominal job with exact gauges.
-        wheel: as the first block finds it, shape (fields of `WheelState`,).
-        stated: of each part, where the job says how it differs.
+        spread: factor on all standard deviations; 0 for the nominal job with exact gauges.
+        wheel: state before the first block, shape (fields of `WheelState`,).
+        stated: stated differences of each part.
 
     Raises:
         JobError: a factor that cannot differ from part to part here.
@@ -115,7 +115,7 @@ class JobGenerator(Disturbances):
 
 
 def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, ...]:
-    """What a tape holds of a part in the columns `STATED`."""
+    """Return the stated conditions of a part in the columns `STATED` of a tape."""
     first, spare = part.factors, part.factors if part.new_wheel_factors is None else part.new_wheel_factors
     for name in {*first, *spare}:
         if name not in FACTORS:
@@ -137,7 +137,7 @@ def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, .
 def conditions_of(
     tape: NDArray[np.float64], part_of_block: NDArray[np.int64], parts: int, nominal: Sequence[float]
 ) -> tuple[PartConditions, ...]:
-    """What a tape, shape (blocks, fields of `TapeRow`), says of each part; its `nominal` stock in mm."""
+    """Return the conditions of each part on a tape, shape (blocks, fields of `TapeRow`); `nominal` stock in mm."""
     first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
     rows = tape[first]
     factors = [dict(zip(FACTORS, row, strict=True)) for row in rows[:, FACTOR_COLUMNS].tolist()]

@@ -1,4 +1,4 @@
-"""A user's own program and its job, from their files."""
+"""Load a part program and its job from files."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -31,7 +31,7 @@ def load_simulation(
     variables: Mapping[int, float] = {},
     plant: str | None = None,
 ) -> JobSimulation:
-    """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers."""
+    """Return the simulation of a program's file, as `grind_env.envs.ids.job.make`; `variables` by number."""
     check_file("program", program)
     check_file("job", job)
     check_number("spread", spread, 0.0, MOST_SPREAD)
@@ -49,14 +49,7 @@ def load_simulation(
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
     try:
         return JobSimulation(
-            batch,
-            settings,
-            spread,
-            full=full,
-            name=batch_name(path, parts),
-            file=file,
-            plants=plants,
-            once=programs,
+            batch, settings, spread, full=full, name=batch_name(path, parts), file=file, plants=plants, once=programs
         )
     except GrindError:
         JobSimulation(programs, settings, spread)  # tells the line of the file

@@ -1,9 +1,8 @@
-"""An episode of a user's program that is ground elsewhere: on a machine, of which somebody says what was measured.
+"""An episode of a part program on a real machine, from readings that the user enters.
 
-What an observation says is either measured or book-keeping: E and D, dresses, depths, volumes. The book is kept by the
-compiled step, with a wheel and a part without spread; what was measured takes the place of what that step would have
-measured, with no noise added, in the same compiled account of a block. So the observation is the one that the
-environment would give if it had measured the same.
+An observation has measured values and book-keeping: E and D, dresses, depths, volumes. The compiled step keeps the
+book, with a wheel and a part without spread. Entered readings replace the simulated ones, without added noise, in the
+same compiled account. So the observation equals the observation of an environment with the same readings.
 """
 
 from typing import NamedTuple
@@ -26,7 +25,7 @@ NONE_GAUGED, OUTCOME_FIELDS = -1.0, len(Outcome._fields)
 
 
 class Measured(NamedTuple):
-    """What was measured of a block, and of the part that it finished."""
+    """Readings of a block, and of the part that it finished."""
 
     mean_power: float = 0.0
     """Mean load of the spindle in the last (up to 6) full plunges since a dress, W above idle; 0 if none was read."""
@@ -37,11 +36,11 @@ class Measured(NamedTuple):
     size_error: float | None = None
     """Stock left on the finished part, um."""
     Ra: float | None = None
-    """Of the finished part, um; the observation shows it one part later."""
+    """Ra of the finished part, um; the observation shows it one part later."""
     Ra_before: float | None = None
-    """Of the part before it, um, where it was not known yet."""
+    """Ra of the part before it, um, if unknown until now."""
     diameter: float | None = None
-    """Of the wheel, mm."""
+    """Diameter of the wheel, mm."""
     new_wheel: bool = False
     """Whether the wheel was changed after the block."""
     new_lot: bool = False
@@ -71,7 +70,7 @@ class MeasuredEpisode:
 
     @property
     def over(self) -> bool:
-        """Whether the last block has been ground."""
+        """Return whether the last block has been ground."""
         return self.block >= len(self.simulation.blocks)
 
     def observation(self) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""What cost and gauges need of a job, of its blocks and of the machines that may be that of the job, in numbers."""
+"""Numbers of a job, its blocks and its possible machines, for costs and gauges."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -21,7 +21,7 @@ STROKES_AT_MOST = int(POWER_WINDOW)
 
 
 def kind_of(block: BlockOutline, job: Job) -> KindRow:
-    """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
+    """Return the numbers of a block that cost and gauges need; its loading is in the time of the script."""
     part = job.part
     return KindRow(
         stock=part.stock,
@@ -39,7 +39,7 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
 
 
 def shop_of(job: Job, reference_cost: float) -> Shop:
-    """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
+    """Return the numbers of a job that are equal for all blocks; each block has its own dress program."""
     rates, change = job.rates, job.times.wheel_change
     return Shop(
         hourly=rates.hourly,
@@ -54,10 +54,10 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
 
 
 def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
-    """What a block has come to that the control has executed, up to the next one.
+    """Return the tally of an executed block, up to the next block.
 
-    Of a block that takes a part off, the heat is that of the whole part as it is judged; of another one that which
-    counts if the stage ends at a depth of `finish`, mm.
+    For a block that finishes a part, the heat is that of the judged part; else the heat that counts if the stage ends
+    at a depth of `finish`, mm.
     """
     strokes, plan = run.strokes, run.plan
     table, power = strokes["groove"] == 0, strokes["mean_load"]
@@ -105,24 +105,21 @@ class Machines(NamedTuple):
 
 
 def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> Machines:
-    """The numbers of some jobs that differ from a nominal one in their entries, for the blocks of its program."""
-    limits = _rises(nominal, blocks)
+    """Return the numbers of jobs that differ from a nominal one in their entries, for the program's blocks."""
+    limits, first = _rises(nominal, blocks), blocks[0]
+    wheels = [first_wheel(job, first.dress, job.of_part(first.part + 1).parameters) for job in jobs]
     return Machines(
         jobs=tuple(jobs),
         base=np.array([[each.parameters for each in _by_block(job, blocks)] for job in jobs]),
         cooler=np.array([np.subtract(_rises(job, blocks), limits) for job in jobs]),
-        starts=np.array([_start(job, blocks[0]) for job in jobs]),
+        starts=np.array([(*wheel, *job.own_at_start) for wheel, job in zip(wheels, jobs, strict=True)]),
     )
 
 
 def _by_block(job: Job, blocks: Sequence[BlockOutline]) -> list[Job]:
-    """The job of each block where its parts may differ, or the one of all."""
+    """Return the job of each block where its parts may differ, or the one of all."""
     return [job.of_part(block.part + 1) for block in blocks] if job.stations else [job]
 
 
 def _rises(job: Job, blocks: Sequence[BlockOutline]) -> list[float]:
     return [each.limits.rise for each in _by_block(job, blocks)]
-
-
-def _start(job: Job, first: BlockOutline) -> tuple[float, ...]:
-    return *first_wheel(job, first.dress, job.of_part(first.part + 1).parameters), *job.own_at_start

@@ -1,4 +1,4 @@
-"""A part program and its job, examined before an agent gets them: the cycle blocks, and what each is part of."""
+"""The outline of a part program: its cycle blocks, and the part of each block."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -25,7 +25,7 @@ MOST_BLOCKS = 2000
 
 
 class JobChoice(NamedTuple):
-    """What an agent chooses for a block."""
+    """Choice of an agent for a block."""
 
     speed: float
     """E, mm/min."""
@@ -68,7 +68,7 @@ class BlockOutline:
     counts_all: bool
 
     def words(self, choice: JobChoice) -> Words:
-        """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
+        """Return the words that say a choice in this block; a G81, or a block without a dress program, takes no D.
 
         Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
         """
@@ -84,12 +84,12 @@ class BlockOutline:
 
     @property
     def takes_dresses(self) -> bool:
-        """Whether it may have a D word."""
+        """Return whether the block may have a D word."""
         return self.plan.plunges and self.plan.program is not None
 
 
 def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a script."""
+    """Return the cycle blocks of a script."""
     part, reached, blocks = -1, 0.0, []
     for block, numbers in zip(script.blocks, tables.blocks.tolist(), strict=True):
         row = BlockRow(*numbers)
@@ -116,7 +116,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 def outline_of_runs(
     programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a program that has to be run to know them, on parts as the job states them."""
+    """Return the cycle blocks of a program that has to be run to know them, on parts as the job states them."""
     episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:
@@ -133,12 +133,12 @@ def outline_of_runs(
 
 
 def parts_of(blocks: Sequence[BlockOutline]) -> int:
-    """How many parts a program of these blocks grinds."""
+    """Return the number of parts that a program of these blocks grinds."""
     return max(sum(block.finished for block in blocks), blocks[-1].part + 1)
 
 
 def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
-    """What a program comes by whatever is chosen in its blocks."""
+    """Return the values of a program that no choice in its blocks changes."""
     return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)
 
 

@@ -1,6 +1,6 @@
-"""What an agent sees before a cycle block of the user's own job: gauges of the blocks before, and the coming block.
+"""The observation before a cycle block of a user's job: readings of earlier blocks, and the coming block.
 
-Names, scales and noise are those of `observations` wherever they mean the same.
+Names, scales and noise are as in `observations` for the same quantities.
 """
 
 from collections.abc import Container, Sequence
@@ -21,47 +21,19 @@ ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
 """The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
 
 SEEN = (
-    "mean_power",
-    "first_power",
-    "peak_power",
-    "last_speed",
-    "last_executions",
-    "last_pick",
-    "size_error",
-    "roughness",
-    "parts_since_gauged",
-    "volume",
-    "blocks_since_dress",
-    "dresses",
-    "diameter",
-    "pick",
-    "depth",
-    "sparkout",
-    "takes_dresses",
-    "starts_part",
-    "new_lot",
-    "remaining",
+    *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
+    *("roughness", "parts_since_gauged", "volume", "blocks_since_dress", "dresses", "diameter", "pick", "depth"),
+    *("sparkout", "takes_dresses", "starts_part", "new_lot", "remaining"),
     *(f"coming_{code}" for code in RULES),
 )
 HIDDEN = (
-    "wear_flat",
-    "loading",
-    "diamond_flat",
-    "dressed_roughness",
-    "dressed_density",
-    "wheel_volume",
-    "growth",
-    "pressure",
-    "convection",
-    "fracture",
-    "wear",
-    "roughness_scale",
-    "part_rise",
+    *("wear_flat", "loading", "diamond_flat", "dressed_roughness", "dressed_density", "wheel_volume", "growth"),
+    *("pressure", "convection", "fracture", "wear", "roughness_scale", "part_rise"),
 )
 
 
 def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[Reading, ...]:
-    """The observation of a job, entry by entry, the hidden ones last."""
+    """Return the observation of a job, entry by entry, the hidden ones last."""
     spread = task.spread.measurement
     wheel_noise = f"{2.0 * SIZE_NOISE * spread:g} um" if spread > 0.0 else "to 1 um"
     ra_noise = f"{100.0 * ROUGHNESS_NOISE * spread:g} %, " if spread > 0.0 else ""
@@ -86,9 +58,9 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
 
 
 def job_task(name: str, job: Job, spread: float, file: str) -> Task:
-    """A task with the limits and the spreads of a job, whose actions and readings have the ranges that the job needs.
+    """Return a task with the limits and spreads of a job, and with the ranges that its actions and readings need.
 
-    The rest of it is that of another task: the program, not the task, says what is ground.
+    The other fields come from another task; the program decides the grinding.
     """
     task = load_task("power_limited")
     # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
@@ -116,7 +88,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
 
 
 def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
-    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part."""
+    """Return the kind of each block, and the kinds: equal texts at the same place of equal parts are one kind."""
     numbers, known, kinds, place = [], dict[tuple[int, str, Part], int](), list[Kind](), 0
     for block in blocks:
         place = 1 if block.starts_part else place + 1
@@ -130,7 +102,7 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDAr
 
 
 def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *, picks: bool) -> dict[str, float]:
-    """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a job.
+    """Return the measured readings, with values, that no choice, draw or context changes in a job.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """
@@ -151,7 +123,7 @@ def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *
 
 
 def _said_of(block: BlockOutline) -> dict[str, float]:
-    """What the program alone says of a block, by name."""
+    """Return the observation entries of a block that the program alone decides, by name."""
     return {
         "depth": block.depth,
         "takes_dresses": float(block.takes_dresses),
@@ -161,7 +133,7 @@ def _said_of(block: BlockOutline) -> dict[str, float]:
 
 
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
-    """What the program says of each coming block, shape (blocks + 1, entries); NaN for nothing, 0 after the last."""
+    """Return the program's entries of each coming block, shape (blocks + 1, entries); NaN for none, 0 at the end."""
     table = np.full((len(blocks) + 1, len(entries)), np.nan)
     for number, block in enumerate(blocks):
         said = _said_of(block)

@@ -1,4 +1,4 @@
-"""Episodes of a user's own program, N of them side by side, without Gymnasium.
+"""The simulation of a user's part program: N episodes side by side, without Gymnasium.
 
 A program that has a script is replayed in compiled code; the control executes any other, one machine after the other.
 Both are judged and remembered by the same compiled functions.
@@ -63,39 +63,39 @@ COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
 def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ranges:
-    """What may be chosen in the blocks of a program.
+    """Return the ranges of choices in the blocks of a program.
 
     Args:
-        picks: the lowest and the highest J, mm; none for those of the program.
-        spark_outs: the same of L.
+        picks: lowest and highest J, mm; none to keep the J of the program.
+        spark_outs: lowest and highest L; none to keep the L of the program.
     """
     return Ranges(E=ACTION.speed_ends, J=picks, L=spark_outs)
 
 
 class JobSimulation(Simulation):
-    """Steps episodes of a program.
+    """Simulation of a part program.
 
     Args:
         programs: the program.
         job: the job.
-        spread: factor on all that is random.
+        spread: factor on all random deviations.
         full: whether observations show the hidden state.
-        picks: the lowest and the highest J that may be chosen, mm; none for those of the program.
-        spark_outs: the same of L.
-        name: in tables and folders; that of the program without its suffix if None.
-        file: of the program; empty for one of the package.
-        gauge: what is measured; what grinds is the process of the job.
-        plants: machines that are not the model, in place of gauge and process; each episode has one of them.
-        between: called between two blocks where the control executes the program to know it; what it raises ends that.
-        script: of the program, or of more runs of it, if it is known; None to make it.
-        once: the program as it is written, where `programs` is a batch of it.
+        picks: lowest and highest J to choose from, mm; none to keep the J of the program.
+        spark_outs: lowest and highest L to choose from; none to keep the L of the program.
+        name: name in tables and folders; the file name without suffix if None.
+        file: file of the program; empty for a program of the package.
+        gauge: the gauges; the process comes from the job.
+        plants: out-of-model machines in place of gauge and process; each episode has one of them.
+        between: called between two blocks while the control executes the program; an error from it ends this.
+        script: script of the program, or of more runs of it; None to make it.
+        once: the original program, if `programs` is a batch of it.
 
     Attributes:
         blocks: the cycle blocks of the program.
-        parts: how many parts it grinds.
-        machines: on which episodes may run; that of the job alone but for `on_machines`.
-        why: why the control has to execute it; None if it has a script.
-        unread: what to say of each variable of the job whose value it does not read.
+        parts: number of parts.
+        machines: machines of the episodes; only the job's machine, unless made by `on_machines`.
+        why: reason why the control must execute the program; None if it has a script.
+        unread: a sentence for each variable of the job that the program does not read.
 
     Raises:
         GrindError: it cannot be run, or there is nothing to choose in it.
@@ -192,13 +192,13 @@ class JobSimulation(Simulation):
         return JobGenerator(blocks, job.lots, self._stocks, spread, self.branches.wheel, job.parts[: self.parts])
 
     def with_spread(self, spread: float) -> "JobSimulation":
-        """The same, read in the same way, with another factor on all that is random: 0 for nominal parts."""
+        """Return a copy with another factor on all random deviations: 0 for nominal parts."""
         twin = copy.copy(self)
         twin._generator = self._generator_of(spread)
         return twin
 
     def on_machines(self, jobs: Sequence[Job]) -> "JobSimulation":
-        """The same on machines of one process that are not quite that of the job, for `start_on`."""
+        """Return a copy on other machines with the same process, for `start_on`."""
         twin = copy.copy(self)
         twin._set_machines(jobs)
         twin._grind_with(jobs[0].process, self.gauge, jobs[0].own_at_start)
@@ -209,7 +209,7 @@ class JobSimulation(Simulation):
         self._base, self._cooler = self.machines.base, self.machines.cooler
 
     def _nominal_cost(self, between: Callable[[], object]) -> float:
-        """Of the program with its own words on nominal parts, $ per cycle block."""
+        """Return the cost of the unchanged program on nominal parts, $ per cycle block."""
         episodes, total = self.start([np.random.default_rng(0)]), 0.0
         strokes = []
         for block in self.blocks:
@@ -263,12 +263,12 @@ class JobSimulation(Simulation):
             episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, job, course_of(self.blocks))]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
-        """What the parts of episode i are like."""
+        """Return the conditions of the parts of episode i."""
         stated = self.job.parts[: self.parts]
         return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
+        # E is rounded as a word of the program; only some blocks take a D
         speeds, executions = choice
         number = self._rows(episodes)
         inches = np.round(speeds / INCH, 4) * INCH
@@ -277,7 +277,7 @@ class JobSimulation(Simulation):
         return said, executions * self._takes_dresses[number]
 
     def words(self, block: int, speed: float, executions: float) -> Words:
-        """The words that say a choice in a block."""
+        """Return the words that say a choice in a block."""
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def _rows(self, episodes: Episodes) -> Numbers:
@@ -288,7 +288,7 @@ class JobSimulation(Simulation):
         return np.asarray(episodes.tape[np.arange(len(at)), at, KIND]).astype(np.int64)
 
     def own_settings(self, episodes: Episodes) -> Table:
-        """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
+        """Return the settings of the unchanged program, shape (N, fields of `BlockSettings`)."""
         return self._settings[self._rows(episodes)]
 
     def step(

@@ -1,4 +1,4 @@
-"""A user's program as text: run for many parts, and with the words that an agent has chosen for its cycle blocks."""
+"""The text of a user's program: repeated for many parts, with the words that an agent has chosen."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +42,7 @@ _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
 
 def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]]) -> str:
-    """The text of the main program's file with other numbers in the words of blocks that have been run."""
+    """Return the text of the main program's file with other numbers in the words of blocks that have been run."""
     with programs.main.blocks.text.open() as handle:
         lines = _LINE.findall(readable(handle.read().decode("utf-8-sig", "surrogateescape")))
     changed: dict[tuple[int, int], tuple[str, str]] = {}
@@ -66,7 +66,7 @@ def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]])
 
 
 def batch_name(program: Path, parts: int) -> str:
-    """What a program that is run for some parts is called in tables and folders: `plate_g82_x30`."""
+    """Return the name of a batch of a program in tables and folders: `plate_g82_x30`."""
     return f"{program.stem}_x{parts}" if parts > 1 else program.stem
 
 
@@ -78,7 +78,7 @@ class Batch(NamedTuple):
     """Blocks of the program itself, by the line at which each stands in the one program; empty if it is the same."""
 
     def origin(self, block: Block) -> Block:
-        """A block as it stands in the program itself."""
+        """Return a block as it stands in the program itself."""
         source = self.origins.get(block.source.line) if block.source.file == self.programs.name else None
         return block if source is None else read_block(source)
 
@@ -88,17 +88,17 @@ Written: TypeAlias = tuple[str, SourceText | None]
 
 
 def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Programs:
-    """A program that is run for many parts; arguments and errors as of `batch_of`."""
+    """Return a program that is run for many parts; arguments and errors as of `batch_of`."""
     return batch_of(programs, parts, variables).programs
 
 
 def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Batch:
-    """A program that is run for many parts, as one program: an M00, at which the operator loads, in place of its end.
+    """Return a program for many parts: an M00, at which the operator loads, replaces the end of each run.
 
-    The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written. Common variables
-    keep their values from run to run, and local ones begin each as they began the first. N numbers to which GOTO leads
-    are others in every run but the last. Cycle blocks that take E from F, or I from where the table stands, have them
-    as words: the end of a program makes the control forget E and I of its last cycle, and M00 does not.
+    Before each M00 the table is stopped and G92 cancelled, as at the end; G10 values stay. Common variables keep their
+    values from run to run; local variables begin each run as the first. Targets of GOTO get new N numbers in every run
+    but the last. Cycle blocks that take E from F, or I from the position of the table, get these words, because the end
+    of a program forgets E and I of the last cycle and M00 does not.
     """
     if parts == 1:
         return Batch(programs, {})
@@ -119,7 +119,8 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
         runs = repeat([*straight, *((text, None) for text in LOAD)], parts - 1)
     written = [each for run in runs for each in (*run, *again)]
     written += [(texts.get(source, source.text), source) for source in main]
-    written += _others(programs)
+    for program in [*programs][1:]:
+        written += [(f"O{program.number}", None), *((source.text, source) for source in program.blocks)]
     text = "\n".join(text for text, _ in written)
     origins = {line: source for line, (_, source) in enumerate(written, 1) if source is not None}
     return Batch(read(text, programs.name, programs.folder), origins)
@@ -168,7 +169,7 @@ def _taken_words(start: CycleStart, remembered: ModalWords) -> dict[str, str]:
 
 
 def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], parts: int) -> Iterator[list[Written]]:
-    """All runs but the last one of a program that jumps, each with N numbers of its own to which its jumps lead."""
+    """Return all runs but the last of a program with jumps, each with new N numbers for their targets."""
     labels = {label for source in main if (label := label_of(source.text)) is not None}
     targets = sorted({target for source in main if (target := _target(source, parts)) in labels})
     others = (number for number in range(1, MOST_LABELS) if number not in labels)
@@ -195,12 +196,12 @@ def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], p
 
 
 def _led(number: int, match: re.Match[str]) -> str:
-    """The GOTO of a block led elsewhere; a comment as it is."""
+    """Return the GOTO of a block led elsewhere; a comment as it is."""
     return match[1] or f"{match[2]}{number}"
 
 
 def _target(source: SourceText, parts: int) -> int | None:
-    """The N number to which a block jumps; None if it does not jump."""
+    """Return the N number to which a block jumps; None if it does not jump."""
     if not jumps(source):
         return None
     match = _LITERAL.search(_COMMENTS.sub("", source.text))
@@ -222,15 +223,8 @@ def _local_variables(programs: Programs, variables: Mapping[int, float]) -> Iter
         yield f"#{number}={f'{Decimal(repr(float(variables[number]))):f}' if number in variables else '#0'}"
 
 
-def _others(programs: Programs) -> Iterator[Written]:
-    """The programs behind the main one."""
-    for program in [*programs][1:]:
-        yield f"O{program.number}", None
-        yield from ((source.text, source) for source in program.blocks)
-
-
 def jumps(source: SourceText) -> bool:
-    """Whether a block jumps by GOTO."""
+    """Return whether a block jumps by GOTO."""
     try:
         return isinstance(read_block(source).statement, Goto)
     except ControlError:  # it is refused when it is executed
@@ -238,10 +232,10 @@ def jumps(source: SourceText) -> bool:
 
 
 def _ends(text: str) -> bool:
-    """Whether a block ends the program it stands in, and all that call it."""
+    """Return whether a block ends its program and all callers."""
     return any(match[1] is None for match in _END.finditer(text))
 
 
 def _without_end(text: str) -> str:
-    """A block without the word that ends the program."""
+    """Return a block without the word that ends the program."""
     return _END.sub(lambda match: match[1] or "", text)

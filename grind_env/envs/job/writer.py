@@ -1,4 +1,4 @@
-"""Episodes of a user's own program as part programs."""
+"""Episodes of a user's program as part programs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ class RunBlock(NamedTuple):
     """A cycle block with what was chosen for it."""
 
     number: int
-    """Of the block, from 0."""
+    """Number of the block, from 0."""
     speed: float
     """E, mm/min."""
     executions: int
@@ -31,7 +31,7 @@ class RunBlock(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JobWriter(ProgramWriter):
-    """Writes what is chosen into a user's program; `conditions` of an episode's parts are those of its simulation."""
+    """Writer of chosen words into a user's program; `conditions` of the parts come from the simulation."""
 
     programs: Programs
     job: Job

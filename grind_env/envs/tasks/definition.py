@@ -1,4 +1,4 @@
-"""A task: the tables of its file joined, what follows from them, and what they must keep together."""
+"""A task: all tables of its file, derived values, and consistency checks."""
 
 import itertools
 import math
@@ -47,32 +47,32 @@ MOST_STROKES, MOST_ACROSS = 100_000, 200
 
 @dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
 class Task:
-    """A job: its blocks, its set-up and what is drawn at random.
+    """A task: its blocks, its set-up and its random draws.
 
     Attributes:
-        name: of its file.
-        title: the job in a few words.
+        name: name of its file.
+        title: short description.
         blocks: cycle blocks of an episode.
-        reference_cost: cost of a block that a reward of -1 stands for; 0 for that of the cheapest of some fixed plans,
-            which the simulation of the task finds out.
-        action: what an action can choose.
+        reference_cost: cost of a block that a reward of -1 stands for; 0 to compute it from the cheapest of some fixed
+            plans.
+        action: ranges of the actions.
         setup: wheel, dresser, fluid and machine.
         dress: the dress program.
-        kinds: of cycle block.
+        kinds: kinds of cycle blocks.
         sequence: names of the kinds in their order, repeated; empty for a task of orders.
         orders: random orders in place of a sequence.
         due: due dates.
-        wheel_change: what a new wheel costs.
-        observation: what is shown unless asked for otherwise: what a machine measures, or the hidden state, too.
-        infeed: of a wheel that the program feeds down while the table reciprocates (G81); 0 for the picks of a cycle.
-        cross_pick: of a G83, for parts wider than the wheel; 0 for cycles without.
-        spread: what an episode draws.
+        wheel_change: cost of a new wheel.
+        observation: default observation: the measurements, or also the hidden state.
+        infeed: feed of the wheel by the program while the table reciprocates (G81); 0 for cycles with picks.
+        cross_pick: cross pick of a G83, for parts wider than the wheel; 0 for cycles without.
+        spread: random draws of an episode.
         start: state of the wheel at the start.
-        factors: on parameters of the process model, by their symbols.
-        plant: the machine that grinds, as `"meter:7"`, or those that every episode draws one from, as `"meter"`, where
-            it is not the model (`grind_env.plants`).
-        catalogue: the entries that the names of the set-up and of the materials stand for.
-        file: the user's file that it was read from; empty for a task of the package.
+        factors: factors on parameters of the process model, by symbol.
+        plant: the machine, such as `"meter:7"`, or the family to draw one from in each episode, such as `"meter"`
+            (`grind_env.plants`); empty for the model.
+        catalogue: catalogue entries of the set-up and the materials.
+        file: user's file of the task; empty for a task of the package.
 
     Raises:
         TaskError: a value is out of its range, a name unknown, the blocks do not make whole parts, or the due dates
@@ -226,7 +226,7 @@ class Task:
 
     @cached_property
     def _parameters(self) -> dict[tuple[str, float, float], StrokeParameters]:
-        """Those that have been asked for, by material, width and height."""
+        """Return the parameters computed so far, by material, width and height."""
         return {}
 
     def limits(self, kind: Kind) -> Limits:
@@ -261,7 +261,7 @@ class Task:
 
     @property
     def execution_depth(self) -> float:
-        """What one dress execution takes off the wheel diameter, mm."""
+        """Return the depth that one dress execution removes from the wheel diameter, mm."""
         return 2.0 * self.dress.passes * self.dress.depth
 
     def stroke_length(self, kind: Kind) -> float:

@@ -1,4 +1,4 @@
-"""Wheels and materials that a task does not have: for episodes of a split that leaves it."""
+"""Wheels and materials from outside a task, for the split `extrapolation`."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -32,11 +32,10 @@ def other_materials(task: Task) -> Sequence[str]:
 
 
 def other_wheels(task: Task) -> Sequence[OtherWheel]:
-    """Each wheel of the same abrasive that may run as fast, by its entry in the catalogue.
+    """Return the wheels of the same abrasive that may run as fast, by catalogue name.
 
-    It is another wheel in what the wheels of a task differ in anyway: how fast it dulls, how strong it holds its
-    grains, how fast it wears, and how rough it grinds. Its price, its body and its grains are those of the task's
-    own.
+    Another wheel differs from the task's own in dulling, grain strength, wear and roughness only. Price, body and
+    grains are those of the task's wheel.
     """
     wheels, own = task.catalogue.wheels, task.catalogue.wheels[task.setup.wheel]
     usual = _numbers(task, own)

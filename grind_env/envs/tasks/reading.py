@@ -11,14 +11,13 @@
     pick = 0.01                # mm
     width = 20                 # mm
     length = 200               # mm
-    height = 20                # mm, above the chuck
 
-Above its tables a file may say `base = "power_limited"` or `base = "shop.toml"`, the name of a task of the package or a
-file beside it. Its tables then change single keys of those of the base, and everything else of it replaces what the
-base says; `title` and `reference_cost` are a task's own and never the base's.
+Above its tables a file may name a base: `base = "power_limited"` or `base = "shop.toml"`, a task of the package or a
+file beside it. Tables of the file change single keys of the base's tables; all other keys replace the base's keys.
+`title` and `reference_cost` never come from the base.
 
-A catalogue of the user's own comes from `[catalogue] files = ["tools.toml"]`, or stands in the task file itself, in
-tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
+A user's catalogue comes from `[catalogue] files = ["tools.toml"]`, or from tables of the task file such as
+`[material.hard_lot]` with `base = "aisi_52100"` and the values that differ (`process.catalogue`).
 """
 
 import functools
@@ -29,20 +28,8 @@ from types import MappingProxyType
 from typing import Any
 
 from grind_env.envs.names import FOLDER, shipped_names, task_names
+from grind_env.envs.tasks import tables
 from grind_env.envs.tasks.definition import Task
-from grind_env.envs.tasks.tables import (
-    ActionRange,
-    Dress,
-    Due,
-    Kind,
-    Orders,
-    ReadOnly,
-    Spread,
-    Start,
-    TaskError,
-    TaskSetup,
-    WheelChange,
-)
 from grind_env.errors import did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, load_catalogue
@@ -56,14 +43,14 @@ SUFFIX = ".toml"
 
 TABLES: Mapping[str, type[Any]] = MappingProxyType(
     {
-        "action": ActionRange,
-        "setup": TaskSetup,
-        "dress": Dress,
-        "orders": Orders,
-        "due": Due,
-        "wheel_change": WheelChange,
-        "spread": Spread,
-        "start": Start,
+        "action": tables.ActionRange,
+        "setup": tables.TaskSetup,
+        "dress": tables.Dress,
+        "orders": tables.Orders,
+        "due": tables.Due,
+        "wheel_change": tables.WheelChange,
+        "spread": tables.Spread,
+        "start": tables.Start,
     }
 )
 """Tables of a task file by their heading; a task has those without a default only if its file does."""
@@ -91,7 +78,7 @@ DERIVED = {
 
 
 def load_task(source: str) -> Task:
-    """A task of blocks by its name, or the one in a file of the user.
+    """Return a task of blocks by its name, or the one in a file of the user.
 
     Args:
         source: name of a task that `GrindEnv` steps, or the path of a file, which ends in `.toml`.
@@ -105,7 +92,7 @@ def load_task(source: str) -> Task:
 
 
 def read_task(source: str) -> Task:
-    """As `load_task`; the tasks of environments with classes of their own have names, too.
+    """Return a task as `load_task` does, also of environments with classes of their own.
 
     Raises:
         TaskError: if a file cannot be read, lacks a key, or has one that is unknown or illegal; the message names file,
@@ -115,7 +102,7 @@ def read_task(source: str) -> Task:
 
 
 def is_file(source: object) -> bool:
-    """Whether a task is named by its file."""
+    """Return whether a task is named by its file."""
     return isinstance(source, str) and source.lower().endswith(SUFFIX)
 
 
@@ -128,7 +115,7 @@ def _shipped(name: str) -> Task:
 def _refuse_other(name: object, known: list[str]) -> None:
     if name not in known:
         hint = did_you_mean(name, known) if isinstance(name, str) else ""
-        raise TaskError(
+        raise tables.TaskError(
             f"there is no task {quoted(name)}{hint}: the tasks are {', '.join(known)}, or a file that ends in {SUFFIX}"
         )
 
@@ -136,12 +123,12 @@ def _refuse_other(name: object, known: list[str]) -> None:
 def _from_file(path: Path) -> Task:
     try:
         return _task(path, _document(path))
-    except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
 
 
 def _document(path: Path) -> dict[str, Any]:
-    """What a task file says, on top of what its base says."""
+    """Return the content of a task file merged with its base."""
     layers = [{key: value for key, value in document.items() if key != "base"} for _, document in _layers(path)]
     document = layers.pop()
     for own in reversed(layers):
@@ -150,29 +137,31 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """A task file and its bases, each with what it says itself."""
+    """Return a task file and its bases, each with what it says itself."""
     document, seen = _parsed(path), [path.resolve()]
     yield path, document
     while "base" in document:
         path = _base(document["base"], path)
         try:
             document = _parsed(path)
-        except TaskError as error:
-            raise TaskError(f"base: {error}", "base", path.name) from None
+        except tables.TaskError as error:
+            raise tables.TaskError(f"base: {error}", "base", path.name) from None
         if path.resolve() in seen:
-            raise TaskError(f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name)
+            raise tables.TaskError(
+                f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name
+            )
         seen.append(path.resolve())
         yield path, document
 
 
 def _base(source: object, path: Path) -> Path:
-    """The file of a base that the file at `path` names."""
+    """Return the file of a base that the file at `path` names."""
     if isinstance(source, str) and is_file(source):
         return path.parent / source
     try:
         _refuse_other(source, shipped_names())
-    except TaskError as error:
-        raise TaskError(f"base: {error.message}", "base", source) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(f"base: {error.message}", "base", source) from None
     return FOLDER / f"{source}{SUFFIX}"
 
 
@@ -200,19 +189,19 @@ def _drop_alternatives(document: dict[str, Any], own: TomlTable) -> None:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
-    """The document of a file; names of catalogue files in it are made paths, which do not depend on where it lies."""
+    """Return the document of a file; names of catalogue files in it become absolute paths."""
     try:
         document = read_toml(path)
-        refuse_unknown(document, LEGAL, TaskError)
+        refuse_unknown(document, LEGAL, tables.TaskError)
         if "catalogue" in document:
-            files = [str(file) for file in files_of(document, path.parent, TaskError)]
+            files = [str(file) for file in files_of(document, path.parent, tables.TaskError)]
             document["catalogue"] = {"files": files}
     except ReadError as error:
-        raise TaskError(f"the task cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
+        raise tables.TaskError(f"the task cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
     except TomlError as error:
-        raise TaskError(f"the task is not valid TOML: {error}", file=str(path)) from None
-    except TaskError as error:
-        raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
+        raise tables.TaskError(f"the task is not valid TOML: {error}", file=str(path)) from None
+    except tables.TaskError as error:
+        raise tables.TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
     return document
 
 
@@ -220,7 +209,7 @@ def _task(path: Path, document: TomlTable) -> Task:
     given = {key: _table(kind, document[key], key) for key, kind in TABLES.items() if key in document}
     found = document.get("kind", [])
     if not isinstance(found, list):
-        raise wrong("kind", found, "tables, each headed [[kind]]", TaskError)
+        raise wrong("kind", found, "tables, each headed [[kind]]", tables.TaskError)
     kinds = tuple(_kind(number, table) for number, table in enumerate(found, 1))
     try:
         catalogue = load_catalogue(
@@ -228,7 +217,7 @@ def _task(path: Path, document: TomlTable) -> Task:
             document={kind: document[kind] for kind in KINDS if kind in document},
         )
     except CatalogueError as error:
-        raise TaskError(str(error).rstrip(".")) from None
+        raise tables.TaskError(str(error).rstrip(".")) from None
     values = {key: _unchanging(document[key]) for key in PLAIN if key in document}
     values.setdefault("title", path.stem)
     if "orders" not in given:
@@ -238,22 +227,22 @@ def _task(path: Path, document: TomlTable) -> Task:
     return Task(name=path.stem, kinds=kinds, catalogue=catalogue, file=str(path), **given, **values)
 
 
-def _kind(number: int, table: object) -> Kind:
+def _kind(number: int, table: object) -> tables.Kind:
     try:
-        kind: Kind = _table(Kind, table, "kind")
-    except TaskError as error:
-        raise TaskError(f"kind {number}: {error.message}", error.key, error.found, error.legal) from None
+        kind: tables.Kind = _table(tables.Kind, table, "kind")
+    except tables.TaskError as error:
+        raise tables.TaskError(f"kind {number}: {error.message}", error.key, error.found, error.legal) from None
     return kind
 
 
 def _table(kind: type[Any], value: object, place: str) -> Any:
-    """An instance of a dataclass from a table of a task file."""
-    table = checked(value, place, keys(kind), TaskError)
-    refuse_missing(table, kind, place, TaskError)
+    """Return an instance of a dataclass from a table of a task file."""
+    table = checked(value, place, keys(kind), tables.TaskError)
+    refuse_missing(table, kind, place, tables.TaskError)
     return kind(**{key: _unchanging(value) for key, value in table.items()})
 
 
 def _unchanging(value: Any) -> Any:
     if isinstance(value, dict):
-        return ReadOnly(value)
+        return tables.ReadOnly(value)
     return tuple(value) if isinstance(value, list) else value

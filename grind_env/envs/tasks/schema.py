@@ -1,6 +1,6 @@
-"""What may stand in a task file, and what stands in one with nothing left out.
+"""The schema of task files, and a complete file of a task.
 
-The dataclasses say it all: their annotations what a key may hold, their docstrings what it means.
+The schema comes from the dataclasses: annotations give legal values, docstrings the meaning.
 """
 
 import itertools
@@ -28,16 +28,16 @@ FILES = "files of catalogue entries, which may name a `base` each and come on to
 
 @dataclass(frozen=True, slots=True)
 class SchemaRow:
-    """One key.
+    """Schema of one key.
 
     Attributes:
         table: its table; "" above all tables.
         key: the key.
-        content: what it may hold.
+        content: legal values.
         meaning: what it means.
-        default: its value if it is left out; None for none.
-        derived: what follows from other keys in its place; "" for a key with a default or none.
-        required: whether it must be there.
+        default: default value; None for none.
+        derived: keys that decide its default; "" for a key with a fixed default or none.
+        required: whether the key is required.
     """
 
     table: str
@@ -59,7 +59,7 @@ class SchemaRow:
 
     @property
     def otherwise(self) -> str:
-        """What it is if it is left out: `required`, `default 20.0`."""
+        """Return the effect of leaving the key out: `required`, `default 20.0`."""
         default = self.derived or ("none" if self.default is None else toml_value(self.default))
         return "required" if self.required else f"default {default}"
 
@@ -68,7 +68,7 @@ class SchemaRow:
 
 
 def rows() -> list[SchemaRow]:
-    """All keys of a task file but those of catalogue entries, which `process.entries` has."""
+    """Return all keys of a task file but those of catalogue entries, which `process.entries` has."""
     tables = {**TABLES, "kind": Kind}
     return [
         SchemaRow("", "base", Content(str, str), BASE),
@@ -79,7 +79,7 @@ def rows() -> list[SchemaRow]:
 
 
 def rows_of(table: str, kind: Any) -> Iterator[SchemaRow]:
-    """The keys of a table, from the annotations and the docstring of its dataclass."""
+    """Return the keys of a table, from the annotations and the docstring of its dataclass."""
     known, said = contents(kind), meanings(kind, "Attributes")
     for item in fields(kind):
         if item.name not in known:
@@ -91,7 +91,7 @@ def rows_of(table: str, kind: Any) -> Iterator[SchemaRow]:
 
 
 def schema_text() -> str:
-    """All keys with type, unit, range, default and meaning, table by table."""
+    """Return all keys with type, unit, range, default and meaning, table by table."""
     lines = ["Above all tables"]
     for table, listed in itertools.groupby(rows(), key=lambda row: row.table):
         if table:
@@ -108,7 +108,7 @@ def schema_text() -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """The same as a JSON Schema (2020-12) of the document, catalogue entries included."""
+    """Return the same as a JSON Schema (2020-12) of the document, catalogue entries included."""
     listed = rows()
     tables = {name: _object([row for row in listed if row.table == name]) for name in {row.table for row in listed}}
     top = tables.pop("")
@@ -168,7 +168,7 @@ def _item_schema(content: Content) -> dict[str, Any]:
 
 
 def document(task: Task) -> dict[str, Any]:
-    """The document of a task with nothing left out: read again, it is the same task."""
+    """Return the document of a task with nothing left out: read again, it is the same task."""
     known = load_catalogue()
     own = {
         kind: {

@@ -1,6 +1,6 @@
 """The tables of a task file, one frozen dataclass each (scenarios, section 4).
 
-The annotation of a field says what it may hold, its line under `Attributes` what it means: the schema is made of them.
+Annotations of fields give the legal values, lines under `Attributes` the meaning; the schema is made from both.
 """
 
 from collections.abc import Iterator, Mapping
@@ -47,7 +47,7 @@ class ReadOnly(Mapping[str, float]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionRange:
-    """What an action can choose.
+    """Range of actions.
 
     Attributes:
         executions: most dress executions D of a block.
@@ -79,7 +79,7 @@ class ActionRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSetup:
-    """Catalogue names of the set-up, with single values that this task overrides in an entry.
+    """Catalogue names of the set-up, with single values that this task overrides.
 
     Attributes:
         wheel: name of the grinding wheel.
@@ -90,11 +90,11 @@ class TaskSetup:
         overrun: of the table beyond the part, on each side, where the wheel of a G82 has to be clear of it a pick deep.
         load: time to load each part, the way of the wheel to it included.
         gauge: time to gauge a part between two blocks on it, the way of the wheel off it and back included.
-        coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
-        wheel_overrides: values of the wheel that differ from its entry in the catalogue, in the units there.
-        dresser_overrides: the same of the dresser, in the units of its entry.
-        fluid_overrides: the same of the fluid, in the units of its entry.
-        machine_overrides: the same of the machine, in the units of its entry.
+        coolant_ageing: with every part the convection of the coolant is multiplied by exp(-coolant_ageing).
+        wheel_overrides: values that replace values of the wheel's catalogue entry, in its units.
+        dresser_overrides: values that replace values of the dresser's catalogue entry, in its units.
+        fluid_overrides: values that replace values of the fluid's catalogue entry, in its units.
+        machine_overrides: values that replace values of the machine's catalogue entry, in its units.
     """
 
     wheel: str = USUAL["wheel"]
@@ -185,12 +185,12 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Orders:
-    """Small orders instead of a fixed sequence, each of one kind (all equally likely) and a lot of its own.
+    """Small orders instead of a fixed sequence, each of one kind (all equally likely) and of one lot.
 
-    An order has 1 to `most_parts` parts, all numbers equally likely; the last one ends with the episode.
+    An order has 1 to `most_parts` parts, all equally likely; the episode may end within the last order.
 
     Attributes:
-        most_parts: of an order.
+        most_parts: most parts of an order.
     """
 
     most_parts: Annotated[int, Quantity("", "", 1, 1000)]
@@ -239,24 +239,24 @@ class WheelChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """What an episode draws at random; 0 for what it does not (scenarios, section 3).
+    """Random draws of an episode; 0 for a fixed value (scenarios, section 3).
 
-    `stock` and `gauge` hold for blocks that start a part, since what a later block removes is what the block before it
-    left. Logarithmic standard deviations are those of a factor.
+    `stock` and `gauge` hold for blocks that start a part; a later block removes the rest of the block before it.
+    Logarithmic standard deviations belong to factors.
 
     Attributes:
         stock: standard deviation of the stock of a part over the nominal one.
-        gauge: standard deviation of the error with which its stock is known.
+        gauge: standard deviation of the error of its gauged stock.
         measurement: factor on the noise of power, size and roughness readings; 0 for exact gauges.
-        lot_probability: that a part begins a new lot of material.
-        lot_growth: logarithmic, of how fast a lot dulls the wheel.
-        lot_pressure: logarithmic, of how hard a lot presses on the wear flats.
-        wheel_growth: logarithmic, of how fast the wheels of an episode get dull.
-        wheel_roughness: logarithmic, of the roughness that they make.
-        part_roughness: logarithmic, of the roughness from part to part.
-        fracture_force: logarithmic, of their grade.
-        g_ratio: logarithmic, of their G-ratio.
-        convection: logarithmic, of the coolant.
+        lot_probability: probability that a part begins a new lot of material.
+        lot_growth: logarithmic standard deviation of the dulling rate of a lot.
+        lot_pressure: logarithmic standard deviation of a lot's pressure on the wear flats.
+        wheel_growth: logarithmic standard deviation of the dulling rate of a wheel.
+        wheel_roughness: logarithmic standard deviation of the roughness from a wheel.
+        part_roughness: logarithmic standard deviation of the roughness from part to part.
+        fracture_force: logarithmic standard deviation of the grade of a wheel.
+        g_ratio: logarithmic standard deviation of the G-ratio of a wheel.
+        convection: logarithmic standard deviation of the convection of the coolant.
         coolant_ageing: half-width of a uniform factor around 1 on `setup.coolant_ageing`.
         diamond_flat: the widest wear flat of the diamond at the start, drawn uniformly from 0.
     """

@@ -1,1 +1,1 @@
-"""Dresses: what a dress program does, how long it takes, and the wheel that is mounted."""
+"""Dresses: the effect and time of a dress program, and the mounted wheel."""

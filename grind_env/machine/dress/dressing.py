@@ -1,7 +1,6 @@
-"""The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
+"""The dress programs of a run: the effect of each, checked to be the same wherever a cycle calls it.
 
-What the first execution at a station shows of a program holds for all, for a control that knows a dress need not go its
-way again.
+The effect of the first execution at a station holds for all, because a control need not repeat a known dress.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,48 +9,38 @@ from dataclasses import replace
 from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.control.control import ORIGIN, WHEEL_RADIUS
 from grind_env.control.modal_state import Modes
+from grind_env.machine.dress import program as dress_program
 from grind_env.machine.dress.mounting import first_diameter
-from grind_env.machine.dress.program import (
-    DressPlan,
-    DressProgramError,
-    DressRun,
-    is_same,
-    measure_dress,
-    missed_pass,
-    plain_calls,
-    require_same,
-    run_dress,
-)
 from grind_env.machine.job import Job
 
 
 class DressPrograms:
-    """What is known of the dress programs of a run, by O number.
+    """Known dress programs of a run, by O number.
 
-    A program may do something else with other modes, tables or values of its `#` variables, so that it is run by itself
-    once for each of these. One that dresses the same with other modes or values keeps the time of its first run: only
-    its way to the diamond begins elsewhere.
+    Other modes, tables or values of `#` variables may change a program, so it is run by itself once for each of these.
+    A program with the same effect under other modes or values keeps the time of its first run: only its way to the
+    diamond begins elsewhere.
 
     Attributes:
-        plans: what each does by itself.
-        missed: of each the first pass that misses the diamond; None if none does.
-        under_way: the start of the execution under way; None while there is none.
+        plans: effect of each program run by itself.
+        missed: first pass of each that misses the diamond; None if none does.
+        under_way: start of the current execution; None without one.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
-        self.plans: dict[int, DressPlan] = {}
+        self.plans: dict[int, dress_program.DressPlan] = {}
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
-        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
-        self._known: dict[tuple[object, ...], DressRun] = {}
-        self._found: dict[int, DressRun] = {}
+        self._runs: dict[tuple[object, ...], list[dress_program.DressRun]] = {}
+        self._known: dict[tuple[object, ...], dress_program.DressRun] = {}
+        self._found: dict[int, dress_program.DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
-    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
-        """What a dress program does where a cycle begins at a position, mm."""
+    def run(self, number: int, position: Position, event: CycleStart) -> dress_program.DressRun:
+        """Return the effect of a dress program if a cycle begins at a position, mm."""
         tables = number, tuple(event.origins.items())
         key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
@@ -62,9 +51,11 @@ class DressPrograms:
                 external_offset=ORIGIN,
                 radii={WHEEL_RADIUS: 0.5 * first_diameter(self.job), **self.control.radii},
             )
-            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+            found = dress_program.run_dress(
+                self.programs, number, self.job, control, position, event.plan.axis, event.modes
+            )
             runs = self._runs.setdefault(tables, [])
-            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
+            same = next((run for run in runs if dress_program.is_same(run.plan, found.plan)), None)
             if same is None:
                 runs.append(found)
             self._known[key] = same or found
@@ -89,10 +80,10 @@ class DressPrograms:
         if self.under_way is not None:
             self._motions.append(motion)
 
-    def end(self, event: DressEnd, axis: int, station: int) -> tuple[DressPlan, float, Sequence[Motion]]:
-        """End an execution: what it does, when it began, s, and its motions, if it is the first one at a station.
+    def end(self, event: DressEnd, axis: int, station: int) -> tuple[dress_program.DressPlan, float, Sequence[Motion]]:
+        """End an execution, given its start, s, and its motions; return its effect if it is the first at a station.
 
-        The first one is compared with what the program does by itself.
+        The first execution is compared with the program run by itself.
         """
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
@@ -100,18 +91,20 @@ class DressPrograms:
         by_itself, new = self._found[number], self.goes_anew(number, station)
         if new or by_itself.control.variables:
             self._gone.add((number, station))
-            run = measure_dress(tuple(self._motions), number, self.job, axis, by_itself.control, by_itself.modes)
-            require_same(run.plan, plan, number)
+            run = dress_program.measure_dress(
+                tuple(self._motions), number, self.job, axis, by_itself.control, by_itself.modes
+            )
+            dress_program.require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
         # that of a later one is not judged, for a control that knows the program goes none
         return plan, begun.time, self._motions if new else ()
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
-        """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.
+        """Yield each call of a dress program by M98: its line (0 outside the main program's file) and its number.
 
-        What a dress program calls is part of it.
+        Programs called by a dress program belong to it.
         """
-        calls = tuple(plain_calls(self.programs, block_delete=self.control.block_delete))
+        calls = tuple(dress_program.plain_calls(self.programs, block_delete=self.control.block_delete))
         parts = set(self.plans)
         while more := {called for caller, _, called in calls if caller in parts} - parts:
             parts |= more
@@ -121,13 +114,13 @@ class DressPrograms:
 
     def _would_dress(self, number: int, position: Position, axis: int) -> bool:
         try:
-            run = run_dress(self.programs, number, self.job, self.control, position, axis, self._modes)
-        except DressProgramError:
+            run = dress_program.run_dress(self.programs, number, self.job, self.control, position, axis, self._modes)
+        except dress_program.DressProgramError:
             return False
         return not run.advances
 
-    def _missed(self, run: DressRun) -> Motion | None:
+    def _missed(self, run: dress_program.DressRun) -> Motion | None:
         diamond, wheel = self.job.diamond, self.job.setup.wheel
         if diamond is None:
             return None
-        return missed_pass(run, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)
+        return dress_program.missed_pass(run, diamond.tip, 0.5 * first_diameter(self.job), wheel.width)

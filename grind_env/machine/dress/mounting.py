@@ -1,4 +1,4 @@
-"""The wheel on the spindle: as a job finds it, dressed, gauged, and changed when it is worn out."""
+"""The wheel on the spindle: its state at the start of a job, dressed, gauged, and changed when it is worn out."""
 
 import functools
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class Mount:
 
     @property
     def diameter(self) -> float:
-        """Of the wheel as it is now, before the first cycle as the job finds it, mm."""
+        """Return the current wheel diameter; before the first cycle the job's, mm."""
         return first_diameter(self.job) if self.wheel is None else self.wheel.ds
 
     def present(self, p: StrokeParameters) -> WheelState:
@@ -54,7 +54,7 @@ class Mount:
         self.wheel = self.present(p)
 
     def pass_time(self, time: float, p: StrokeParameters, *, loads: bool = False) -> None:
-        """Let the time up to that of the job, s, pass without a stroke; perhaps the part is changed in it."""
+        """Let time up to the job's clock, s, pass without a stroke; the part may be changed in it."""
         if self.job.process.idle is not None:
             self._row[0, :OWN_FROM] = self.present(p)
             entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
@@ -78,7 +78,7 @@ class Mount:
         self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
-        """A cycle block begins, with parameters and the reversal dwell of the control, s: what then holds in it."""
+        """Begin a cycle block with parameters and reversal dwell of the control, s; return what holds in it."""
         self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
         drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
         self.wheel, self._known = WheelState(*self._row[0, :OWN_FROM].tolist()), False
@@ -127,12 +127,12 @@ def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
 
 
 def first_diameter(job: Job) -> float:
-    """Of the wheel as the job finds it, mm."""
+    """Return the wheel diameter at the start of the job, mm."""
     return job.setup.wheel.diameter if job.wheel.diameter is None else job.wheel.diameter
 
 
 def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """The wheel as the job finds it: dressed by the program's dress `plan` unless the job says otherwise."""
+    """Return the wheel as the job finds it: dressed by the program's dress `plan` unless the job says otherwise."""
     start = job.wheel
     wheel = _dressed(first_diameter(job), start.diamond_flat, plan, p)
     if start.wear_flat_area is not None:
@@ -143,7 +143,7 @@ def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelS
 
 
 def new_wheel(job: Job, worn: WheelState, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """The wheel that comes in place of a worn one, dressed by `plan` with the same diamond."""
+    """Return the wheel that comes in place of a worn one, dressed by `plan` with the same diamond."""
     return _dressed(job.setup.wheel.diameter, worn.wd, plan, p)
 
 

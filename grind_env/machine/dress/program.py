@@ -1,10 +1,9 @@
-"""What a dress program does to the wheel, read off its motions.
+"""The effect of a dress program on the wheel, read from its motions.
 
-A pass is a feed move that takes the diamond over the whole width of the wheel, straight along the cross axis.
-Its infeed is by how much it stands deeper than all passes before it; before the first pass, where the wheel also comes
-down to the diamond, it is the last plunge move, which must be a feed move of its own. A pass without an infeed and with
-another feed, or off the diamond, is the way back. Where no pass has an infeed, the dresser advances by itself, by what
-the job says.
+A pass is a straight feed move along the cross axis that takes the diamond over the whole width of the wheel. Its infeed
+is its depth below all passes before it. Before the first pass, where the wheel also comes down to the diamond, the
+infeed is the last plunge move, which must be a separate feed move. A move without an infeed and with another feed, or
+off the diamond, is the way back. If no pass has an infeed, the dresser advances by the infeed of the job.
 """
 
 import itertools
@@ -42,9 +41,9 @@ class DressPlan(NamedTuple):
     """One execution of a dress program."""
 
     passes: int
-    """Of the diamond over the wheel."""
+    """Passes of the diamond over the wheel."""
     feed: float
-    """Of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
+    """Feed of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
     depth: float
     """Infeed of a pass, mm, mean over the passes."""
     seconds: float
@@ -56,7 +55,7 @@ class DressPlan(NamedTuple):
 
 
 NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
-"""Of a cycle without one."""
+"""Dress of a cycle without one."""
 
 
 class DressRun(NamedTuple):
@@ -99,7 +98,7 @@ def run_dress(
 
 
 def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[tuple[int | None, int, int]]:
-    """Yield each call by M98: O number of the caller, line, and O number of what is called.
+    """Yield each call by M98: O number of the caller, line, and O number of the called program.
 
     The caller is None for a main program without a number, and the line 0 in another file than the main program's. A
     program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
@@ -122,7 +121,7 @@ def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[t
 def measure_dress(
     motions: Sequence[Motion], number: int, job: Job, axis: int, control: Control, modes: Modes | None
 ) -> DressRun:
-    """What the motions of one execution amount to; arguments and errors as for `run_dress`."""
+    """Return the effect of the motions of one execution; arguments and errors as for `run_dress`."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     width = job.setup.wheel.width
     out = [motion for motion in motions if motion.source is not Source.RETRACE]
@@ -142,8 +141,7 @@ def measure_dress(
         raise _form_error(formed, number, cross, plunge)
     if not traverses:
         raise _error(
-            number,
-            f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}",
+            number, f"no feed move takes the diamond over the wheel; add one of {width:g} mm along {AXES[cross]}"
         )
     places = [traverse.end[plunge] for traverse in traverses]
     first = _first_infeed(out[: passes[0]], plunge, number, alone=max(places) - min(places) < STEP)
@@ -187,7 +185,7 @@ def measure_dress(
 
 
 def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
-    """The first pass of a dress that leaves some of the wheel undressed by the diamond; None if none does."""
+    """Return the first pass of a dress that leaves some of the wheel undressed by the diamond; None if none does."""
     for motion in (run.motions[k] for k in run.strokes):
         depth, passed = over_diamond(tip, motion, run.axis, radius, width)
         if depth <= 0.0 or passed < width - STEP:
@@ -196,7 +194,7 @@ def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Mo
 
 
 def is_same(plan: DressPlan, other: DressPlan) -> bool:
-    """Whether two dresses are the same but for the time of their way."""
+    """Return whether two dresses are equal but for the time of their ways."""
     same = math.isclose(plan.feed, other.feed) and math.isclose(plan.depth, other.depth)
     return plan.passes == other.passes and same
 
@@ -217,7 +215,7 @@ def _is_infeed(motion: Motion, cross: int, plunge: int) -> bool:
 
 
 def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
-    """Whether a motion leads the diamond along a form, across the wheel and into it at once."""
+    """Return whether a motion leads the diamond across the wheel and into it at once, along a form."""
     if isinstance(motion, Arc):
         return True
     both = min(abs(_way(motion, cross)), abs(_way(motion, plunge)))
@@ -225,9 +223,9 @@ def _is_formed(motion: Motion, cross: int, plunge: int) -> bool:
 
 
 def _step_of_form(dressing: Sequence[Motion], cross: int, plunge: int, width: float) -> Motion | None:
-    """A motion that goes on over the wheel at another depth than the one before it: a form in steps; None if none does.
+    """Return the first motion that continues over the wheel at another depth, as a form in steps; None if none does.
 
-    Neither takes the diamond over the whole wheel.
+    Neither motion takes the diamond over the whole wheel.
     """
     before: Motion | None = None
     for motion in dressing:

@@ -1,4 +1,4 @@
-"""What engineers compare dresses by: lead, overlap ratio and severity."""
+"""Numbers that compare dresses: lead, overlap ratio and severity."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ from grind_env.process.state import StrokeParameters
 
 
 class Sharpening(NamedTuple):
-    """How coarse a dress is; all 0 of one that misses the diamond."""
+    """Coarseness of a dress; all 0 if it misses the diamond."""
 
     lead: float
-    """Of the diamond, mm per wheel revolution."""
+    """Lead of the diamond, mm per wheel revolution."""
     overlap: float
     """Overlap ratio Ud: active width of the diamond over the lead."""
     severity: float
@@ -22,7 +22,7 @@ NO_SHARPENING = Sharpening(0.0, 0.0, 0.0)
 
 
 def sharpening_of(depth: float, lead: float, wd: float, dresser: Dresser, p: StrokeParameters) -> Sharpening:
-    """How coarse a dress is.
+    """Return the coarseness of a dress.
 
     Args:
         depth: infeed of a pass, mm.

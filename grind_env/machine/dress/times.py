@@ -1,6 +1,6 @@
-"""How long an execution of a dress program takes with other passes, another feed or another infeed.
+"""The time of a dress program with other passes, feed or infeed.
 
-It is what the control would make of the program with these words in its text:
+The result equals the time that the control needs for the program with these words:
 
 - The feed of the passes stands in one F: every feed move that runs at it runs at the other one.
 - The infeed before each pass changes in proportion, in the move after which the wheel is at the diamond.

@@ -1,4 +1,4 @@
-"""The wheel as a body of its radius and its width."""
+"""The wheel as a cylinder with a radius and a width."""
 
 import math
 
@@ -8,10 +8,10 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 
 
 def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width: float) -> tuple[float, float]:
-    """How a straight move takes the wheel over the tip of the diamond; an arc counts as its chord.
+    """Return how far a straight move takes the wheel below the diamond tip, and the width that passes over it, mm.
 
-    Returns by how much it takes the wheel deeper than the tip, mm, negative if it keeps above it, and minus infinity
-    where none of the wheel comes over the tip; then the width of the wheel that passes over it, mm.
+    The first is negative if the wheel keeps above the tip, and minus infinity if it does not pass over it; an arc
+    counts as its chord.
     """
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     start, end = motion.start, motion.end
@@ -34,17 +34,17 @@ def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width:
 
 
 def half_chord(radius: float, depth: float) -> float:
-    """How far from its middle a wheel is as much higher as `depth`, mm."""
+    """Return the distance from the wheel's middle at which its surface is `depth` higher, mm."""
     deep = min(depth, radius)
     return math.sqrt(deep * (2.0 * radius - deep))
 
 
 def rise(radius: float, distance: float) -> float:
-    """How much higher a wheel is at a distance from its middle, mm; infinite beyond its radius."""
+    """Return how much higher the wheel surface is at a distance from its middle, mm; infinite beyond its radius."""
     return radius - math.sqrt(radius * radius - distance * distance) if distance < radius else math.inf
 
 
 def position_at(start: Position, end: Position, share: float) -> Position:
-    """The position that a straight way has come to at a share of it."""
+    """Return the position that a straight way has come to at a share of it."""
     x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
     return x, y, z

@@ -1,4 +1,4 @@
-"""The job: machine, set-up, part and limits, and the file that says them."""
+"""The job: machine, set-up, part and limits, and its file."""
 
 from grind_env.machine.job.job import Diamond as Diamond
 from grind_env.machine.job.job import Job as Job

@@ -1,4 +1,4 @@
-"""The catalogue entries that a job works with, and the same job with other numbers in them."""
+"""The catalogue entries of a job, and copies of a job with other numbers in them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,12 +10,12 @@ from grind_env.process.entries import Entry, Material
 
 
 def entries_of(job: Job) -> Mapping[str, Entry]:
-    """The entries of the catalogue that a job works with, by kind."""
+    """Return the entries of the catalogue that a job works with, by kind."""
     return {"material": job.part.material, **{kind: getattr(job.setup, kind) for kind in USUAL}}
 
 
 def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
-    """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
+    """Return a job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
 
     At stations with another material than that of the first one this stays as it is.
     """

@@ -53,7 +53,7 @@ FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 
 def job_beside(program: Path) -> Path:
-    """The job of a program for which none is named: the file of its name with `.toml`.
+    """Return the job of a program for which none is named: the file of its name with `.toml`.
 
     Raises:
         JobError: there is none.
@@ -68,7 +68,7 @@ def job_beside(program: Path) -> Path:
 
 
 def job_of(program: Path, job: str | Path | Job | None, *, plant: "Plant | None" = None) -> Job:
-    """The job by its file or as it is held; that beside a program if None. Arguments and errors as of `load_job`."""
+    """Return the job of a file or object; None: the one beside a program. Errors as of `load_job`."""
     if isinstance(job, Job):
         return job if plant is None else job.on(plant)
     return load_job(job_beside(program) if job is None else job, plant=plant)
@@ -147,7 +147,7 @@ def _job(document: TomlTable, folder: Path, calibrated: bool) -> Job:
 
 
 def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertainty | None:
-    """What the calibration of these entries, by kind, leaves open; None where that was of others, or there is none."""
+    """Return the uncertainty left by the calibration of these entries, by kind; None without such a calibration."""
     found = catalogue.calibrated
     if found is None or any(kind in entries and entries[kind].name not in names for kind, names in found.names.items()):
         return None
@@ -166,12 +166,17 @@ def _tables(parent: TomlTable, name: str, place: str = "") -> list[object]:
 
 
 def _part(table: TomlTable) -> Part:
-    stages = tuple(_stage(number, stage) for number, stage in enumerate(_tables(table, "stages", "part."), 1))
-    return Part(**{**table, "stages": stages})
+    stages = []
+    for number, stage in enumerate(_tables(table, "stages", "part."), 1):
+        with _naming(f"stage {number}: "):
+            known = checked(stage, "part.stages", keys(Stage), JobError)
+            refuse_missing(known, Stage, "part.stages", JobError)
+            stages.append(Stage(**known))
+    return Part(**{**table, "stages": tuple(stages)})
 
 
 def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
-    """A station, whose part differs from the one in the table `part`, which has its material already if it has one."""
+    """Return a station, given the `part` table with its material."""
     place = tuple(contents(Station))
     name = table.get("name", str(number)) if isinstance(table, Mapping) else number
     with _naming(f"station {shortened(str(name))}: "):
@@ -185,7 +190,7 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
 
 
 def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[PartConditions, ...]:
-    """How each part differs from the one in the table `part`, which has its material already."""
+    """Return the differences of each part from the `part` table, given with its material."""
     parts = []
     for number, table in enumerate(_tables(document, "parts"), 1):
         with _naming(f"part {number}: "):
@@ -210,10 +215,3 @@ def _with_material(table: TomlTable, setup: TomlTable, catalogue: Catalogue) -> 
     if "material" not in table:
         return table
     return {**table, "material": entry_of(catalogue, "part.material", table["material"], setup, JobError)}
-
-
-def _stage(number: int, table: object) -> Stage:
-    with _naming(f"stage {number}: "):
-        table = checked(table, "part.stages", keys(Stage), JobError)
-        refuse_missing(table, Stage, "part.stages", JobError)
-        return Stage(**table)

@@ -1,4 +1,4 @@
-"""The job: what is ground on which machine, and what a good part is.
+"""The job: the part, the machine and its set-up, and the limits of a good part.
 
 The part lies where the program finds it: from `start` to `start + length` along the reciprocating axis and
 from `across` to `across + width` along the cross axis; the wheel touches it at `surface`, and the infeed is
@@ -48,15 +48,14 @@ class JobError(TableError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
-    """What is asked of a part at a gauging stop (M01) of its program, such as between roughing and finishing.
+    """Requirements on a part at a gauging stop (M01) of its program, such as between roughing and finishing.
 
     Attributes:
-        stock: to be ground off by then, also of a part whose true stock is another: only the size at the end shifts
-            with that.
-        roughness_limit: highest Ra there; 0 for none.
-        tolerance: on the size error there; 0 for none.
-        rise_allowance: temperature rise allowed beyond that which tempers the material, for the plunges from the stop
-            before up to this one; above 0 every plunge counts and not only the last 0.05 mm.
+        stock: depth to grind off by then, also if the true stock differs; only the final size includes the difference.
+        roughness_limit: highest Ra; 0 for none.
+        tolerance: limit of the size error; 0 for none.
+        rise_allowance: temperature rise allowed beyond tempering, for the plunges since the stop before; above 0 every
+            plunge counts and not only the last 0.05 mm.
     """
 
     stock: Annotated[float, Quantity("H", "mm", 0.0001, 20)]
@@ -70,23 +69,22 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """The part and what is asked of it.
+    """The part and its limits.
 
     Attributes:
         material: work material.
-        length: along the reciprocating axis; of a part with grooves the length that every infeed grinds, the
+        length: length along the reciprocating axis; of a part with grooves the length that every infeed grinds, the
             circumference if it turns.
-        width: across.
-        stock: to grind off; of a program without strokes the depth of its grooves.
+        width: width along the cross axis.
+        stock: depth to grind off; of a program without strokes the depth of its grooves.
         start: coordinate of its near (minus) end along the reciprocating axis.
         across: coordinate of its near edge along the cross axis.
-        surface: plunge coordinate at which the wheel touches it; for grooves on the axis of their infeeds, X
-            being a radius.
+        surface: plunge coordinate of the touched-off wheel; for grooves on the axis of their infeeds, X being a radius.
         roughness_limit: highest Ra; 0 for none.
-        tolerance: on the size error; 0 for none.
-        scrap_cost: price of a spoilt part.
-        rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
-            ground again later; above 0 every plunge counts and not only the last 0.05 mm.
+        tolerance: limit of the size error; 0 for none.
+        scrap_cost: price of a scrapped part.
+        rise_allowance: temperature rise allowed beyond tempering, if the surface is ground again later; above 0 every
+            plunge counts and not only the last 0.05 mm.
         height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. A part
             whose size is judged must have one, because it grows by it when hot. None if it is not known: the wheel is
             then not watched for coming down on the table, and the part warms up and grows as one of 20 mm does.
@@ -160,7 +158,7 @@ class Station:
             )
 
     def on_machine(self, axis: int) -> "Station":
-        """The same with the place of its part in machine coordinates, where the table goes along an axis."""
+        """Return the same with the place of its part in machine coordinates, where the table goes along an axis."""
         part, along, across, down = self.part, *(self.origin[k] for k in (axis, cross_axis(axis), plunge_axis(axis)))
         placed = replace(
             part,
@@ -173,13 +171,13 @@ class Station:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartConditions:
-    """How one part differs from the job.
+    """Differences of one part from the job.
 
     Attributes:
-        part: what it is, where the parts are of several kinds; None for that of the job.
-        stock: its true stock, mm; None for that of `part`.
+        part: its part, if there are several kinds; None for the job's.
+        stock: its true stock, mm; None for the stock of `part`.
         factors: factors on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
-        new_wheel_factors: factors that hold in their place once the wheel has been changed; None for the same.
+        new_wheel_factors: factors after a change of the wheel; None for the same.
 
     Raises:
         JobError: a stock or factor that is not a positive number, or a name that is no parameter.
@@ -196,8 +194,7 @@ class PartConditions:
             if name not in StrokeParameters._fields:
                 hint = did_you_mean(name, StrokeParameters._fields)
                 raise JobError(
-                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters",
-                    name,
+                    f"there is no stroke parameter {quoted(name)}{hint}; they are the fields of StrokeParameters", name
                 )
         for name, value in (("stock", self.stock), *numbers):
             if value is not None and not 0.0 < value < math.inf:
@@ -205,7 +202,7 @@ class PartConditions:
                 raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
 
     def forced(self, factor: float) -> "PartConditions":
-        """The same with a factor on all forces besides its own factors."""
+        """Return the same with a factor on all forces besides its own factors."""
 
         def times(factors: Mapping[str, float]) -> Mapping[str, float]:
             return {**factors, **{name: factors.get(name, 1.0) * factor for name in FORCES}}
@@ -214,7 +211,7 @@ class PartConditions:
         return replace(self, factors=times(self.factors), new_wheel_factors=spare)
 
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
-        """The parameters that hold for this part, under the first wheel or after a change of it."""
+        """Return the parameters that hold for this part, under the first wheel or after a change of it."""
         factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
         changed = {name: getattr(nominal, name) * f for name, f in factors.items()}
         return nominal._replace(**changed) if changed else nominal
@@ -231,10 +228,10 @@ class Setup:
         machine: machine tool.
         wheel_speed: surface speed of the new wheel.
         constant_surface_speed: whether the control holds `wheel_speed` as the wheel shrinks (12-41).
-        spindle: "by program": S, G96 and M03 to M05 set the wheel turning, and the process runs with their speed;
-            "always on": the operator sets it to `wheel_speed`, and these words have no effect.
-        coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry;
-            "always on": it flows whatever they say.
+        spindle: "by program": S, G96 and M03 to M05 start the wheel and set its speed; "always on": the operator sets
+            `wheel_speed`, and these words have no effect.
+        coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry; "always
+            on": the fluid flows regardless.
         dresser_infeed: by which the dresser advances before each pass of a dress program without an infeed of its own;
             None if that is not known: it is then taken to be 0.02 mm, which is told.
         grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
@@ -280,10 +277,10 @@ class Times:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelStart:
-    """State of the wheel at the start; what is None is that of a new wheel, freshly dressed.
+    """State of the wheel at the start; None for the value of a new, freshly dressed wheel.
 
     Attributes:
-        diameter: of the wheel.
+        diameter: diameter of the wheel.
         wear_flat_area: A, share of the wheel face.
         volume_since_dress: V, per mm of width.
         diamond_flat: width of the wear flat on the dressing diamond.
@@ -300,15 +297,15 @@ class WheelStart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diamond:
-    """Where the tip of the dressing diamond stands on the table, as the axes are read when the wheel is at it.
+    """Position of the tip of the dressing diamond on the table, as axis coordinates of the wheel there.
 
-    Its height is that of the touched-off wheel: what dresses take off the wheel is compensated there as it is on the
-    part. The wheel comes down on it; a job of a diamond above the wheel leaves it out.
+    Its height counts for the touched-off wheel: wheel wear from dresses is compensated as on the part. The wheel comes
+    down on the diamond; leave the table out for a diamond above the wheel.
 
     Attributes:
         x: coordinate of the X axis.
-        y: of the Y axis.
-        z: of the Z axis.
+        y: coordinate of the Y axis.
+        z: coordinate of the Z axis.
     """
 
     x: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
@@ -326,12 +323,12 @@ class Diamond:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lots:
-    """How the parts of a batch differ.
+    """Variation of the parts of a batch.
 
     Attributes:
-        probability: that a part begins a new lot of material; the first one always does.
-        growth: logarithmic standard deviation of how fast a lot dulls the wheel.
-        pressure: the same of how hard it presses on the wear flats.
+        probability: probability that a part begins a new lot of material; the first part always does.
+        growth: logarithmic standard deviation of the dulling rate of a lot.
+        pressure: logarithmic standard deviation of a lot's pressure on the wear flats.
         stock: standard deviation of the stock of a part, as a share of the nominal one.
         roughness: logarithmic standard deviation of the roughness from part to part.
     """
@@ -348,7 +345,7 @@ class Lots:
 
 @dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
 class Job:
-    """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ.
+    """Part, set-up, times, wheel at the start, and variation of the parts of a batch.
 
     Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
     `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
@@ -420,22 +417,22 @@ class Job:
             raise JobError(PART_AT_STATION, "parts.part")
 
     def on(self, plant: "Plant") -> "Job":
-        """The job on another machine."""
+        """Return the job on another machine."""
         return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
     def of_part(self, number: int) -> "Job":
-        """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""
+        """Return the job of a part by its number, from 1: another one for another kind or station."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
         if own is None and number <= len(self.met):
             own = self.met[number - 1].part
         return self if own is None else self._of_kind(own)
 
     def at_station(self, number: int, axis: int) -> "Job":
-        """The job of the part at a station by its number, from 0, where the table goes along an axis."""
+        """Return the job of the part at a station by its number, from 0, where the table goes along an axis."""
         return self._of_kind(self.lying(axis)[number].part)
 
     def lying(self, axis: int) -> tuple[Station, ...]:
-        """The stations as they lie on the machine, where the table goes along an axis."""
+        """Return the stations as they lie on the machine, where the table goes along an axis."""
         if axis not in self._lying:
             self._lying[axis] = tuple(each.on_machine(axis) for each in self.stations)
         return self._lying[axis]
@@ -461,7 +458,7 @@ class Job:
 
     @property
     def own_at_start(self) -> tuple[float, ...]:
-        """What the process remembers besides the wheel as the shift begins."""
+        """Return the memory of the process besides the wheel at the start of the shift."""
         return self.own or tuple(self.process.own())
 
     @cached_property
@@ -487,11 +484,11 @@ class Job:
 
     @cached_property
     def limits(self) -> Limits:
-        """What a good part must keep."""
+        """Return the limits of a good part."""
         return self.limits_at(self.part)
 
     def limits_at(self, asked: Stage | Part) -> Limits:
-        """What it must keep at the end of a stage, or of the part."""
+        """Return the limits at the end of a stage, or of the part."""
         return limits_of(
             self.part.material,
             self.setup.machine,
@@ -528,5 +525,5 @@ def require_conditions(conditions: Sequence[PartConditions], parts: int, program
 
 
 def wrong(key: str, value: object, legal: str) -> TableError:
-    """The error for a value that is not legal."""
+    """Return the error for a value that is not legal."""
     return tables.wrong(key, value, legal, JobError)

@@ -1,4 +1,4 @@
-"""A job as the text of a job file, which read again is the same job."""
+"""Write a job as the text of a job file that reads back equal."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, fields
@@ -12,7 +12,7 @@ from grind_env.toml import toml_text
 
 
 def job_text(job: Job) -> str:
-    """The job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
+    """Return the job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
     kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
     materials = [job.part.material, *(each.material for each in kinds)]

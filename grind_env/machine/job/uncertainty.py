@@ -1,4 +1,4 @@
-"""What is not known of a machine: how far its numbers may be from those of a job."""
+"""Uncertainty of a machine: how far its numbers may be from the numbers of a job."""
 
 import sys
 from dataclasses import dataclass
@@ -19,16 +19,15 @@ NEARLY = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uncertainty:
-    """What is not known of a machine.
+    """Uncertainty of the numbers of a machine.
 
     Attributes:
-        names: of numbers in the entries of the job, such as `material.ploughing_pressure`.
+        names: names of numbers in the entries of the job, such as `material.ploughing_pressure`.
         spread: standard deviation of the logarithm of each; of the number itself where it may be below 0, in its unit.
-        correlation: of these, a row for each, of numbers from -1 to 1 without a unit.
-        residual: logarithmic standard deviation, without a unit, of the forces of a machine around those with these
-            numbers.
-        drift: the same of a step of the forces from part to part, which add up; without a unit, too.
-        source: where it is from; empty for the catalogue's own.
+        correlation: their correlation, a row for each, from -1 to 1 without a unit.
+        residual: logarithmic standard deviation, without a unit, of forces that these numbers do not explain.
+        drift: logarithmic standard deviation, without a unit, of a step of the forces from part to part; steps add up.
+        source: its source; empty for the catalogue's own.
 
     Raises:
         GrindError: something of it is not legal.
@@ -71,12 +70,12 @@ class Uncertainty:
 
     @property
     def is_certain(self) -> bool:
-        """Whether the machine is known."""
+        """Return whether the machine is known."""
         return not any((*self.spread, self.residual, self.drift))
 
     @property
     def root(self) -> Array:
-        """What makes deviations, in units of the numbers' spreads, of as many standard normal numbers.
+        """Return the matrix from standard normal numbers to deviations, in units of the spreads.
 
         Shape (names, names); lower triangular.
         """
@@ -86,7 +85,7 @@ class Uncertainty:
 
 
 def uncertainty_of(table: TomlTable) -> Uncertainty:
-    """What the table `[uncertainty]` of a catalogue file says; errors as of `Uncertainty`."""
+    """Return the table `[uncertainty]` of a catalogue file; errors as for `Uncertainty`."""
     keys = tuple(Uncertainty.__dataclass_fields__)
     for key in table:
         if key not in keys:
@@ -118,4 +117,4 @@ def _wrong(key: str, message: str) -> CatalogueError:
 
 
 CERTAIN = Uncertainty(names=(), spread=(), correlation=(), source="the machine itself")
-"""Of a machine that is known."""
+"""Uncertainty of a known machine."""

@@ -1,4 +1,4 @@
-"""Machines that may be that of a job: drawn from what is not known of it."""
+"""Machines drawn from the uncertainty of a job."""
 
 import math
 from collections.abc import Mapping
@@ -48,9 +48,9 @@ is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
 
 
 def usual_uncertainty(job: Job) -> Uncertainty:
-    """What is not known of a machine of which nothing but the catalogue is known."""
+    """Return the uncertainty of a machine known only from the catalogue."""
     entries = entries_of(job)
-    names = [name for name in USUAL_SPREADS if _value(entries, name) > 0.0]
+    names = [name for name in USUAL_SPREADS if value_of(entries, name) > 0.0]
     return Uncertainty(
         names=tuple(names),
         spread=tuple(USUAL_SPREADS[name] for name in names),
@@ -61,15 +61,15 @@ def usual_uncertainty(job: Job) -> Uncertainty:
 
 
 def known_of(job: Job) -> Uncertainty:
-    """What is not known of the machine of a job: by its calibration, or the usual."""
+    """Return the uncertainty of the machine of a job: from its calibration, or the usual one."""
     return usual_uncertainty(job) if job.uncertainty is None else job.uncertainty
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """A machine that may be that of a job, by its number, with the `root` of the uncertainty.
+    """Return a possible machine of a job by its number, with the `root` of the uncertainty.
 
-    A number that would be beyond its legal range is the end of it. The drift, which is no number of an entry, is left
-    to those who grind parts on the machine.
+    A number beyond its legal range is set to the end of the range. The drift, which is no number of an entry, is
+    applied while parts are ground.
     """
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
@@ -77,12 +77,12 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
     changes: dict[str, dict[str, float]] = {kind: {} for kind in KINDS}
     for name, spread, step in zip(uncertainty.names, uncertainty.spread, steps, strict=True):
         kind, key = name.split(".")
-        value = _value(entries, name)
+        value = value_of(entries, name)
         quantity = quantities(KINDS[kind])[key]
         adds = isinstance(quantity, Quantity) and quantity.low < 0.0  # it may be below 0, and so has no logarithm
         changes[kind][key] = value + spread * step if adds else value * math.exp(spread * step)
     material = changes["material"]
-    factor = material.get("power_factor", _value(entries, "material.power_factor"))
+    factor = material.get("power_factor", value_of(entries, "material.power_factor"))
     material["power_factor"] = factor * math.exp(uncertainty.residual * force)
     within = {
         kind: {key: entries[kind].within(key, value) for key, value in values.items()}
@@ -98,6 +98,7 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
         ) from None
 
 
-def _value(entries: Mapping[str, Any], name: str) -> float:
+def value_of(entries: Mapping[str, Any], name: str) -> float:
+    """Return a number of some entries, by a name such as `material.chip_energy`."""
     kind, key = name.split(".")
     return float(getattr(entries[kind], key))

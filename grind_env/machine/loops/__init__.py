@@ -1,1 +1,1 @@
-"""The compiled loops over strokes: where they lie, what is counted, surfaces in strips and zones."""
+"""Compiled loops over strokes: places, tallies, and surfaces in strips and zones."""

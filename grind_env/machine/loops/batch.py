@@ -1,4 +1,4 @@
-"""Cycles of many machines at once: the room that their rows take, and the order in which machines go to the lanes.
+"""Cycles of many machines at once: memory for their rows, and the assignment of machines to lanes.
 
 The longest predicted cycles come first, so that the lanes end together; very many machines come as they are.
 """
@@ -25,10 +25,10 @@ MANY = 1024
 """Machines from which on they are not sorted at all."""
 
 CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *CYCLE_KERNELS.values()))
-"""Of the longest row of a cycle."""
+"""Cycle fields of the longest row of a cycle."""
 
 NO_MOTIONS = np.empty((0, 0))
-"""Of cycles whose strokes lie where their picks have led."""
+"""Motions of cycles whose strokes follow their picks."""
 
 
 @entry

@@ -1,4 +1,4 @@
-"""A cycle block as the compiled loops see it, and its strokes and dresses: control and process joined."""
+"""A cycle block for the compiled loops: its strokes and dresses, from control and process."""
 
 import functools
 import math
@@ -23,13 +23,13 @@ class Stroking(NamedTuple):
     """
 
     speed: float
-    """As of `Pace`, mm/s."""
+    """As in `Pace`, mm/s."""
     slow: float
-    """As of `Pace`, mm/s."""
+    """As in `Pace`, mm/s."""
     slow_share: float
-    """As of `Pace`, a ratio."""
+    """As in `Pace`, a ratio."""
     slow_time: float
-    """As of `Pace`, a ratio."""
+    """As in `Pace`, a ratio."""
     first_seconds: float
     """Time of the first stroke, from the start point to the primary point, s."""
     stroke_seconds: float
@@ -39,7 +39,7 @@ class Stroking(NamedTuple):
     start: float
     """Depth at which the wheel stands when the cycle begins, mm."""
     surface: float
-    """Of the touched-off surface above the zero of `start`, mm; what is below it, is that with it added."""
+    """Height of the touched-off surface above the zero of `start`, mm; depths below it have it added."""
     bottom: float
     """Depth of a stroke at the full depth of the cycle, below the touched-off surface, mm."""
     full_plunge: float
@@ -93,16 +93,16 @@ class Zone(NamedTuple):
     strips: float
     """How many they are; 0 where there is no zone, which is then never under the wheel."""
     S_step: float = 0.0
-    """As of `PartState`, mm."""
+    """As in `PartState`, mm."""
     Rs_step: float = 0.0
-    """As of `PartState`, um."""
+    """As in `PartState`, um."""
 
 
 with_wear = replacer(WheelState, "W")
 
 
 class Acts(NamedTuple):
-    """What a process does in a cycle: compiled functions."""
+    """Compiled functions of a process in a cycle."""
 
     advance: Callable[..., Any]
     """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: one stroke at depth `Z`, mm;

@@ -1,4 +1,4 @@
-"""Where the strokes of each cycle lie, for the compiled loops: the rules of `control.cycles`, and depth and place."""
+"""Places of the strokes of each cycle for the compiled loops, by the rules of `control.cycles`."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -87,4 +87,4 @@ CYCLE_KERNELS: Mapping[str, CycleKernel] = {
     "G82": course_of(RULES["G82"], PlungeCycle, PlungeProgress),
     "G83": course_of(RULES["G83"], TraverseCycle, TraverseProgress),
 }
-"""Of every cycle that plunges, by its code."""
+"""Cycle kernels of every cycle that plunges, by its code."""

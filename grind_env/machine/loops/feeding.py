@@ -1,4 +1,4 @@
-"""Strokes that go on beside the motions of the program: those of a G81, and of any cycle that has come to its end.
+"""Strokes beside motions of the program: under G81, and after any cycle has finished.
 
 The table reciprocates on its own while the program moves the wheel, so that a stroke lies where the wheel stands as the
 table passes its middle. The motions of the program between two rests of the table are a leg; a leg ends with dresses at
@@ -34,7 +34,7 @@ class Feeding(NamedTuple):
     dwell: float
     """At a reversal point, s."""
     acceleration: float
-    """Of the motions, mm/s2."""
+    """Acceleration of the motions, mm/s2."""
     made: float
     """Strokes that the cycle has made before."""
     starts_elsewhere: float
@@ -73,7 +73,7 @@ class FeedMotion(NamedTuple):
 
 
 class FeedProgress(NamedTuple):
-    """How far the strokes have come."""
+    """Progress of the strokes."""
 
     reversal: float
     """Strokes that the cycle has made."""
@@ -89,7 +89,7 @@ class FeedProgress(NamedTuple):
     over: float
     """1 once there is no stroke to make any more."""
     begin: float
-    """Of that motion, like all that follow."""
+    """Begin of that motion, like all that follow."""
     end: float
     depth: float
     way: float
@@ -100,7 +100,7 @@ class FeedProgress(NamedTuple):
     last_begin: float
     acceleration: float
     gauged_at: float
-    """As of `Feeding`; infinite once it is past."""
+    """As in `Feeding`; infinite once it is past."""
     gauged: float
     """1 if the operator gauges the part before the coming stroke ends, else 0."""
 
@@ -108,33 +108,16 @@ class FeedProgress(NamedTuple):
 read_motion, write_motion = column_reader(FeedMotion), column_writer(FeedMotion)
 after_stroke = replacer(FeedProgress, "reversal", "dresses", "begins", "middle", "ends", "gauged")
 at_stroke = replacer(FeedProgress, "dresses", "begins", "middle", "ends", "row", "over", "gauged_at", "gauged")
+setting_out = replacer(FeedProgress, "reversal", "dresses", "row", "last_begin", "acceleration", "gauged_at")
 in_motion = replacer(FeedProgress, *(name for name in FeedMotion._fields if name in FeedProgress._fields))
+AT_REST = FeedProgress(*[0.0] * len(FeedProgress._fields))
 
 
 @inlined
 def begin(cycle: Feeding) -> FeedProgress:
     """Before the first stroke, which has still to be found."""
-    return FeedProgress(
-        reversal=cycle.made,
-        dresses=cycle.pre_dress,
-        begins=0.0,
-        middle=0.0,
-        ends=0.0,
-        row=cycle.motion,
-        over=0.0,
-        begin=0.0,
-        end=0.0,
-        depth=0.0,
-        way=0.0,
-        cross=0.0,
-        cross_way=0.0,
-        path=0.0,
-        rate=0.0,
-        last_begin=-INSTANT,
-        acceleration=cycle.acceleration,
-        gauged_at=cycle.gauged_at,
-        gauged=0.0,
-    )
+    first = cycle.made, cycle.pre_dress, cycle.motion, -INSTANT, cycle.acceleration, cycle.gauged_at
+    return setting_out(AT_REST, first)
 
 
 @inlined

@@ -1,7 +1,7 @@
-"""The compiled loops over strokes, made from the `CycleKernel` of a cycle and a `Process`: eight machines at once.
+"""The compiled loops over strokes, built from the `CycleKernel` of a cycle and a `Process`, eight machines at once.
 
-In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
-numbers for one machine are bit by bit the same, whatever runs beside it (tests/machine).
+When the cycle of a SIMD lane ends, its results are stored and the next machine is loaded. The numbers of one machine
+are the same, bit by bit, with any others beside it (tests/machine).
 """
 
 import functools
@@ -144,14 +144,7 @@ def _loops(
 
     @inlined
     def load(
-        rows: Array,
-        lane: int,
-        cycles: Array,
-        parameters: Array,
-        wheels: Array,
-        surfaces: Array,
-        tallies: Array,
-        i: int,
+        rows: Array, lane: int, cycles: Array, parameters: Array, wheels: Array, surfaces: Array, tallies: Array, i: int
     ) -> None:
         """Put machine i into a lane, at the start of its cycle."""
         stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)

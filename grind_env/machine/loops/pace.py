@@ -1,10 +1,10 @@
-"""How fast the table passes over the part, and a stroke at that pace.
+"""The speed of the table over the part, and a stroke at this speed.
 
-A table that takes longer to reach its E than it has overtravel is slower than E near the ends of the part. A stroke is
-then evaluated at two nodes: right Radau quadrature over the time in which the table accelerates over the part. The fast
-node has the highest speed and stands for the plateau, too. Each node has its own surface, which the part keeps as a
-mean over the length and a step, fast less slow. Where the table has its E over the whole part, the slow node has no
-share, and the numbers are to the bit those of one node.
+A table that needs more than its overtravel to reach E is slower than E near the ends of the part. A stroke is then
+evaluated at two nodes: right Radau quadrature over the time of acceleration above the part. The fast node has the
+highest speed and includes the plateau. Each node has its own surface, stored as a mean over the length and a step, fast
+less slow. If the table has E over the whole part, the slow node has no share, and the numbers equal those of one node
+to the bit.
 """
 
 import functools

@@ -1,4 +1,4 @@
-"""How kernels read and write the records of a machine: each a row of a table, one field a column."""
+"""Read and write the records of a machine in kernels: a record is a row of a table, a field a column."""
 
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.cycle import PartState, Stroking, Zone

@@ -1,4 +1,4 @@
-"""What happens to the rows of machines between their cycles: time passes, and a block is about to begin."""
+"""Changes of the rows of machines between cycles: time passes, and the next block begins."""
 
 import functools
 from collections.abc import Callable

@@ -1,7 +1,7 @@
-"""One stroke over a part whose surface is kept in strips across its width.
+"""One stroke over a part whose surface is stored in strips across its width.
 
-The strips with more than half of the deepest interference under the wheel are cut; the others, ground at this depth
-before, only spark. The cut is that of the mean interference over the joint width, and takes the same depth off each.
+Strips with more than half of the deepest interference under the wheel are cut; the others, ground before, only spark.
+The cut has the mean interference over the joint width, and removes the same depth from each strip.
 """
 
 import functools
@@ -32,12 +32,12 @@ IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
 
 
 class Contact(NamedTuple):
-    """What a stroke meets, of the zones looked at so far."""
+    """Contact of a stroke with the zones checked so far."""
 
     tip: float
     """Depth of the wheel face, mm."""
     strips: float
-    """Of the part."""
+    """Strips of the part."""
     S: float
     """Least stock removed under the wheel, mm; infinite where it is beside the part."""
     Rs: float
@@ -57,7 +57,7 @@ class Contact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """What the slow node and the fast one do to the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
+    """Depths that both nodes remove from the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
 
     slow_ae: float
     ae: float

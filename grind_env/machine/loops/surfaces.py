@@ -1,4 +1,4 @@
-"""How the compiled loops keep the surfaces of parts: whole, where the wheel covers the part, or in zones across."""
+"""Surfaces of parts in the compiled loops: one value if the wheel covers the part, else zones across."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from grind_env.machine.loops.strips import Contact, Taken, beneath, contact_at, 
 
 
 class Place(NamedTuple):
-    """Where a stroke lies. Lengths are mm."""
+    """Place of a stroke. Lengths are mm."""
 
     Z: float
     """Depth at which it is programmed."""
@@ -30,7 +30,7 @@ class Buffer(NamedTuple):
 
     lanes: int
     rows: int
-    """Of what is not of the surface."""
+    """Rows of everything but the surface."""
     stroking: Callable[..., Any]
     """`stroking(rows, lane)`: the strokes of its cycle."""
     wheel: Callable[..., Any]
@@ -90,7 +90,7 @@ BUNCH = 2
 more."""
 
 MOST_ZONES = 4096
-"""Of a surface in the lanes; a power of 2, see `get_zone`."""
+"""Most zones of a surface in the lanes; a power of 2, see `get_zone`."""
 
 NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
 """Fills the last bunch."""

@@ -1,4 +1,4 @@
-"""What a run of strokes and dresses adds up: times, peaks, mean powers, burn and wear.
+"""Sums over a run of strokes and dresses: times, peaks, mean powers, burn and wear.
 
 The compiled loops, the run of a program and the episodes of every environment count with these functions.
 """
@@ -21,7 +21,7 @@ POWER_WINDOW = 6.0
 
 
 class Tally(NamedTuple):
-    """What strokes and dresses have come to, besides the states of wheel and part.
+    """Sums of strokes and dresses, besides the states of wheel and part.
 
     Powers are the load of the spindle, W above idle. `strokes` and `dresses` are numbers of them.
     `power_2`, `power_3`, `power_4`, `power_5` and `power_6` are W.

@@ -1,4 +1,4 @@
-"""The surface of a part in strips across its width, and which of them can be run as one zone."""
+"""The surface of a part in strips across its width, grouped into zones of equal strips."""
 
 import functools
 import math

@@ -1,1 +1,1 @@
-"""One part on the machine: its surface, what has been ground of it, and what it has become."""
+"""One part on the machine: its surface, its ground volume and its result."""

@@ -1,4 +1,4 @@
-"""How deep strokes have reached at every place of a part, where the table does not pass over its whole length."""
+"""Depth reached at every place of a part that strokes do not pass in full length."""
 
 import math
 

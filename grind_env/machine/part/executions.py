@@ -1,4 +1,4 @@
-"""The executions of blocks in a run, each with the numbers by which engineers compare cycles."""
+"""Executions of blocks in a run, with the numbers that compare cycles."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ EXECUTION_ROW = np.dtype(
 
 
 def executions_of(strokes: Array) -> Array:
-    """The executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
+    """Return the executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
     if not strokes.size:
         return np.zeros(0, EXECUTION_ROW)
     numbers = strokes["number"]  # 0 of a stroke between two cycles
@@ -44,8 +44,8 @@ def executions_of(strokes: Array) -> Array:
     rows["strokes"] = np.diff(np.append(firsts, ae.size))
     sums = {
         "seconds": strokes["seconds"],
-        "ground": comparison.ground_volume(ae, strokes["b"], Lw),
-        "energy": comparison.grinding_energy(strokes["power"], Lw, vw),
+        "ground": ae * strokes["b"] * Lw,
+        "energy": strokes["power"] * Lw / vw,  # over the part
         "V": ae * Lw,
     }
     for name, values in sums.items():

@@ -1,4 +1,4 @@
-"""Feed moves of a program that carry the wheel along the table over the part: they grind as strokes of a cycle do.
+"""Feed moves along the table over the part, which grind like strokes of a cycle.
 
 Such a move goes straight, with the wheel at or below the surface at one depth. If it goes across as well, the wheel has
 to cover the width of the part all the way. What is ground by other feed moves is not simulated.
@@ -24,19 +24,19 @@ LEAST_PICK = 2.0 * DEPTH_TOLERANCE
 """mm; its J, for it counts as a plunge where it goes deeper at all; its L is 1."""
 
 SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
-"""Of the moves that may be strokes: those that an operator asks for in between are none."""
+"""Sources of the moves that may be strokes: those that an operator asks for in between are none."""
 
 
 def speed_word(plan: CyclePlan) -> str:
-    """The word that says how fast the strokes of a cycle are, or that of a feed move."""
+    """Return the word that says how fast the strokes of a cycle are, or that of a feed move."""
     return FEED_WORD if plan.code == FEED else "E"
 
 
 def table_axis(programs: Programs, control: Control, radius: float) -> int | None:
-    """The axis along which a program grinds before its first cycle: that of this cycle.
+    """Return the table axis of a program before its first cycle: the axis of that cycle.
 
-    Without a cycle it is the one across the plane of the first feed move; None if there is none, or if grooves are cut,
-    for a job does not say where these lie on the part.
+    Without a cycle it is the axis across the plane of the first feed move; None without one, or if grooves are cut,
+    because a job does not place them on the part.
     """
     axis, grooves, execution = None, False, execute(programs, replace(control))
     execution.set_wheel_radius(radius)
@@ -51,7 +51,7 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
 
 
 def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
-    """Whether a straight move takes the wheel along the table over the part at one depth, at or below its surface."""
+    """Return whether a straight move along the table stays at one depth at or below the part's surface."""
     plunge, part = plunge_axis(axis), job.part
     low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
     near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
@@ -62,12 +62,12 @@ def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
 
 
 def keeps_across(start: Position, end: Position, axis: int) -> bool:
-    """Whether such a move does not go across, so that its F is that of the table."""
+    """Return whether such a move stays across, so that its F is the table speed."""
     return start[cross_axis(axis)] == end[cross_axis(axis)]
 
 
 def feed_stroke(move: Line, axis: int, job: Job, before: CyclePlan | None) -> CycleStrokes | None:
-    """A feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
+    """Return a feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
 
     Its E is the feed along the table, mm/min. The dress program of the strokes `before` stays known.
     """

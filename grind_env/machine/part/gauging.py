@@ -1,4 +1,4 @@
-"""What is found on a part when it is gauged: size, roughness, and the heat that counts."""
+"""Results of gauging a part: size, roughness, and the temperature rise that counts."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from grind_env.machine.loops.tally import FINISHING_DEPTH
 
 
 class Surface(NamedTuple):
-    """What the operator gauges on a part."""
+    """Gauged surface of a part."""
 
     S: float
     """Mean depth ground off, mm."""
@@ -29,7 +29,7 @@ class Surface(NamedTuple):
 
 
 def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None = None) -> Surface:
-    """The surface of a part by the depth ground off each strip or groove, mm, and its roughness, um.
+    """Return the surface of a part by the depth ground off each strip or groove, mm, and its roughness, um.
 
     `least` is the depth to which strokes have been where a strip has been reached least, mm, infinite where it has been
     reached alike.
@@ -67,7 +67,7 @@ def gauge_zones(zones: Array, stock: float) -> Surface:
 
 
 def _farthest(errors: Strips) -> float:
-    """The size error, um, of the strip or groove that is farthest from its size, which a part is judged by."""
+    """Return the size error, um, of the strip or groove that is farthest from its size, which a part is judged by."""
     return float(errors[np.argmax(np.abs(errors))])
 
 

@@ -1,14 +1,14 @@
-"""What a wheel grinds in the grooves of G76 and G77, one cut of the process model per infeed.
+"""Grinding of G76 and G77 grooves: one cut of the process model per infeed.
 
-The grooving cycles are those of a turning part (lathe manual, chapter 23). An infeed that goes `a` deeper at the
-feed `vf` over a ground length `Lw`, the circumference of the part, removes `vf Lw` mm3/s per mm of width: the
-specific removal rate `pi dw vf` of cylindrical plunge grinding (Malkin, Grinding Technology). A stroke of the model
-removes `ae vw`; it is given the interference `a` and the work speed `vw = Lw vf / a`, at which the part makes one
-turn per infeed. Volume, removal rate and duration are then those of the infeed. If the part turns faster, the cut of
-a turn is thinner than the one computed; the curvature of the part is left out.
+The grooving cycles are for a turning part (lathe manual, chapter 23). An infeed by `a` at the feed `vf` over a ground
+length `Lw`, the circumference of the part, removes `vf Lw` mm3/s per mm of width: the specific removal rate `pi dw vf`
+of cylindrical plunge grinding (Malkin, Grinding Technology). A stroke of the model removes `ae vw`; with the
+interference `a` and the work speed `vw = Lw vf / a` the part makes one turn per infeed, and volume, removal rate and
+duration equal the infeed's. If the part turns faster, the cut of a turn is thinner than computed; the curvature of the
+part is ignored.
 
-The wheel engages with its whole width, less what a groove beside this one has cut before. There is no spark-out,
-for the control does not dwell at the bottom: a groove stays shallower by what wheel and machine yield.
+The wheel engages with its whole width, less the width of a groove beside. Without a dwell at the bottom there is no
+spark-out: a groove stays shallower by the deflection of wheel and machine.
 """
 
 import math
@@ -36,7 +36,7 @@ Place: TypeAlias = tuple[float, ...]
 
 
 class GrooveCut(NamedTuple):
-    """What an infeed amounts to on the part."""
+    """Result of an infeed on the part."""
 
     stroke: StrokeResult
     b: float = 0.0

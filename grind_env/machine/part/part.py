@@ -1,4 +1,4 @@
-"""One part on the machine: its surface in strips across, and what it has become in the end."""
+"""One part on the machine: its surface in strips across, and its final result."""
 
 import math
 from collections.abc import Sequence
@@ -108,7 +108,7 @@ class PartRun:
 
     @property
     def strokes(self) -> int:
-        """Of the table so far, those beside the part among them."""
+        """Return the number of strokes of the table so far, including those beside the part."""
         return int(self.tally.strokes) - self.infeeds
 
     def grind(
@@ -245,7 +245,7 @@ class PartRun:
         return self.tally.worn + self.tally.dressed_off
 
     def _beyond_wheel(self) -> float:
-        """How much of that there never was, mm3."""
+        """Return the excess over the volume of the wheel, mm3."""
         return self._excess + max(self._off() - self._left, 0.0)
 
     def take_up(self, setup: Setup) -> bool:
@@ -286,7 +286,7 @@ class PartRun:
 
     @property
     def size_shares(self) -> tuple[float, float, float, float]:
-        """What of the mean size error is wear of the wheel, growth, deflection, and what the program leaves, um."""
+        """Return the mean size error in um, split: wheel wear, growth, deflection, depth left by the program."""
         grooves = () if self.strokes else tuple(self._grooves)
         reached = np.concatenate([groove.reached for groove in grooves]) if grooves else self._reached
         growth = -1000.0 * self._grown

@@ -1,4 +1,4 @@
-"""The strokes of a table over the strips of a part, one after the other, and the dresses between them."""
+"""Strokes of the table over the strips of a part in sequence, with the dresses between them."""
 
 import functools
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 class Dressed(NamedTuple):
-    """What a dress between strokes has come to."""
+    """Result of a dress between strokes."""
 
     A: float
     """Wear-flat area after it."""
@@ -30,13 +30,13 @@ class Dressed(NamedTuple):
     removed: float
     """Wheel volume that it took off, mm3."""
     lead: float
-    """Of the diamond, mm per wheel revolution."""
+    """Lead of the diamond, mm per wheel revolution."""
     wd: float
     """Wear flat of the diamond before it, mm."""
 
 
 class PassedOver(NamedTuple):
-    """What the table passes over between two reversal points."""
+    """Stretch of the table's passes between two reversal points."""
 
     Lw: float
     """Ground length, mm; 0 if it is beside the part."""
@@ -56,7 +56,7 @@ write_dressed = column_writer(Dressed)
 
 @functools.cache
 def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]]:
-    """The compiled strokes of a process over a part, `grind_passes`."""
+    """Return the compiled strokes of a process over a part, `grind_passes`."""
     dress_wheel, idle, grind_strips = process.dress, idle_of(process), strips_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
 

@@ -1,4 +1,4 @@
-"""How a stroke stands in a record: where it lies, what it has done, and the wheel after it."""
+"""A stroke as a row of the record: place, results, and the wheel afterwards."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from grind_env.process.state import StrokeResult
 
 
 class TableStroke(NamedTuple):
-    """How a stroke of the table lies, or an infeed; a row of a record has it before what the stroke has done."""
+    """Place of a stroke of the table, or of an infeed; a record row has it before the results."""
 
     time: float
     """At its start, s."""
@@ -41,7 +41,7 @@ class PartVerdict(NamedTuple):
 
 
 class WheelSeen(NamedTuple):
-    """What a record shows of the wheel after a stroke or infeed; fields as in `WheelState`."""
+    """Wheel after a stroke or infeed in a record; fields as in `WheelState`."""
 
     A: float
     lam: float

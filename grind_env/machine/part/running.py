@@ -1,9 +1,8 @@
-"""How fast the wheel turns and whether the coolant flows, as the words of a program say, or the job.
+"""Wheel speed and coolant flow, from the words of a program or from the job.
 
-The decisions behind it (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so that
-the run is refused; another speed than the job's and a coolant that is off are told, and the process runs with them. S
-is written in whole numbers: one that misses the speed of the job by half of one, or by a share of `SAME`, stands for
-it.
+Decisions (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so the run is refused.
+A speed other than the job's and a coolant that is off give a warning, and the process uses them. S is a whole number:
+an S within half of one, or within a share of `SAME`, of the job's speed counts as equal.
 """
 
 import math
@@ -37,7 +36,7 @@ class Speed:
         return self.surface if self.constant else self.surface * diameter / new
 
     def word(self, new: float) -> str:
-        """The S that commands it for a wheel of the diameter `new`, mm."""
+        """Return the S that commands it for a wheel of the diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
     def beside(self, other: "Speed", new: float) -> str:
@@ -46,7 +45,7 @@ class Speed:
 
 @cache
 def air() -> Fluid:
-    """What is left of a fluid that does not flow."""
+    """Return the properties of a fluid that does not flow."""
     return load_catalogue().fluid(DRY)
 
 
@@ -144,13 +143,13 @@ class Running:
 
 
 class Told:
-    """What has been said of wheel and coolant: each commanded speed, the other sense and the dry wheel once."""
+    """Warnings given so far about wheel and coolant: each commanded speed, the other sense and the dry wheel once."""
 
     def __init__(self) -> None:
         self._told: set[Speed | str | None] = set()
 
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
-        """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
+        """Return new warnings at a stroke with a wheel of this diameter, mm, each with its subject."""
         if running.is_reversed and self._is_new("reversed"):
             yield (
                 "wheel sense",

@@ -1,4 +1,4 @@
-"""Which of the stations on the table strokes meet: the parts under their way that they come down on.
+"""The stations that a stroke meets: the parts below its path.
 
 A stroke sweeps the way of the wheel along the table and its width across. It meets a part where the body of the wheel
 reaches below the surface of the part somewhere on that way.
@@ -15,7 +15,7 @@ from grind_env.machine.job import Job, Part
 
 
 class Swept(NamedTuple):
-    """What the wheel sweeps in strokes, mm, in machine coordinates."""
+    """Space swept by the wheel in strokes, mm, in machine coordinates."""
 
     axis: int
     """Index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z."""
@@ -28,7 +28,7 @@ class Swept(NamedTuple):
 
 
 def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
-    """What the strokes of a cycle sweep that begins at a position, mm."""
+    """Return the space swept by a cycle that begins at a position, mm."""
     axis, here = plan.axis, position[plunge_axis(plan.axis)]
     ends = position[axis], plan.primary, plan.secondary
     edge = position[cross_axis(axis)]
@@ -38,21 +38,21 @@ def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
 
 
 def sweep_of(event: CycleStrokes) -> Swept:
-    """What strokes sweep that have been made."""
+    """Return the space swept by finished strokes."""
     ends = *event.ends(0), *event.ends(len(event.begins) - 1)
     edges, axis = event.cross, event.plan.axis
     return Swept(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
 
 
 def sweep_between(start: Position, end: Position, axis: int) -> Swept:
-    """What a feed move along the table sweeps."""
+    """Return the space swept by a feed move along the table."""
     low, high = sorted((start[axis], end[axis]))
     edge = end[cross_axis(axis)]
     return Swept(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
 
 
 def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """The stations whose parts strokes come down on, by their numbers from 0."""
+    """Return the stations whose parts strokes come down on, by their numbers from 0."""
     found, radius = [], 0.5 * first_diameter(job)
     for number, station in enumerate(job.lying(sweep.axis)):
         depth = station.part.surface - sweep.lowest
@@ -62,7 +62,7 @@ def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def met(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """The stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
+    """Return the stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
     found = touched(job, sweep)
     if found:
         return found
@@ -71,7 +71,7 @@ def met(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
-    """Whether a part lies under a sweep with a wheel that reaches so many mm before and behind its middle."""
+    """Return whether a part lies under a sweep with a wheel that reaches so many mm to both sides."""
     (low, high), (near, far) = sweep.along, sweep.edges
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
     width = job.setup.wheel.width
@@ -79,7 +79,7 @@ def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
 
 
 def alone(event: Stroke) -> CycleStrokes:
-    """A stroke that has come by itself, as strokes of which there is one."""
+    """Return a stroke that has come by itself, as strokes of which there is one."""
     axis = event.axis
     return CycleStrokes(
         time=event.finish,

@@ -1,8 +1,8 @@
-"""What a program grinds that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
+"""Grinding that is not simulated: feed moves over the part that are no strokes, and strokes in the air.
 
-The latter may be meant for another part.
+Strokes in the air may be meant for another part.
 
-A part with any of it is not judged: what is known of it is not what it will be, and it never counts as good.
+A part with such grinding is not judged: its true result is unknown, and it never counts as good.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,7 +11,7 @@ from typing import NamedTuple
 from grind_env.errors import GrindError
 
 MOST_RUNS = 4
-"""Of lines that are named; of more the first and the last line."""
+"""Most runs of lines that are named; of more the first and the last line."""
 
 
 class UnjudgedError(GrindError):
@@ -22,7 +22,7 @@ class Unjudged(NamedTuple):
     """Why a part is not judged."""
 
     lines: tuple[int, ...]
-    """Of the program, ascending."""
+    """Lines of the program, ascending."""
     why: str
     """What they do, and what to do about it."""
 

@@ -1,1 +1,1 @@
-"""A program as cycle blocks whose strokes it alone settles, and its runs with other words."""
+"""A script: a program as cycle blocks whose strokes depend on its words alone, and replays with other words."""

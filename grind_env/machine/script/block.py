@@ -1,4 +1,4 @@
-"""A cycle block of a script, what the program does up to the next one, and of which part it is."""
+"""A cycle block of a script, the motions up to the next block, and its part."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import NamedTuple
 from grind_env.control import CyclePlan, Motion, Position, Programs
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.program import DressPlan, DressRun
 from grind_env.machine.job import Job, Station
 from grind_env.machine.part.feeds import FEED
@@ -28,22 +28,22 @@ class RestTimes(NamedTuple):
 
 @dataclass(slots=True)
 class ScriptBlock:
-    """A cycle block, or a feed move that is a stroke, and what the program does up to the next one.
+    """A cycle block, or a feed move that is a stroke, with the motions up to the next block.
 
     Attributes:
-        start: where the axes stand when it begins, mm.
-        end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
-        taken_over: whether it takes over a table that reciprocates.
+        start: position of the axes at its start, mm.
+        end: position of the axes at the end of the cycle, mm, before any motion beside the table.
+        taken_over: whether it takes over a reciprocating table.
         reached: depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it.
         beside: motions of the program beside the table, dwells among them, in their order.
-        to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
+        to_secondary: whether the table then continues to the secondary point, where the next cycle takes over.
         at_secondary: whether the table came to rest there before the way to the next block.
         rest_times: of that way, from secondary and primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
         stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is taken off, or strokes go over to that of another station.
+        ends_part: whether the part is removed, or strokes move to another station.
         loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
-        station: at which its part lies, by its number from 0; None without stations, or where its strokes meet none.
+        station: station of its part, from 0; None without stations, or if its strokes meet none.
     """
 
     block: Block
@@ -84,14 +84,9 @@ class ScriptBlock:
 
 
 def script_error(programs: Programs, line: int, reason: str) -> ScriptError:
-    """The error for a program of which there is no script."""
+    """Return the error for a program of which there is no script."""
     place = f"{programs.name}:{line}" if line else programs.name
     return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
-
-
-def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
-    """Depth of the wheel below the touched-off surface at a position, mm."""
-    return job.part.surface - position[plunge_axis(plan.axis)]
 
 
 def edge_of(position: Position, plan: CyclePlan) -> float:
@@ -100,7 +95,7 @@ def edge_of(position: Position, plan: CyclePlan) -> float:
 
 
 def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
-    """The job of the part of each block, of a job with the stations that are met."""
+    """Return the job of the part of each block, of a job with the stations that are met."""
     number = 1
     for block in blocks:
         yield job.of_part(number)
@@ -108,7 +103,7 @@ def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
 
 
 def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
-    """The stations that parts lie at, one after the other; the blocks learn where one ends and the next one begins."""
+    """Return the stations of the parts in turn, and write into the blocks where each ends and the next begins."""
     if not job.stations:
         return ()
     found = list[Station]()

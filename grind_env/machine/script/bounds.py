@@ -1,4 +1,4 @@
-"""Where a program has no script: what would depend on more than its words, or on words that may be others."""
+"""Reasons why a program has no script: it depends on more than its words, or on words that may change."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
 from grind_env.machine.script.settings import Ranges
 
 ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
-"""Of a part: what may differ from one to the next in a script."""
+"""Requirements on a part that may differ from one to the next in a script."""
 
 
 def refuse_led_elsewhere(
@@ -82,7 +82,7 @@ def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> Non
 
 
 def refuse_unlike_parts(programs: Programs, job: Job) -> None:
-    """Refuse parts that differ from that of the job in more than what they cost and what is asked of them."""
+    """Refuse parts that differ from the job's part in more than price and limits."""
     for number in range(1, len(job.parts) + 1):
         part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in ASKED}
         if replace(part, **asked) != job.part:

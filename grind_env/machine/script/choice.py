@@ -1,4 +1,4 @@
-"""Settings that are chosen for the blocks of a script, as the blocks take them."""
+"""Chosen settings of the blocks of a script, in the form of the blocks."""
 
 import math
 from collections.abc import Sequence
@@ -62,5 +62,5 @@ def _refuse_outside(script: Script, block: Array, own: Array, settings: Array) -
 
 
 def _ends(values: Sequence[float], least: float) -> tuple[float, float]:
-    """Of a range of a word, of which the least is legal; the lower one is above the higher one if it has none."""
+    """Return the ends of a range of a word, within legal values; the lower is above the higher if it has none."""
     return (max(min(values), least), max(values)) if values else (math.inf, -math.inf)

@@ -1,7 +1,7 @@
-"""The script of a program that is run for many parts, from that of a few runs of it, where these are alike.
+"""The script of a program for many parts, extended from a few runs that are alike.
 
-A control that begins a run where it began the one before it, in a program whose blocks are the same in every run, does
-the same in all that follow.
+If a run begins in the state of the run before, and the blocks are equal in every run, the control does the same in all
+later runs.
 """
 
 from dataclasses import fields, replace
@@ -20,7 +20,7 @@ FEW = 4
 
 
 def is_straight(programs: Programs) -> bool:
-    """Whether a program executes the same blocks in every run, with the same numbers in them.
+    """Return whether a program executes the same blocks with the same numbers in every run.
 
     It has no variables and no jumps, and no G10, whose entries of tables may add up.
     """
@@ -36,7 +36,7 @@ def _is_straight(source: SourceText) -> bool:
 
 
 def repeated(script: Script, runs: int) -> Script | None:
-    """The script of so many runs of a program, from that of `FEW`; None if it may do something else in one of them.
+    """Return the script of many runs of a program, from the script of `FEW`; None if a run may differ.
 
     Programs in files beside it are known only once they have been executed, so that the text is looked at here.
     """
@@ -52,7 +52,7 @@ def repeated(script: Script, runs: int) -> Script | None:
 
 
 def with_job(script: Script, job: Job) -> Script:
-    """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+    """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
     return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
 
 

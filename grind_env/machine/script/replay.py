@@ -1,4 +1,4 @@
-"""A script run for many machines at once, in compiled code: every block with settings of its own."""
+"""Replay a script for many machines at once in compiled code, each block with settings of its own."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -31,7 +31,7 @@ STROKES = Tally._fields.index("strokes")
 
 
 class Placed(NamedTuple):
-    """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
+    """Place of a block on the part of one machine, from `BlockRow` and its plan.
 
     `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`:
     `share`, a ratio, and `dwell`, s.
@@ -231,7 +231,7 @@ def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
 
 
 def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., float]) -> Callable[..., None]:
-    """The compiled run of a block of each of some machines, made of the loops over surfaces of one kind.
+    """Return the compiled run of a block of each of some machines, made of the loops over surfaces of one kind.
 
     Args:
         loops: of the cycles that plunge, by their codes.
@@ -314,7 +314,7 @@ def _deepest_zoned(surfaces: Any, i: int) -> float:
 
 @functools.cache
 def covered_blocks_of(process: Process) -> Callable[..., None]:
-    """The run of blocks on parts that the wheel covers, in cycles that do not cross."""
+    """Return the run of blocks on parts that the wheel covers, in cycles that do not cross."""
     courses = {code: course for code, course in CYCLE_KERNELS.items() if RULES[code].cross is None}
     loops = {code: loops_of(course, process) for code, course in courses.items()}
     return blocks_of(loops, loops_of(FEED, process), _deepest_covered)
@@ -322,6 +322,6 @@ def covered_blocks_of(process: Process) -> Callable[..., None]:
 
 @functools.cache
 def zoned_blocks_of(process: Process) -> Callable[..., None]:
-    """The same on parts in zones, in all cycles."""
+    """Return the same on parts in zones, in all cycles."""
     loops = {code: zoned_loops_of(course, process) for code, course in CYCLE_KERNELS.items()}
     return blocks_of(loops, zoned_loops_of(FEED, process), _deepest_zoned)

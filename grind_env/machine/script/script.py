@@ -1,4 +1,4 @@
-"""A part program as a script: what the control makes of it before a wheel has touched a part.
+"""A part program as a script: its blocks as the control plans them, before any grinding.
 
 The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
 cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
@@ -25,14 +25,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
 from grind_env.machine.part.stations import sweep_of, touched
+from grind_env.machine.script import bounds
 from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, met_by, script_error
-from grind_env.machine.script.bounds import (
-    refuse_judged_twice,
-    refuse_led_elsewhere,
-    refuse_slow_picks,
-    refuse_turns_inside,
-    refuse_unlike_parts,
-)
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 
@@ -64,12 +58,12 @@ class Script:
 def script_of(
     programs: Programs, job: Job, ranges: Ranges = OWN_WORDS, variables: Mapping[int, float] | None = None
 ) -> Script:
-    """The script of a part program.
+    """Return the script of a part program.
 
     Args:
-        programs: what `control.read` or `control.read_file` returned.
+        programs: result of `control.read` or `control.read_file`.
         job: part, set-up and wheel.
-        ranges: with which its blocks may be run instead of their own words.
+        ranges: permitted ranges of its words.
         variables: values that `#` variables have at the start (`Control.variables`); those of the job if None.
 
     Raises:
@@ -80,7 +74,7 @@ def script_of(
     """
     job = job if variables is None else replace(job, variables=variables)
     refuse_unjudged(programs, job)
-    refuse_unlike_parts(programs, job)
+    bounds.refuse_unlike_parts(programs, job)
     writer = functools.partial(_Writer, programs, job)
     as_it_is = writer()
     blocks = as_it_is.run()
@@ -95,22 +89,22 @@ def script_of(
         reason = "which of its feed moves are strokes depends on where a cycle has come to its end"
         raise script_error(programs, 0, reason)
     for block, *others in zip(*corners, strict=True):
-        refuse_led_elsewhere(programs, block, *others)
+        bounds.refuse_led_elsewhere(programs, block, *others)
         across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
         here, rest_times = (not block.at_secondary) + 2 * across, [each.rest_times[0] for each in (block, *others)]
         block.rest_times = rest_times[here], rest_times[here ^ 1], rest_times[here ^ 2], rest_times[here ^ 3]
-        refuse_slow_picks(programs, job, block, ranges)
+        bounds.refuse_slow_picks(programs, job, block, ranges)
     for block, on_part in zip(blocks, jobs_of(job, blocks), strict=True):
-        refuse_turns_inside(programs, on_part, block)
-    refuse_judged_twice(programs, job, blocks)
+        bounds.refuse_turns_inside(programs, on_part, block)
+    bounds.refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
 
 class _Writer(EventConsumer):
-    """Executes a program and writes its blocks down.
+    """Writer of the blocks of an executed program.
 
-    `dresses_asked` says in which blocks a dress is asked for beyond those of the program. With `elsewhere` the table
-    comes to rest at its other end at every stop, with `across` every crossover where it would with a traverse more.
+    `dresses_asked` names blocks with a dress beyond the program's. With `elsewhere` the table comes to rest at its
+    other end at every stop, with `across` every crossover where it would with one more traverse.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What may be chosen in a cycle block of a script: its words E, D, J and L, and what its dress program does."""
+"""Settings of a cycle block of a script: its words E, D, J and L, and the values of its dress program."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -30,9 +30,9 @@ class BlockSettings(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """The lowest and the highest of words that may be chosen in the blocks of a script.
+    """Lowest and highest values of words that may be chosen in the blocks of a script.
 
-    A word of which nothing is said stays what it is; once one may be chosen, D may be, too.
+    A word without a range keeps its value; with any range, D may be chosen, too.
     """
 
     E: Sequence[float] = ()
@@ -51,7 +51,7 @@ E, D, J, L, DRESS_PASSES, DRESS_FEED, DRESS_DEPTH, DRESS_SECONDS = range(SETTING
 
 
 def own_settings(plan: CyclePlan, dress: DressPlan | None) -> BlockSettings:
-    """Those that a block has in its program."""
+    """Return the settings of a block in its program."""
     dress = dress or NO_DRESS
     return BlockSettings(
         E=plan.feed,

@@ -1,4 +1,4 @@
-"""A script in numbers, as compiled code replays it: a row for every cycle block and every motion beside the table."""
+"""A script in numbers for compiled replays: a row for every cycle block and every motion beside the table."""
 
 import itertools
 import math
@@ -26,7 +26,7 @@ from grind_env.process.cost import Limits
 
 NO_COURSE = 0.0
 NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
-"""Of the cycles that plunge."""
+"""Numbers of the cycles that plunge."""
 
 SINGLE = "G82"
 """The cycle as which a feed move is run: one that stands at its depth, of one stroke."""
@@ -58,7 +58,7 @@ class BlockRow(NamedTuple):
     acceleration: float
     """mm/s2."""
     start: float
-    """As of `cycle.Stroking`, like the next two."""
+    """As in `cycle.Stroking`, like the next two."""
     surface: float
     bottom: float
     coverage: float
@@ -73,13 +73,13 @@ class BlockRow(NamedTuple):
     reached: float
     """Depth to which strokes have led on the part when the block is over, mm."""
     width: float
-    """Of the part, mm."""
+    """Width of the part, mm."""
     length: float
-    """Of the part, mm."""
+    """Length of the part, mm."""
     place: float
     """Coordinate of its middle along the table, mm."""
     cross_start: float
-    """As of `cycle.Stroking`, like the next one."""
+    """As in `cycle.Stroking`, like the next one."""
     cross_end: float
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""
@@ -136,7 +136,7 @@ class ScriptTables(NamedTuple):
 
 
 def tables_of(script: Script) -> ScriptTables:
-    """A script in numbers."""
+    """Return a script in numbers."""
     motions: list[FeedMotion] = []
     rows: list[BlockRow] = []
     depths: list[float] = []
@@ -178,7 +178,7 @@ def tables_of(script: Script) -> ScriptTables:
 
 
 def is_covered(script: Script, tables: ScriptTables) -> bool:
-    """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
+    """Return whether the wheel covers the parts of a script in every stroke, and no cycle crosses."""
     wheel = script.job.setup.wheel
 
     def covers(block: ScriptBlock, job: Job) -> bool:
@@ -259,7 +259,7 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
-    """The motions beside the table, in depth from the zero of the axes, and the rest after them, if there are any."""
+    """Return the motions beside the table, in depth from the zero of the axes, and the rest after them."""
     plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.beside)
 
     def leg(begin: float, seconds: float, start: Position, end: Position, rate: float, after: float) -> FeedMotion:
@@ -309,7 +309,7 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
 
 
 def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow]) -> Array:
-    """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
+    """Return a new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
     part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
     for block, row in zip(blocks, rows, strict=True):

@@ -1,4 +1,4 @@
-"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order."""
+"""Warnings of a run: each watcher follows one matter, and all report in this order."""
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop

@@ -1,4 +1,4 @@
-"""Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
+"""Warning texts of a run: accepted by the control, but not ground as it seems (PD-6)."""
 
 import math
 
@@ -20,7 +20,7 @@ SLACK = 1.0 + 1e-9
 
 
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
-    """What to do about a pick that is still under way in the middle of the next stroke of its cycle."""
+    """Return the advice on a pick that is still under way in the middle of the next stroke."""
     dwell, (begin, end) = control.reversal_dwell, stroke.ends(0)
     length, seconds = abs(end - begin), stroke.seconds[0] - dwell
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
@@ -37,7 +37,7 @@ def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
 
 
 def feed_for(length: float, seconds: float, acceleration: float) -> float | None:
-    """The least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
+    """Return the least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
     # length/v + v/acceleration = seconds, the inverse of rules.motion_time
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length
@@ -45,7 +45,7 @@ def feed_for(length: float, seconds: float, acceleration: float) -> float | None
 
 
 def crash(depth: float, move: Motion, part: str = "the part") -> str:
-    """What to say of a move outside a cycle that takes the wheel `depth` mm into a part, of which it is said which."""
+    """Return the warning about a move outside a cycle that takes the wheel `depth` mm into the named part."""
     dressing = move.source in (Source.DRESS, Source.RETRACE)
     remedy = (
         "let it go by way of a point above the part"
@@ -56,7 +56,7 @@ def crash(depth: float, move: Motion, part: str = "the part") -> str:
 
 
 def named_move(move: Motion) -> str:
-    """A move as messages call it."""
+    """Return a move as messages call it."""
     kind = "rapid" if isinstance(move, Rapid) else "feed move"
     if move.source is Source.RETRACE:
         return f"a {kind} on the way back from the dress"
@@ -64,7 +64,7 @@ def named_move(move: Motion) -> str:
 
 
 def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
-    """What to say of a cycle, or `what` it is, whose strokes pass beside the part, along an axis."""
+    """Return the warning about a cycle, or `what` it is, whose strokes pass beside the part along an axis."""
     return (
         f"no stroke of {what} touches the part, which lies from {axis}{part[0]:g} to "
         f"{axis}{part[1]:g}; the wheel passes from {axis}{swept[0]:g} to {axis}{swept[1]:g}"
@@ -72,13 +72,13 @@ def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[fl
 
 
 def deep(depths: tuple[float, float]) -> str:
-    """How deep something goes that lies between two depths, mm."""
+    """Return the text of a depth between two values, mm."""
     low, high = (f"{depth:.4g}" for depth in depths)
     return f"{high} mm deep" if low == high else f"{low} to {high} mm deep"
 
 
 def missed_diamond(program: int, tip: Position, begin: Position, end: Position, cross: int, width: float) -> str:
-    """What to say of a dress program with a pass between two positions, mm, that leaves some of the wheel undressed."""
+    """Return the warning about a pass between two positions, mm, that leaves some of the wheel undressed."""
 
     def said(place: Position) -> str:
         return " ".join(f"{axis}{coordinate:g}" for axis, coordinate in zip(AXES, place, strict=True))
@@ -91,7 +91,7 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
 
 
 def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
-    """What to say about a reversal point over the part, or at its very end."""
+    """Return the advice on a reversal point over the part, or at its very end."""
     place, remedy = "over the part", "set the reversal points beyond it"
     if not low < coordinate < high:
         place = "at the end of the part"
@@ -102,9 +102,9 @@ def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
 def over_table_limits(
     feed: float, length: float, acceleration: float, machine: Machine, inch: bool, word: str
 ) -> str | None:
-    """What to say of a stroke of some mm at `feed`, mm/min, that the table does not make; None if it does.
+    """Return the warning about a stroke of some mm at `feed`, mm/min, that the table cannot make; None if it can.
 
-    Under G70 (`inch`) a number that is right in mm/min is taken to be meant so.
+    Under G70 (`inch`) a number that is right in mm/min is assumed to be in mm/min.
     """
     most, written = machine.maximum_table_speed, feed / float(MILLIMETRES_PER_INCH)
     if feed > most * SLACK:
@@ -123,7 +123,7 @@ def over_table_limits(
 
 
 def over_pick_limits(plan: CyclePlan, machine: Machine) -> str | None:
-    """What to say of a cycle whose picks are faster than the machine's; None if they are not."""
+    """Return the warning about a cycle whose picks are too fast for the machine; None if they are not."""
     if plan.plunge_axis is None:
         return None
     if max(plan.primary_pick, plan.secondary_pick) > 0.0 and plan.pick_feed > machine.maximum_plunge_feed * SLACK:
@@ -134,7 +134,7 @@ def over_pick_limits(plan: CyclePlan, machine: Machine) -> str | None:
 
 
 def over_feed_limits(move: Line, axis: int, machine: Machine) -> str | None:
-    """What to say of a feed move that takes an axis along faster than the machine's; None if it does not."""
+    """Return the warning about a feed move that is too fast for an axis; None if it is not."""
     length = math.dist(move.start, move.end)
     limits = {
         axis: machine.maximum_table_speed,
@@ -162,7 +162,7 @@ class Notices:
         self._told: set[tuple[str, str, int]] = set()
 
     def tell(self, line: int, subject: str, text: str | None, file: str | None = None) -> None:
-        """Say something of a subject, unless it is None, in a line of the program or of a file; line 0 is all of it."""
+        """Warn about a subject, unless it is None, in a line of the program or of a file; line 0 is the whole."""
         file = file or self.program
         if text is not None and not self.muted and (subject, file, line) not in self._told:
             self._told.add((subject, file, line))

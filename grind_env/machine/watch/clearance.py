@@ -1,4 +1,4 @@
-"""Whether the moves of a program outside its cycles keep clear of part, table and diamond: only strokes grind the part.
+"""Checks that moves outside the cycles keep clear of part, table and diamond: only strokes grind the part.
 
 A feed move of the program along the table is such a stroke (`part/feeds.py`). Any other one over the part would grind
 it, too, where it is deeper than the surface that strokes have left: this is not simulated, and `pass_depths` finds it.
@@ -34,10 +34,10 @@ Reached = Callable[[tuple[float, float], tuple[float, float]], float]
 
 
 def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> float:
-    """How far a move takes the wheel into the part, deeper than strokes have been there, mm; 0 if it keeps clear of it.
+    """Return how far a move takes the wheel into the part, deeper than strokes were, mm; 0 if it keeps clear.
 
-    An arc counts as its chord. A move that only lifts the wheel keeps clear, wherever it begins; of one that begins
-    where an operator has left the wheel, and not where it was `found`, the end alone is judged, even if it lifts.
+    An arc counts as its chord. A move that only lifts the wheel keeps clear. If a move begins where an operator left
+    the wheel, and not where it was `found`, only its end is judged.
     """
     if found and lifts(motion, axis):
         return 0.0
@@ -63,7 +63,7 @@ def pass_depths(part: PartRun, motion: Motion, axis: int, radius: float, *, foun
 
 
 def _chords(motion: Motion) -> list[tuple[Position, Position]]:
-    """A move as straight ones that keep within `CRASH` of it."""
+    """Return a move as straight ones that keep within `CRASH` of it."""
     if not isinstance(motion, Arc):
         return [(motion.start, motion.end)]
     path = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
@@ -74,7 +74,7 @@ def _chords(motion: Motion) -> list[tuple[Position, Position]]:
 
 
 def _over(part: PartRun, start: Position, end: Position, axis: int, radius: float) -> tuple[Position, Position] | None:
-    """The ends of what a straight move leads of the wheel over the part, below its surface; None if it is nothing."""
+    """Return the ends of a straight move's path over the part, below its surface; None for no path."""
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     lying, width = part.job.part, part.job.setup.wheel.width
     lowest = min(start[plunge], end[plunge])
@@ -102,7 +102,7 @@ def _over(part: PartRun, start: Position, end: Position, axis: int, radius: floa
 
 
 def into_table(part: PartRun, motion: Motion, axis: int) -> float:
-    """How far a move takes the wheel into the table, mm; 0 if it keeps clear of it, or nobody knows where that is."""
+    """Return how far a move takes the wheel into the table, mm; 0 if it keeps clear, or the table is unknown."""
     lying, plunge = part.job.part, plunge_axis(axis)
     if lying.height is None or lifts(motion, axis):
         return 0.0
@@ -110,7 +110,7 @@ def into_table(part: PartRun, motion: Motion, axis: int) -> float:
 
 
 def lifts(motion: Motion, axis: int) -> bool:
-    """Whether a move only takes the wheel off the part."""
+    """Return whether a move only takes the wheel off the part."""
     cross, plunge, start, end = cross_axis(axis), plunge_axis(axis), motion.start, motion.end
     return end[plunge] >= start[plunge] and (start[axis], start[cross]) == (end[axis], end[cross])
 
@@ -118,7 +118,7 @@ def lifts(motion: Motion, axis: int) -> bool:
 def _deepest(
     reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float, most: float
 ) -> float:
-    """How far a straight move over the part goes deeper than `reached`, mm; if it is no more than `most`, a bound."""
+    """Return how far a straight move over the part goes below `reached`, mm; up to `most` a bound is returned."""
     bound = _deeper(reached, part, start, end, axis, radius)  # as if it were as deep as its deeper end all the way
     if bound <= most:
         return bound
@@ -134,7 +134,7 @@ def _deepest(
 
 
 def _deeper(reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float) -> float:
-    """How much deeper the deeper end of a straight move is than `reached` in what the move sweeps, mm."""
+    """Return how far the deeper end of a straight move goes below `reached` in its sweep, mm."""
     cross, plunge, lying = cross_axis(axis), plunge_axis(axis), part.job.part
     low, high = sorted((start[axis], end[axis]))
     near, far = lying.start, lying.start + lying.length

@@ -1,4 +1,4 @@
-"""What picks, cuts and dresses do to wheel and spindle, and cuts for which the process model does not hold."""
+"""Warnings about picks, cuts and dresses, and about cuts outside the range of the process model."""
 
 from typing import Any
 
@@ -108,13 +108,13 @@ class Cuts:
 
 
 def _deepest_within(speed: float) -> float:
-    """The deepest cut at a table speed, mm/min, within the limits of validity of the process model, mm."""
+    """Return the deepest cut at a table speed, mm/min, within the limits of validity of the process model, mm."""
     low, high = TABLE_SPEEDS
     return DEEPEST_CUT if low <= speed <= high else 0.0
 
 
 def _beyond_model(cut: str, depth: float, speed: float, at: str) -> str | None:
-    """What to say of a cut for which the model does not hold, and of `at` which speed it is made; None if it does."""
+    """Return the warning about a cut outside the model, made at the speed `at`; None if it is inside."""
     low, high = TABLE_SPEEDS
     if depth <= _deepest_within(speed):
         return None
@@ -129,7 +129,7 @@ def _turns_inside(run: PartRun, turn: float) -> bool:
 
 
 def _destroyed(part: PartRun, before: Any, after: Any) -> Any:
-    """Whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
+    """Return whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` holds them there."""
     limit = part.p.Amax
     return (before > 0.0) & (before < limit) & ((after <= 0.0) | (limit <= after))
 

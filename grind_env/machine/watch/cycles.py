@@ -1,4 +1,4 @@
-"""Cycles that grind nothing, and what they may be meant for: to set the table going, or for another part.
+"""Warnings about cycles that grind nothing, with their likely purpose.
 
 Feed moves that are strokes, one after the other and none less deep than the one before, are like a cycle.
 """
@@ -25,7 +25,7 @@ ANEW = 0.5
 
 
 class Cycle(NamedTuple):
-    """What a cycle has come to; depths are mm."""
+    """Result of a cycle; depths are mm."""
 
     plan: CyclePlan
     before: float
@@ -39,7 +39,7 @@ class Cycle(NamedTuple):
     highest: float = math.inf
     """Depth of its highest stroke."""
     deepest: float = -math.inf
-    """Of its deepest one."""
+    """Depth of its deepest stroke."""
     over: bool = False
     """Whether one has passed over the part."""
     crossed: bool = False
@@ -63,7 +63,7 @@ class Cycle(NamedTuple):
 
     @property
     def is_idle(self) -> bool:
-        """Whether it has only set the table going above what there is to grind, as a G81 may do for a later cycle."""
+        """Return whether it has only started the table above the part, as a G81 may do for a later cycle."""
         elsewhere = self.crossed and not self.over and self.deepest > DEPTH_TOLERANCE
         return not self.plan.plunges and self.in_air and self.highest == self.deepest and not elsewhere
 
@@ -74,10 +74,10 @@ class Cycle(NamedTuple):
 
     @property
     def grinds_another(self) -> bool:
-        """Whether it is a cycle in the air that may be meant for another part, which is not simulated.
+        """Return whether it is a cycle in the air that may be meant for another part, which is not simulated.
 
-        It lies beside the part, or plunges anew as if nothing had been ground. One that sparks out, or repeats what was
-        the last of its depth, is none; nor is one that comes down on a part before it has been ground.
+        Such a cycle lies beside the part, or plunges again from the unground surface. It does not spark out, repeat its
+        last depth, or come down on an unground part.
         """
         again = self.before > 0.0 and self.highest < self.deepest and self.highest <= ANEW * self.before
         return self.in_air and (again or not self.over)

@@ -1,4 +1,4 @@
-"""The way of the wheel outside the cycles: what stands in it, and feeds of it that the machine does not make.
+"""Warnings about moves outside the cycles: obstacles, and feeds that the machine cannot run.
 
 Moves are judged with the cycle or the stroke that comes after them: only then it is known how the part lies.
 """
@@ -24,7 +24,7 @@ known whether they grind the part."""
 
 
 def shows_place(event: Motion) -> bool:
-    """Whether a motion of the program leaves the wheel where it is known, as a full circle does."""
+    """Return whether a motion leaves the wheel at a known place, as a full circle does."""
     return event.source in WATCHED and (event.start != event.end or isinstance(event, Arc))
 
 
@@ -85,10 +85,9 @@ class ObstacleWatch:
         return [Unjudged(tuple(lines), text)]
 
     def _judge(self, part: PartRun, moves: Iterable[tuple[Motion, bool]], axis: int, file: str | None = None) -> None:
-        """Judge moves, each with whether it is known where it begins.
+        """Judge moves, each with whether its start is known.
 
-        Of several that run into something, one after the other, the first is told, and of those of a dress program,
-        whose way back is its way out.
+        Only the first of successive collisions is reported, and for dress programs only the way out.
         """
         inside, dressed = False, 0.0
         for move, found in moves:
@@ -114,9 +113,9 @@ class ObstacleWatch:
         return pass_depths(part, move, axis, self._radius, found=found)
 
     def _obstacle(self, part: PartRun, move: Motion, axis: int, dressed: float, found: bool) -> tuple[float, str]:
-        """How far a move takes the wheel below the tip of the diamond, mm, and what to say of what stands in its way.
+        """Return how far a move takes the wheel below the diamond tip, mm, and the warning about its obstacle.
 
-        Moves before have taken it `dressed` mm below the tip.
+        Earlier moves took it `dressed` mm below the tip.
         """
         diamond, below = self.job.diamond, -math.inf
         for each in (part, *self.other_parts):

@@ -1,4 +1,4 @@
-"""Stops that take off a part which is not finished, and stages that no stop ends: told unless M01 was meant."""
+"""Warnings about stops that remove an unfinished part, and stages that no stop ends."""
 
 from grind_env.control import CyclePlan, ProgramStop
 from grind_env.machine.part.part import PartRun
@@ -45,7 +45,7 @@ class Stops:
             notices.muted = False
 
     def resume(self, part: PartRun, plan: CyclePlan) -> None:
-        """A cycle begins; if it goes on with the part of the M00 before it, what is wrong with that follows from it."""
+        """Begin a cycle; if it continues with the part of the M00 before, errors there follow from that stop."""
         if self._taken_off is not None and plan.plunges:
             line, depth, left = self._taken_off
             if part.job.part.surface - plan.plunge_start > depth - SIZED:

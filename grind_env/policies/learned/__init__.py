@@ -1,1 +1,1 @@
-"""Trained agents: how they see a task, their network in NumPy, and the files that hold them."""
+"""Trained agents: their observations, their network in NumPy, and their files."""

@@ -1,7 +1,7 @@
-"""Learned agents as policies: the acting part of a network without torch, with the same bits on every machine.
+"""The acting network of trained agents without torch, with the same bits on every machine.
 
-An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. What the last layer says is
-read as logits of E and of D.
+An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. The last layer gives logits
+of E and of D.
 """
 
 import hashlib
@@ -28,12 +28,12 @@ Shape = tuple[int, ...]
 GRU = "gru"
 """Name of the GRU in the state of an agent of `grind_env.training.gru_ppo`."""
 GATES = 3
-"""Of each of its units; the candidate counts as one."""
+"""Gates of each of its units; the candidate counts as one."""
 ACTIVATION = "tanh"
 
 
 class Layers(NamedTuple):
-    """Where the acting layers of a family of networks stand in its state, and whether a GRU stands before them."""
+    """Places of the acting layers in the state of a family of networks, and whether a GRU comes first."""
 
     body: str
     head: str
@@ -105,18 +105,18 @@ class Actor:
         self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
 
     def __repr__(self) -> str:
-        """The same for the same weights, in every run: what was found with a policy is kept by its repr."""
+        """Return the same for the same weights, in every run: what was found with a policy is kept by its repr."""
         digest = hashlib.sha256(repr(self.network).encode())
         for values in self.tensors.values():
             digest.update(np.ascontiguousarray(values).tobytes())
         return f"Actor({digest.hexdigest()[:16]})"
 
     def begin(self, n: int) -> Numbers:
-        """The output of the GRU of N episodes before their first block, shape (N, units)."""
+        """Return the output of the GRU of N episodes before their first block, shape (N, units)."""
         return np.zeros((n, self.network.lstm))
 
     def outputs(self, features: Tensor, state: Numbers) -> tuple[Tensor, Numbers]:
-        """What the network says, shape (N, outputs), and the next state; rows do not depend on each other.
+        """Return the outputs of the network, shape (N, outputs), and the next state; rows are independent.
 
         Args:
             features: shape (N, entries).
@@ -178,6 +178,6 @@ class LearnedPolicy:
 
 
 def best_actions(space: spaces.MultiDiscrete, values: Tensor) -> NDArray[np.int64]:
-    """The actions that logits of shape (N, outputs) stand for: the choices with the largest ones."""
+    """Return the actions that logits of shape (N, outputs) stand for: the choices with the largest ones."""
     parts = np.split(values, np.cumsum(space.nvec)[:-1], axis=1)
     return np.stack([part.argmax(axis=1) for part in parts], axis=1)

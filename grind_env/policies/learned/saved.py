@@ -1,4 +1,4 @@
-"""Learned agents on disk: tensors and a description, in one `.safetensors` file that runs no code when it is read.
+"""Trained agents on disk: tensors and a description in a `.safetensors` file, which runs no code.
 
 Stable-Baselines3 saves pickles, and a pickle does whatever its author wrote into it. A stranger's file is read here as
 numbers and JSON only: the description names one of a few known networks, every tensor must have the shape that follows
@@ -55,7 +55,7 @@ class OtherPart(PolicyFileError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What is written beside the tensors.
+    """Description saved beside the tensors.
 
     Raises:
         ValueError: a name leads to another folder or has what a terminal would obey, or the network has no such parts.
@@ -87,14 +87,14 @@ class Description:
 
     @property
     def form(self) -> LearnerForm:
-        """How it sees and acts."""
+        """Return the observations and actions of the agent."""
         return LearnerForm(self.memory)
 
 
 def load_policy(
     path: Path, *, simulation: Simulation | None = None, name: str | None = None, other_part: bool = False
 ) -> LearnedPolicy:
-    """The agent in a file.
+    """Return the agent in a file.
 
     Args:
         path: file that `grind train` wrote.
@@ -176,15 +176,15 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
 def write_policy(
     path: Path, actor: Actor, simulation: Simulation, kind: str, form: LearnerForm, beside: Mapping[str, Any]
 ) -> None:
-    """Write an agent, whole or not at all; its folder is made.
+    """Write an agent atomically; its folder is made.
 
     Args:
         path: a .safetensors file.
         actor: its network.
-        simulation: what it was trained on.
+        simulation: simulation of the training.
         kind: name of the kind of agent.
-        form: how it sees and acts.
-        beside: what else the description says of how it was made, such as on which `machines`, as JSON has it.
+        form: observations and actions of the agent.
+        beside: further facts for the description, such as the training `machines`, as JSON types.
 
     Raises:
         PolicyFileError: if its weights are not finite or too large.
@@ -209,7 +209,7 @@ def write_policy(
 
 
 def spaces_digest(view: LearnerView) -> str:
-    """Hash of what a learner sees of a task and how it acts; equal digests mean the same numbers mean the same."""
+    """Return a hash of a learner's observations and actions; equal digests mean equal meanings of all numbers."""
     entries = [[*entry] for entry in view.entries]
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]
@@ -237,7 +237,7 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
     """
 
     def sums(layer: str, largest: Sizes, suffix: str = "") -> Sizes:
-        """The largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
+        """Return the largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
         weight, bias = (np.abs(tensors[f"{layer}.{part}{suffix}"].astype(np.float64)) for part in ("weight", "bias"))
         found: Sizes = weight @ largest + bias
         return found
@@ -260,7 +260,7 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
 
 
 def read_description(path: Path, text: str | None) -> Description:
-    """The description in the metadata of a file.
+    """Return the description in the metadata of a file.
 
     Args:
         path: the file, for messages.

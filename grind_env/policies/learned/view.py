@@ -1,7 +1,6 @@
-"""How a learning agent sees a task and how it acts.
+"""The observations and actions of a learning agent.
 
-It sees the measured observation and a memory of the episode, for a single observation says little of the lot and of
-the wheel:
+It sees the measured observation and a memory of the episode, because one observation says little of lot and wheel:
 
 * `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`grind_env.belief`);
 * `means`: these, and running means of all that was measured;
@@ -35,7 +34,7 @@ GRID = "multidiscrete"
 """The form of the action of `grind_env.envs.actions`."""
 
 MEMBERS = 16
-"""Of the belief's ensemble."""
+"""Members of the belief's ensemble."""
 STACKED = 8
 """Observations in a stack."""
 FEATURE_BOUND = 30.0
@@ -54,7 +53,7 @@ Features = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class LearnerForm:
-    """How an agent with a memory sees any simulation of its task."""
+    """Observations and actions of an agent with a memory, for any simulation of its task."""
 
     memory: MemoryKind
 
@@ -99,8 +98,8 @@ class LearnerView:
     """Features and actions of N episodes of a simulation.
 
     Args:
-        simulation: of the environment, which shows what is measured.
-        memory: what the features remember.
+        simulation: simulation of the environment, which shows the measurements.
+        memory: content of the memory.
     """
 
     def __init__(self, simulation: Simulation, memory: MemoryKind = "belief") -> None:

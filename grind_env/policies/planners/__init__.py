@@ -1,1 +1,1 @@
-"""Planners: strong references that know more than a machine measures, and one on what can be believed of it."""
+"""Planners: references with privileged information, and a planner on the belief."""

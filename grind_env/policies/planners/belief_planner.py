@@ -1,4 +1,4 @@
-"""The planner on the belief: every choice is tried on wheels that may be the true one, what is left by a table."""
+"""The planner on the belief: every choice is tried on possible wheels, with a table for the later blocks."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -23,10 +23,10 @@ CLEAR = 1e-3
 
 
 class CostLeft(NamedTuple):
-    """What is left of N episodes behind the coming part."""
+    """Remaining cost of N episodes after the coming part."""
 
     table: Array
-    """Of cost, $, shape (any, nodes of the axes of `Worth`)."""
+    """Table of cost, $, shape (any, nodes of the axes of `Worth`)."""
     number: NDArray[np.int64]
     """On its first axis, shape (N,)."""
     margin: Array
@@ -35,15 +35,15 @@ class CostLeft(NamedTuple):
 
 @dataclass
 class BeliefPlanner:
-    """Scenario MPC: every E and D for the coming block on each member of the ensemble; the cheapest on average.
+    """Scenario MPC: try every E and D of the coming block on each ensemble member; choose the cheapest on average.
 
-    An ensemble filter follows the wheel from the power readings (`grind_env.belief`), and each of its members grinds
-    the coming block with every choice, and the rest of the part with the choices of the table of `worth`, by the same
-    compiled cycle as the true one. What is left of the episode behind it costs what that table says of the wheel left,
-    the lot and the time in hand. Nothing is tuned: the table is made of the simulation, whichever that is.
+    An ensemble filter estimates the wheel from the power readings (`grind_env.belief`). Each member grinds the coming
+    block with every choice, and the rest of the part with the choices of the table of `worth`, by the same compiled
+    cycle as the true wheel. The table also gives the cost of the later blocks, from wheel, lot and spare time. Nothing
+    is tuned: the table is computed from the simulation.
 
     Attributes:
-        members: of the ensemble, each a wheel, a lot and a roughness that may be the true ones.
+        members: size of the ensemble; each member has a wheel, a lot and a roughness.
         speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
             between the neighbours of the best.
     """
@@ -71,7 +71,7 @@ class BeliefPlanner:
         return best
 
     def _left(self, seen: dict[str, Table]) -> CostLeft:
-        """What is left behind the coming part, from the readings before it."""
+        """Return the remaining cost after the coming part, from the readings before it."""
         branches, table = self.simulation.branches, self.table
         part, rows = branches.part_from(self.block), table.course.number[self.belief.rows]
         margin = np.zeros(len(rows))
@@ -94,7 +94,7 @@ class BeliefPlanner:
         return CostLeft(table.after(part[-1]), rows, margin)
 
     def _cheapest(self, wheels: Episodes, choices: Decision, left: CostLeft) -> Decision:
-        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        """Return the cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
         task, table, (n, count) = self.simulation.task, self.table, choices.speeds.shape
         branches = wheels.pick(np.repeat(np.arange(n * self.members), count))
         rows, margin = (

@@ -1,4 +1,4 @@
-"""Plans for a known tape, by forward dynamic programming over classes of states."""
+"""Plans for a known noise tape, by forward dynamic programming over classes of states."""
 
 from typing import NamedTuple
 
@@ -36,7 +36,7 @@ Index = NDArray[np.int64]
 
 
 class Surcharge(NamedTuple):
-    """What the search charges above the true cost, for what its classes of states do not tell apart."""
+    """Surcharges of the search over the true cost, for differences within its classes of states."""
 
     second: float = 0.0
     """$/s: time lost is missing at a later due date."""
@@ -48,18 +48,18 @@ NO_SURCHARGE = Surcharge()
 
 
 def surcharges(task: Task) -> list[Surcharge]:
-    """The surcharges that are worth trying in a task."""
+    """Return the surcharges that are worth trying in a task."""
     seconds = (0.04, 0.08, 0.15) if task.due is not None else (0.0,)
     executions = (6.0, 12.0) if task.wheel_change is not None else (0.0,)
     return [Surcharge(second, execution) for second in seconds for execution in executions]
 
 
 def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
-    """A cheap plan for each of N episodes whose tape is known; E and D of shape (N, steps).
+    """Return a cheap plan for each of N episodes with known tapes: E and D of shape (N, steps).
 
-    From every state kept, every E of a grid with every D up to 2 is tried; of the states reached, the cheapest of
-    each class of wear-flat area and volume since the dress is kept, with its full state, if it is not much dearer
-    than the cheapest of all.
+    From every retained state, every E of a grid is tried with every D up to 2. Of the new states, the cheapest of each
+    class of wear-flat area and volume since the dress is retained in full, if its cost is not much above the cheapest
+    of all.
     """
     every = all_choices(simulation.task, SPEEDS)
     choices = Decision(*(values[every.executions <= MOST_EXECUTIONS] for values in every))

@@ -1,4 +1,4 @@
-"""The hindsight planner, which knows the whole tape of an episode."""
+"""The hindsight planner, which knows the whole noise tape of an episode."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -52,7 +52,7 @@ class Hindsight:
 
 
 def cheapest_plans(simulation: Simulation, start: Episodes) -> Decision:
-    """For each of N episodes, the cheapest of the plans that forward dynamic programming makes with each surcharge."""
+    """Return for each of N episodes the cheapest plan of forward dynamic programming over all surcharges."""
     plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
     speeds, executions = np.stack([plan.speeds for plan in plans]), np.stack([plan.executions for plan in plans])
     best = plan_cost(simulation, start, speeds, executions).argmin(axis=0)
@@ -98,7 +98,7 @@ def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions
 
 
 def moves(task: Task, plan: Decision, rng: np.random.Generator) -> Decision:
-    """The plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
+    """Return the plan itself and changes that begin with its first block, each shape (C, N, blocks left)."""
     n, blocks = plan.speeds.shape
     low, high = task.action.speed_ends
     E, D = [plan.speeds], [plan.executions]

@@ -1,4 +1,4 @@
-"""Planners: policies that know the true state, which a machine cannot measure.
+"""Planners that know the true state, which a machine cannot measure.
 
 They do not bound what an agent can reach: one is a tuned rule, the other looks some blocks ahead and leaves the rest to
 that rule.
@@ -14,7 +14,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.policies.choices import Decision, all_choices, nearest_speed
+from grind_env.policies.choices import Decision, all_choices, check_speeds, nearest_speed
 from grind_env.policies.columns import (
     AREA,
     CHANGES,
@@ -48,6 +48,7 @@ class FullStateRule(SharpnessRule):
     sees: ClassVar[Sees] = "state"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.simulation = simulation.task, simulation
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -55,7 +56,7 @@ class FullStateRule(SharpnessRule):
         return self.read(episodes, self.task.blocks - episodes.block)
 
     def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
-        """The decision for episodes whose state is known, with that many blocks still to grind."""
+        """Return the decision for episodes whose state is known, with that many blocks still to grind."""
         coming = episodes.coming()
         wheels, task = episodes.wheels, self.task
         rows = self.simulation.branches.rows_of(coming)
@@ -120,7 +121,7 @@ class ModelPredictive:
         return best
 
     def _cheapest(self, episodes: Episodes, choices: Decision) -> Decision:
-        """The cheapest of each episode's choices, given as shape (N, choices)."""
+        """Return the cheapest of each episode's choices, given as shape (N, choices)."""
         task, (n, count) = self.simulation.task, choices.speeds.shape
         last = self._last_block()
         # the branches end with the horizon, and so the simulation charges the wheel left behind

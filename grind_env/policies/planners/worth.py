@@ -1,10 +1,10 @@
-"""What a wheel is worth before and after every block: dynamic programming on the model, once before an episode.
+"""The value of a wheel before and after every block: dynamic programming on the model, once per episode.
 
-A table over the blocks of an episode, the kind of the coming one, the lot (growth and pressure of wear flats), the
-dullness of the wheel, and in tasks with due dates the time in hand. Its costs and transitions are those of the compiled
-cycle, tried with every E and D of a grid on wheels, lots and stocks that the task itself draws; so it needs no tuning
-and holds for any task, material or machine of which there is a simulation. It takes the state for known from the next
-block on, as QMDP does (Littman, Cassandra, Kaelbling, ICML 1995), and what is in no column for usual.
+A table over the blocks of an episode, the kind of the coming block, the lot (dulling rate and pressure of wear flats),
+the dullness of the wheel, and in tasks with due dates the spare time. Costs and transitions come from the compiled
+cycle, tried with every E and D of a grid on wheels, lots and stocks that the task draws; so the table needs no tuning
+and holds for any simulated task, material or machine. It assumes that the state is known from the next block on, as
+QMDP does (Littman, Cassandra, Kaelbling, ICML 1995), and usual values for all else.
 """
 
 from dataclasses import dataclass
@@ -29,11 +29,11 @@ from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA
 
 EPISODES = 128
-"""Of which lots, stocks and the order of kinds are counted."""
+"""Episodes in which lots, stocks and the order of kinds are counted."""
 SPEEDS, DULL, SCENARIOS, MARGINS, DATES = 12, 16, 16, 9, 4
 """E tried; levels of dullness; stocks and roughnesses of a state; levels of the time in hand; dates that may come."""
 DOUBT = 0.6
-"""Of what lots differ in, what a belief leaves open: a table that took them for known would dress too late."""
+"""Share of the variation of lots that a belief leaves open: with known lots the table would dress too late."""
 GROWTH, PRESS = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.5, 1.0)
 """Quantiles of what is drawn at which lots are tried."""
 MARGIN = (-0.75, 1.25)
@@ -52,15 +52,15 @@ HANDOVER, SECONDS = (Outcome._fields.index(name) for name in ("handover_cost", "
 
 
 class AxisPlace(NamedTuple):
-    """Where on an axis numbers lie: between two of its nodes, both of the shape of the numbers."""
+    """Places of numbers on an axis: between two of its nodes, both of the shape of the numbers."""
 
     below: Numbers
     share: Array
-    """Of the node above."""
+    """Share of the node above."""
 
 
 def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
-    """Where values lie between the nodes of an axis: at its ends, or along its last piece, if they are beyond them."""
+    """Return the places of values between the nodes of an axis: beyond it at its ends, or along its last piece."""
     if len(axis) == 1:
         return AxisPlace(np.zeros(np.shape(values), np.int64), np.zeros(np.shape(values)))
     below = np.clip(np.searchsorted(axis, values) - 1, 0, len(axis) - 2)
@@ -69,12 +69,12 @@ def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
 
 
 def between(table: Array, first: Numbers, *places: AxisPlace) -> Array:
-    """What a table of shape (any, nodes of each axis) says between its nodes.
+    """Interpolate in a table of shape (any, nodes of each axis).
 
     Args:
         table: the table.
         first: numbers on its first axis.
-        places: on the others; all of one shape.
+        places: places on the other axes; all of one shape.
     """
     total = np.zeros(np.shape(first))
     for corner in range(1 << len(places)):
@@ -93,10 +93,10 @@ def dullness(wheels: Array) -> Array:
 
 
 class Coming(NamedTuple):
-    """What may come in episodes of a simulation, counted in some that it has drawn."""
+    """Frequencies of coming blocks in episodes of a simulation, counted in a sample."""
 
     rows: Numbers
-    """Of `Simulation.kinds`, in the order of the tables."""
+    """Rows of `Simulation.kinds`, in the order of the tables."""
     number: Numbers
     """Of every row of `Simulation.kinds` in that order; of one that does not come, that of the first of its kind."""
     follows: Array
@@ -112,7 +112,7 @@ class Coming(NamedTuple):
 
 
 def course(simulation: Simulation) -> Coming:
-    """What may come."""
+    """Return the frequencies of coming blocks."""
     start = simulation.start([np.random.default_rng(k) for k in range(EPISODES)])
     tape, numbers = start.tape, simulation.branches.rows_of(start.tape)
     rows = np.unique(numbers)
@@ -144,12 +144,12 @@ def course(simulation: Simulation) -> Coming:
 
 
 class Tried(NamedTuple):
-    """What came of every choice in every state, means over scenarios; shape (rows, growth, pressure, dull, choices)."""
+    """Mean results of every choice in every state over scenarios; shape (rows, growth, pressure, dull, choices)."""
 
     cost: Array
     """Without that of the wheel left behind, $."""
     handover: Array
-    """Of that wheel where the episode ends, $."""
+    """Price of that wheel where the episode ends, $."""
     dull: Array
     """Log dullness afterwards."""
     seconds: Array
@@ -158,19 +158,19 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True)
 class Worth:
-    """Cost of what is left of an episode that goes on as cheaply as the table knows, $.
+    """Cost of the rest of an episode that continues as cheaply as the table knows, $.
 
     Attributes:
-        course: what may come.
-        growth: nodes of the log of the factor on wear-flat growth.
-        pressure: of that on their pressure.
-        dull: of the log of the dullness.
-        margin: of the time in hand before the next due date beyond the nominal work, s; one in a task without.
-        lots: chance of each growth and pressure, shape (growth, pressure).
+        course: frequencies of coming blocks.
+        growth: nodes of the log of the factor on the dulling rate.
+        pressure: nodes of the log of the factor on the pressure of wear flats.
+        dull: nodes of the log of the dullness.
+        margin: spare time before the next due date beyond the nominal work, s; one node in a task without dates.
+        lots: probability of each growth and pressure, shape (growth, pressure).
         period: blocks from due date to due date; 0 without.
-        dates: how the margin changes at a date, shape (margin, margin).
+        dates: change of the margin at a date, shape (margin, margin).
         late: cost of each margin at a date, $.
-        work: nominal time of a block of each row, s, of which due dates are made.
+        work: nominal time of a block of each row, s, from which due dates are made.
         choices: E and D.
         before: by block, shape (blocks + 1, rows, growth, pressure, dull, margin).
         cheapest: number of the best choice, likewise, without the last.
@@ -191,7 +191,7 @@ class Worth:
     cheapest: Numbers
 
     def ahead(self, block: int) -> Array:
-        """What is left after a block, by its row and that of the next one: shape (rows, rows, nodes of each axis)."""
+        """Return the cost after a block, by its row and the next block's: shape (rows, rows, nodes of each axis)."""
         later = self.before[block + 1]
         unknown = np.einsum("gp,rgpxz->rxz", self.lots, later)[:, None, None]
         anew = self.course.anew[:, :, None, None, None, None]
@@ -201,7 +201,7 @@ class Worth:
         return np.asarray(left)
 
     def after(self, block: int) -> Array:
-        """The same where the next row is not known yet, shape (rows, nodes of each axis)."""
+        """Return the same where the next row is not known yet, shape (rows, nodes of each axis)."""
         return np.asarray(np.einsum("qr,qrgpxz->qgpxz", self.course.follows, self.ahead(block)))
 
     def places(
@@ -215,7 +215,7 @@ class Worth:
         )
 
     def choose(self, block: int, rows: Numbers, *places: AxisPlace) -> Decision:
-        """The best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
+        """Return the best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
         above = (np.where(each.share > 0.0, each.below + 1, each.below) for each in places)
         ends = zip(above, self.before.shape[2:], strict=True)
         best = self.cheapest[(block, rows, *(np.minimum(k, n - 1) for k, n in ends))]
@@ -223,7 +223,7 @@ class Worth:
 
 
 def worth(simulation: Simulation) -> Worth:
-    """The table of a simulation whose steps are compiled blocks."""
+    """Return the table of a simulation whose steps are compiled blocks."""
     task, found, model = simulation.task, course(simulation), MemberModel(simulation)
     growth, pressure = (
         np.unique(np.round(np.quantile(values, levels), 6))
@@ -275,7 +275,7 @@ def spread_over(axis: Array, values: Array) -> Array:
 
 
 def dulling(model: MemberModel, rows: Numbers) -> Array:
-    """Wheels from a dressed one to the dullest, of which a dress is far away, shape (dull, fields of `WheelState`)."""
+    """Return wheels from dressed to so dull that a dress is far away, shape (dull, fields of `WheelState`)."""
     task = model.simulation.task
     member = model.room(1)
     model.simulation.clear(member, np.zeros(1, np.int64))
@@ -297,7 +297,7 @@ def dulling(model: MemberModel, rows: Numbers) -> Array:
 def _tried(
     model: MemberModel, found: Coming, k: int, wheels: Array, choices: Decision, *states: Array
 ) -> tuple[Array, ...]:
-    """The fields of `Tried` for the row of index k."""
+    """Return the fields of `Tried` for the row of index k."""
     shape = (*states[0].shape, SCENARIOS)
     growth, pressure, wheel, choice = (np.repeat(each.ravel(), SCENARIOS) for each in states)
     n = len(growth)

@@ -1,1 +1,1 @@
-"""Scripted policies, each with the shop practice that it stands for."""
+"""Scripted policies, each with its counterpart in shop practice."""

@@ -1,4 +1,4 @@
-"""The rule on what can be believed of the hidden state."""
+"""The rule on the belief of the hidden state."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,4 +1,4 @@
-"""The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
+"""A shop's rule without a process model: it uses the readings of this machine only."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
 from grind_env.process.state import StrokeParameters
 
 SHARE = 0.88
-"""Of the power limit that is planned to be used."""
+"""Share of the power limit that is planned to be used."""
 INTERVAL = 4.0
 """Usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
 steel, 45 in a nickel alloy, which a dull wheel burns sooner."""
@@ -28,7 +28,7 @@ REGAINED = 1.02
 FAR = 1.2
 """Times the power limit at which two executions are made."""
 SMOOTH = 0.8
-"""Of its limit, below which the last Ra is no reason against a faster table."""
+"""Share of its limit below which the last Ra does not stop a faster table."""
 SLOWING, FLOOR = 0.9, 0.75
 """Of E, from block to block and at least of the first E, where two executions have not helped against power."""
 EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))
@@ -36,24 +36,24 @@ EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("be
 
 @dataclass(kw_only=True)
 class EmpiricalRule:
-    """As fast as the readings of this machine allow; a dress by the volume, by the time or on an alarm.
+    """Rule on readings alone: as fast as they allow; dresses by volume, by time or on an alarm.
 
-    It begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from block to
-    block of a kind, to where laws of what was read expect `SHARE` of the spindle's power, and parts that keep their Ra
-    and are not too thick. Power does not bring it below where it began, for slow tables burn, unless two executions
-    have not helped.
+    The rule begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from
+    block to block of a kind, until laws fitted to the readings expect `SHARE` of the spindle's power, or the limits of
+    Ra and size. Power never lowers E below its first value, because slow tables burn, unless two dress executions have
+    not helped.
 
-    The wheel is dressed before a part that would take it beyond its usual volume, so often that no share of the part
-    does (not where it is late for a due date), or that would take longer than the blocks since the last dress have
-    taken in the mean, that dress included; and after a power beyond its limit, or a part that came out too thick, or
-    nearly too thin, for then it was hot. Parts like that make the usual volume smaller for a while.
+    The wheel is dressed before a part that would exceed its usual volume, so often that no part exceeds it by a share
+    (not if late for a due date); before a part that would take longer than the mean part since the last dress, with the
+    time of this dress; and after a power beyond its limit, or a part too thick, or nearly too thin, which was hot. Such
+    parts reduce the usual volume for a while.
 
     Attributes:
-        step: most that E rises by.
+        step: largest rise of E.
         interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
-        power: the law of what was read of it.
+        power: fitted law of the power readings.
         speeds: E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds).
-        kind: of the coming block, shape (N,).
+        kind: kind of the coming block, shape (N,).
         volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 
@@ -126,9 +126,9 @@ class EmpiricalRule:
     def _update(self, seen: Mapping[str, Array], n: Numbers) -> None:
         row, power, executions = self.row, seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
         width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
-        removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
+        removal = seen["last_pick"] * width * seen["last_speed"] / 60.0
         # what was ground counts, whoever decided it
-        E, dressed = 1000.0 * seen["last_speed"], executions > 0.0
+        E, dressed = seen["last_speed"], executions > 0.0
         self.speeds[n, self.kind] = E
         self.wanted = np.where(dressed, 0.0, self.wanted)
         self.taken = np.where(dressed, executions * self.dressing, self.taken)
@@ -186,5 +186,5 @@ def first_speeds(simulation: Simulation) -> Array:
     if own is not None:
         return nearest_speed(task, own)
     if task.infeed > 0.0 or task.cross_pick > 0.0:  # no stroke takes what the handbook asks the spindle for
-        return nearest_speed(task, np.full(len(task.kinds), 1000.0 * USUAL_SPEED))
+        return nearest_speed(task, np.full(len(task.kinds), USUAL_SPEED))
     return handbook_speeds(task)

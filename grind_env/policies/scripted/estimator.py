@@ -1,4 +1,4 @@
-"""How sharp the wheel is and how fast the lot dulls it, from measured power and nominal constants alone.
+"""Estimates of sharpness and dulling rate from measured power and nominal constants.
 
 The mean power of a block, less what chips and ploughing take nominally, is the friction of the wear flats; with
 the nominal pressure under them it gives their area (Malkin; scenarios, section 3).
@@ -36,7 +36,7 @@ MEMORY = 4.0
 
 
 class Estimate(NamedTuple):
-    """What the measurements say before a block; each shape (N,)."""
+    """Estimates from the measurements before a block; each shape (N,)."""
 
     wear_flat: Any
     """Apparent wear-flat area: the true one times the hidden factor on the pressure."""
@@ -60,7 +60,7 @@ class Signals(NamedTuple):
     power: Any
     """Mean power of the last block, W; 0 for none."""
     speed: Any
-    """E of the last block, m/min."""
+    """E of the last block, mm/min."""
     pick: Any
     width: Any
     diameter: Any
@@ -74,7 +74,7 @@ class Signals(NamedTuple):
 
 
 class LotMemory(NamedTuple):
-    """What is remembered of the lot."""
+    """Memory of the lot."""
 
     severity: float
     blocks: float
@@ -148,7 +148,7 @@ def _update(parameters: Any, signals: Any, memory: Any, estimates: Any) -> None:
         p = read_parameters(parameters, int(seen.last_kind))
         area = FRESH
         if seen.power > 0.0:
-            vw = 1000.0 * seen.speed / 60.0
+            vw = seen.speed / 60.0
             vs = wheel_speed(seen.diameter, p.n, p.vs_set)
             force = seen.power / (seen.width * vs)
             k = stroke_constants(p, vw, 1.0)

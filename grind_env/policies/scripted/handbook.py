@@ -1,4 +1,4 @@
-"""What a handbook would give, before anything was tuned or measured."""
+"""The handbook policy: usual values, before any tuning or measurement."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -14,14 +14,14 @@ from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 
-USUAL_SPEED = 12.0
-"""m/min; a usual table speed for hardened steel."""
-USUAL_SPEEDS = {"job_shop": 15.0, "rush": 15.0, "blades": 10.0, "CBN": 20.0}
-"""m/min, of the tasks where another one is usual (scenarios, section 7)."""
+USUAL_SPEED = 12_000.0
+"""mm/min; a usual table speed for hardened steel."""
+USUAL_SPEEDS = {"job_shop": 15_000.0, "rush": 15_000.0, "blades": 10_000.0, "CBN": 20_000.0}
+"""mm/min, of the tasks where another one is usual (scenarios, section 7)."""
 SPECIFIC_ENERGY = 40.0
 """J/mm3; usual in the conventional grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
 SPINDLE_SHARE = 0.8
-"""Of the spindle's power that is planned to be used."""
+"""Share of the spindle's power that is planned to be used."""
 
 
 @dataclass
@@ -42,8 +42,8 @@ class Handbook:
 
 
 def handbook_speeds(task: Task) -> Array:
-    """The E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
-    usual = 1000.0 * USUAL_SPEEDS.get(task.name, USUAL_SPEED)
+    """Return the E that a handbook would give for each kind of block, mm/min; shape (kinds,)."""
+    usual = USUAL_SPEEDS.get(task.name, USUAL_SPEED)
     area = np.array([kind.pick * kind.width for kind in task.kinds])
     strongest = 60.0 * SPINDLE_SHARE * task.machine.power_limit / (SPECIFIC_ENERGY * area)
     return nearest_speed(task, np.minimum(usual, strongest))

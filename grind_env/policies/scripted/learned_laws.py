@@ -1,4 +1,4 @@
-"""What a shop learns of power and roughness from its readings alone: power laws, updated as they come."""
+"""Power laws of power and roughness, updated from a shop's readings."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,15 +8,15 @@ from grind_env.arrays import Array, Numbers
 FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
 """Level and exponents of power before anything has been read, and how well they are known: the level not at all."""
 SCATTER = 0.05
-"""Of a reading about the law, in logarithms."""
+"""Scatter of a reading about the law, in logarithms."""
 FORGETTING = 0.97
 """Weight of a reading when the next one has come."""
 WORN_IN = 10.0
 """mm3/mm; a freshly dressed wheel is as dull as one that has ground so much."""
 LEAST_EXPONENT = 0.2
-"""Of the removal rate, when it is asked for."""
+"""Least exponent of the removal rate, when it is asked for."""
 AIM = 0.65
-"""Of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
+"""Aim of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
 
 
 class PowerLaw:
@@ -58,22 +58,22 @@ class PowerLaw:
         self.known = self.known | read
 
     def removal(self, power: Array, volume: Array) -> Array:
-        """The removal rate, mm3/s, at which a wheel that has ground `volume` takes `power`, W; each shape (N,)."""
+        """Return the removal rate, mm3/s, at which a wheel after `volume` takes `power`, W; each shape (N,)."""
         level, rate, dulling = self.found.T
         wanted = (np.log(power) - level - dulling * np.log(volume + WORN_IN)) / np.maximum(rate, LEAST_EXPONENT)
         return np.asarray(np.exp(np.clip(wanted, -50.0, 50.0)))
 
 
 class PartLaw:
-    """What a part is gauged for over its limit, of N machines and kinds of part: c E^x, E in units of a usual one.
+    """Law of a gauged value over its limit, c E^x, for N machines and kinds of part; E in units of a usual E.
 
     Args:
         machines: N.
-        limits: of each kind of part, 0 for none, shape (kinds,).
+        limits: limit of each kind of part, 0 for none, shape (kinds,).
         exponent: x.
         usual: c before anything has been read.
-        memory: parts of which it is then a running mean.
-        aim: of a limit, in the mean.
+        memory: number of parts after which it is a running mean.
+        aim: aimed share of a limit, in the mean.
     """
 
     def __init__(
@@ -91,6 +91,6 @@ class PartLaw:
         self._level[at] += (level - self._level[at]) / self._parts[at]
 
     def speed(self, kinds: Numbers) -> Array:
-        """The E at which parts of these kinds come as near their limit as they may, shape (N,); without one any."""
+        """Return the E at which parts of these kinds reach their permitted limit, shape (N,); any without a limit."""
         level = self._level[np.arange(len(kinds)), kinds]
         return np.asarray(np.exp((np.log(self._aim) - level) / self._exponent))

@@ -1,4 +1,4 @@
-"""The look-ahead on what can be believed of the hidden state: one block far, the wheel left behind priced."""
+"""The one-block look-ahead on the belief, which prices the wheel that a block leaves."""
 
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -32,16 +32,16 @@ SURVIVAL, DRESSES = (History._fields.index(name) for name in ("survival", "dress
 
 
 class Prices(NamedTuple):
-    """What counts beside the cost of the coming block; each shape (N,)."""
+    """Prices beside the cost of the coming block; each shape (N,)."""
 
     wheel: Array
-    """Of a wheel of reference dullness left behind, $."""
+    """Price of a wheel of reference dullness left behind, $."""
     growth: Array
     """Exponent of that price."""
     second: Array
-    """Of time that due dates lack, $/s."""
+    """Price of time that due dates lack, $/s."""
     execution: Array
-    """Of what a dress execution takes off a wheel that has to last, $."""
+    """Price of a dress execution on a wheel that has to last, $."""
 
 
 def member_roughness(task: Task, members: int) -> Array:
@@ -75,23 +75,23 @@ def member_wheels(simulation: Simulation, belief: WheelBelief, burnt: Array, rou
 
 @dataclass(kw_only=True)
 class LookAhead:
-    """Try every E and D for the coming block on wheels that may be the true one; take the cheapest on average.
+    """Try every E and D of the coming block on possible wheels; choose the cheapest on average.
 
-    What a process engineer with a simulator beside the machine can do. An ensemble filter follows the wheel from the
-    power readings (`grind_env.belief`), and each of its members grinds the coming block with every choice, by
-    the same compiled cycle as the true one. A part that goes on after the block is looked through to its end, with
-    the E last used for such blocks and with or without a dress, whichever is cheaper. To the cost comes the price of
-    the wheel left behind, in dress executions: price[kind] (s / 0.015)^growth[kind] with the dullness
-    s = (A + 0.02 lam) pm. At the end of an episode the task charges the wheel itself.
+    A process engineer with a simulator beside the machine could do this. An ensemble filter estimates the wheel from
+    the power readings (`grind_env.belief`), and each member grinds the coming block with every choice, by the same
+    compiled cycle as the true wheel. A part that continues after the block is followed to its end, with the last E of
+    such blocks and with or without a dress, whichever is cheaper. The wheel that is left adds a price, in dress
+    executions: price[kind] (s / 0.015)^growth[kind] with the dullness s = (A + 0.02 lam) pm. At the end of an episode
+    the task itself charges the wheel.
 
     Attributes:
         price: of a wheel of reference dullness, in dress executions, by kind of the coming block.
-        growth: exponent of that price, by kind likewise.
-        caution: factor on the price of scrap, for few wheels show few of the worst.
-        haste: price of time before a due date that is lost, in prices of lateness.
-        calm: log of the work over the time left at which a date is half lost.
-        layer: price of a dress execution where as many are left as blocks, in wheel changes.
-        scarcity: exponent with which that price rises as fewer are left.
+        growth: exponent of that price, by kind of the coming block.
+        caution: factor on the price of scrap, because few wheels include few of the worst.
+        haste: price of lost time before a due date, in prices of lateness.
+        calm: log of the work over the time left at which the chance of a late date is one half.
+        layer: price of a dress execution if as many are left as blocks, in wheel changes.
+        scarcity: exponent of the rise of that price as fewer executions are left.
         speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
             between the neighbours of the best.
     """
@@ -144,7 +144,7 @@ class LookAhead:
         return self.simulation.branches.kind_of_row[self.belief.rows]
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
-        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        """Return the cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
         n, count = choices.speeds.shape
         m = len(wheels.block) // n
         branches = wheels.pick(np.repeat(np.arange(n * m), count))

@@ -1,10 +1,10 @@
-"""Scripted policies: what a shop can write into a program, and rules on measured signals.
+"""Scripted policies: fixed plans of a program, and rules on measured signals.
 
 E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
 """
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError
-from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.choices import Decision, check_speeds, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
@@ -28,13 +27,15 @@ FRESH_VOLUME = 40.0
 VOLUME_SCALE = 300.0
 
 
-@dataclass
 class Estimating:
     """Base of the policies that estimate the sharpness of the wheel from measurements."""
 
+    name: ClassVar[str]
+    E: Any
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
 
@@ -65,9 +66,7 @@ class Fixed:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        low, high = simulation.task.action.speed_ends
-        if self.E < low <= 1000.0 * self.E <= high:
-            raise GrindError(f"a fixed plan has E = {self.E:g} mm/min; did you mean {1000.0 * self.E:g}?")
+        check_speeds(self.name, self.E, simulation.task, within=True)
         self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -87,16 +86,16 @@ class ConstantPerKind(Estimating):
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         kind = self.estimator.update(observation).kind.astype(np.int64)
-        return Decision(nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
+        return Decision(nearest_speed(self.task, np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
 
 
 @dataclass
 class PowerThreshold:
-    """What a power monitor on the machine allows: dress on a threshold, slow down near the limit.
+    """Rule of a power monitor: dress on a threshold, slow down near the limit.
 
-    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to
-    dress, one execution a block, and goes on until the energy is below `lower` times `upper`. E is lowered in
-    proportion where the power at E would exceed `share` of the limit.
+    The mean power of a block over its removal rate is a specific energy, J/mm3. Above `upper` the rule begins to dress,
+    one execution a block, until the energy is below `lower` times `upper`. E is lowered in proportion if the power at E
+    would exceed `share` of the limit.
     """
 
     E: float
@@ -107,18 +106,19 @@ class PowerThreshold:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
+        check_speeds(self.name, self.E, simulation.task)
         self.task, self.simulation = simulation.task, simulation
         self.dressing = np.zeros(episodes, bool)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         seen = self.simulation.read(observation)
-        power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
-        removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
+        power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1.0)
+        removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * last_speed / 60.0
         energy = power / removal
         self.dressing = energy > np.where(self.dressing, self.lower * self.upper, self.upper)
         expected = power * self.E / last_speed
         slowing = np.minimum(1.0, self.share * self.task.machine.power_limit / np.maximum(expected, 1.0))
-        return Decision(nearest_speed(self.task, 1000.0 * self.E * slowing), self.dressing.astype(np.float64))
+        return Decision(nearest_speed(self.task, self.E * slowing), self.dressing.astype(np.float64))
 
 
 @dataclass(kw_only=True)
@@ -129,7 +129,7 @@ class SpeedLaw:
         x = ln(A / 0.015)
 
     Attributes:
-        E: m/min at the reference sharpness, by kind of block.
+        E: mm/min at the reference sharpness, by kind of block.
         gP: pays only in a task with due dates.
         gB: pays only in a task whose wheel is changed.
     """
@@ -147,7 +147,7 @@ class SpeedLaw:
         faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
         x, h, fresh = relative_sharpness(seen), relative_stock(seen), np.exp(-seen.volume / FRESH_VOLUME)
         ln_E = np.log(self.E)[seen.kind.astype(np.int64)] + self.gA * x + self.gF * fresh + self.gH * h + faster
-        return nearest_speed(self.task, 1000.0 * np.exp(ln_E))
+        return nearest_speed(self.task, np.exp(ln_E))
 
 
 @dataclass(kw_only=True)
@@ -228,7 +228,7 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         super().begin(simulation, episodes)
-        self.plan = Fixed(1000.0 * self.E[0], self.D, self.every)
+        self.plan = Fixed(self.E[0], self.D, self.every)
         self.plan.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -244,7 +244,7 @@ class AdaptiveDress(Estimating, DressLaw):
     adapting E is.
 
     Attributes:
-        E: m/min.
+        E: mm/min.
         wS: of the lot severity in the dress criterion.
     """
 
@@ -254,5 +254,5 @@ class AdaptiveDress(Estimating, DressLaw):
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         seen = self.estimator.update(observation)
-        speeds = nearest_speed(self.task, np.full(len(observation), 1000.0 * self.E))
+        speeds = nearest_speed(self.task, np.full(len(observation), self.E))
         return Decision(speeds, self.executions(seen, self.wS * seen.severity))

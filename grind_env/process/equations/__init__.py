@@ -83,9 +83,7 @@ from grind_env.process.equations.roughness import (
     surface_roughness,
     wheel_roughness,
 )
-from grind_env.process.equations.spindle import (
-    slowing,
-)
+from grind_env.process.equations.spindle import slowing
 from grind_env.process.equations.wear import (
     LEAST_DIAMETER,
     early_loss,

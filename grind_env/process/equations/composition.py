@@ -1,8 +1,8 @@
-"""What grit size and structure make of a wheel; symbols, units and sources as in the package.
+"""Effects of grit size and structure on a wheel; symbols, units and sources as in the package.
 
-Taken once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1
-for a grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so that
-the force on one grain falls about as dg^1.5 and flats cover more of the face the finer the grit is.
+Computed once for a set-up. `z` is the fineness, 1 for a grit of 0.25 mm (mesh 60); `st` the density of the structure, 1
+for a grain volume fraction of 0.52. The exponents are calibrated: the count per area goes as Vg/dg^2 (Malkin), so a
+finer grit has less force on one grain, about as dg^1.5, and flats that cover more of the face.
 """
 
 import math
@@ -12,7 +12,7 @@ REFERENCE_GRIT = 0.25
 REFERENCE_GRADE, REFERENCE_GRADE_CBN = 1.2, 4.0
 """N; force per grain that breaks grain or bond, of alumina of grade J and of vitrified CBN, at the reference grit."""
 RENEWAL_EXPONENT = 1.35
-"""Of the wear that renews the face over the hardness [C]."""
+"""Renewal exponent of the wear that renews the face over the hardness [C]."""
 REFERENCE_FRACTION = 0.52
 """Grain volume fraction at which they do, about structure number 5."""
 

@@ -1,8 +1,7 @@
-"""What a dress does to the wheel; symbols, units and sources as in the package.
+"""Effects of a dress on the wheel; symbols, units and sources as in the package.
 
-How sharp it leaves the wheel follows from its severity, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both
-sharpen. How rough it leaves it follows the lead and depth of the tool; a rotary one has exponents of its own
-(measured: Ra as Ud^-1.1 and qd^0.38).
+The severity of a dress decides the sharpness, after Malkin & Murray's 2 ad (fd/dg)^0.5: lead and depth both sharpen.
+Roughness follows lead and depth of the tool; a rotary tool has other exponents (measured: Ra as Ud^-1.1 and qd^0.38).
 """
 
 import math
@@ -14,7 +13,7 @@ REFERENCE_LEAD, REFERENCE_DEPTH = 0.10, 0.020
 REFERENCE_SPEED_RATIO, LEAST_SPEED_RATIO = 0.6, 0.1
 """Of a rotary dresser over the wheel. One that runs against the wheel cuts as one at the least [C]."""
 LEAST_SEVERITY = 0.01
-"""Of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
+"""Least severity of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
 
 
 @inlined

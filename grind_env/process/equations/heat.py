@@ -1,4 +1,4 @@
-"""Heat, burn, and what both leave in the part; symbols, units and sources as in the package.
+"""Heat, burn, and their effects on the part; symbols, units and sources as in the package.
 
 The temperature rise judges: beyond the limit of the material, and the allowance of the job, a part is scrap. The burn
 ratio (Malkin) warns: it says how near the power is to that at which steels usually burn, and scraps nothing.

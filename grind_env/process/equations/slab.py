@@ -19,6 +19,8 @@ conducts less than half as well, within 5.7 %.
 import math
 
 MODES = 4
+INSULATED = 1e-12
+"""Biot number of both faces up to which the part keeps its heat, for decades at least."""
 FASTEST, FASTER = 0.12, 50.0
 """Time constant of the fastest mode, s, and how much faster than the slowest one that mode is at least."""
 RATES = (0.03, 0.072, 0.173, 0.416, 1.0)
@@ -37,7 +39,7 @@ def slab_modes(
         top: conductance h_t into the fluid, W/(m2 K).
         bottom: conductance h_c into the chuck, W/(m2 K).
     """
-    if top + bottom <= 0.0:
+    if (top + bottom) * height <= INSULATED * conductivity:
         return (1.0, *[0.0] * (MODES - 1)), (0.0,) * MODES
     longest = slowest_decay(height, conductivity, capacity, top, bottom)
     step: float = (min(FASTEST, longest / FASTER) / longest) ** (1.0 / (MODES - 1))

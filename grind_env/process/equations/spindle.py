@@ -1,4 +1,4 @@
-"""What a spindle does that is asked for more than its power; symbols, units and sources as in the package.
+"""The spindle at its power limit; symbols, units and sources as in the package.
 
 At its power limit a spindle has that power and no more: the wheel slows until what is asked is what there is. The power
 of chip formation does not depend on the wheel speed, all other power is proportional to it, so the speed has a closed

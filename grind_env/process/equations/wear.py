@@ -1,4 +1,4 @@
-"""What grinding does to the wheel, and what that leaves on the part; symbols, units and sources as in the package."""
+"""Wear of the wheel, and its effects on the part; symbols, units and sources as in the package."""
 
 import math
 

@@ -1,1 +1,1 @@
-"""The adviser at the machine: E and D of the next cycle block from what was measured of those before."""
+"""The adviser at the machine: E and D of the next cycle block from the readings of earlier blocks."""

@@ -1,4 +1,4 @@
-"""The policy at the machine: advice before each block, from what was said of those before."""
+"""The adviser: E and D before each block, from the readings so far."""
 
 import copy
 from dataclasses import dataclass, replace
@@ -97,16 +97,16 @@ def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulat
 
 
 class Adviser:
-    """Advises on one batch, block by block.
+    """Adviser for one batch, block by block.
 
     Args:
-        simulation: of the program.
-        policy: that sees measurements.
-        bounds: lowest and highest E that is advised, mm/min; those of a program if None.
-        shadow: whether somebody else decides, by default what the program says.
+        simulation: simulation of the program.
+        policy: policy on measurements.
+        bounds: lowest and highest advised E, mm/min; the program's range if None.
+        shadow: whether somebody else decides, by default as the program says.
 
     Attributes:
-        advice: on the coming block; None after the last one.
+        advice: advice for the coming block; None after the last.
     """
 
     advice: Advice | None

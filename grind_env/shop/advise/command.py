@@ -1,4 +1,4 @@
-"""The arguments of `grind advise` -> a session."""
+"""The arguments of `grind advise` to a session."""
 
 import json
 import sys
@@ -30,7 +30,7 @@ BLOCK, PART = "block", "part"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdviceRequest:
-    """What is advised on, and how; as of `grind advise`."""
+    """Subject and options of a session, from `grind advise`."""
 
     program: Path
     job: Path | None

@@ -1,4 +1,4 @@
-"""The default adviser: the rule of readings, in place of which the model leads while its forecasts hold."""
+"""The default adviser: a rule on readings, replaced by the model while the model's forecasts hold."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -70,7 +70,7 @@ class AdviserPolicy:
         for n, rule in enumerate(self.rules):
             of_n = {name: float(values[n]) for name, values in seen.items()}
             if number >= 0:
-                made = JobChoice(1000.0 * of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
+                made = JobChoice(of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
                 told = self._told(number, n, of_n) if self.told is None else self.told[n]
                 rule.learn(number, made, told, of_n["volume"], float(burn[n]))
             choices.append(rule.decide(self.number, of_n["volume"]))

@@ -1,4 +1,4 @@
-"""Files of an adviser, by which it knows them again: no other is replaced by it."""
+"""Recognise files of the adviser, so that no other file is replaced."""
 
 import re
 
@@ -9,10 +9,9 @@ LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")
 _VALUE = re.compile(rb"[ \t]*(?:(?:#[ \t]*\d+[ \t]*=[ \t]*[-+.\d]+[ \t]*(?:\([^()]*\))?|%|O\d+|M30|M99)[ \t]*)?")
 
 
-def _holds_values(head: bytes) -> bool:
-    return len(head) < HEAD and all(_VALUE.fullmatch(line) for line in head.splitlines())
-
-
 STATE = Own("state of an adviser", re.compile(rb'\s*\{\s*"format"\s*:\s*\d+\s*,\s*"origin"\s*:').match)
 LOG = Own("log of an adviser", re.compile(",".join(LOG_COLUMNS).encode()).match)
-VALUES = Own("file of values alone, such as #101=12000.", _holds_values)
+VALUES = Own(
+    "file of values alone, such as #101=12000.",
+    lambda head: len(head) < HEAD and all(_VALUE.fullmatch(line) for line in head.splitlines()),
+)

@@ -1,4 +1,4 @@
-"""What somebody at the machine says of a block or a part, checked."""
+"""Readings of a block or part that an operator enters, checked."""
 
 import math
 from collections.abc import Mapping
@@ -27,21 +27,21 @@ class ReadingError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MachineReadings:
-    """What was measured of a block, or of a part that it finished; None where nothing was.
+    """Readings of a block, or of a part that it finished; None for a missing reading.
 
     Attributes:
         block: number of the block, from 1, to check that no row is missing.
-        part: of its part, from 1, likewise.
-        E: table speed with which it was ground, in the units of the program, where it was not the advised one.
-        D: dress executions, likewise.
+        part: number of its part, from 1, to check that no row is missing.
+        E: table speed, in the units of the program, if not the advised one.
+        D: dress executions, if not the advised number.
         mean_power: mean load of the spindle above idle in its last (up to six) full picks since a dress, W.
-        first_power: the same of its first full picks, W.
+        first_power: mean load above idle in its first full picks since a dress, W.
         peak_power: highest load, W.
         size_error: stock left on the finished part, um.
-        Ra: of the finished part, um.
-        Ra_before: of the part finished before it, um, where that was not known yet.
+        Ra: roughness of the finished part, um.
+        Ra_before: roughness of the part before, um, if unknown until now.
         burn: 1 if the part shows grinding burn, 0 if it was inspected and shows none.
-        diameter: of the wheel, mm.
+        diameter: wheel diameter, mm.
         new_wheel: 1 if the wheel was changed after the block.
         new_lot: 1 if the next part begins a new lot of material.
     """
@@ -62,11 +62,11 @@ class MachineReadings:
     new_lot: bool | None = None
 
     def given(self) -> dict[str, Any]:
-        """What is not missing, by name."""
+        """Return the readings that are not missing, by name."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
     def measured(self, meter_scale: float = 1.0) -> Measured:
-        """As the episode takes it, of a meter that shows so many times the power: one that nobody read is 0."""
+        """Return the readings for the episode, from a meter with this scale; an unread power is 0."""
         return Measured(
             mean_power=(self.mean_power or 0.0) / meter_scale,
             first_power=(self.first_power or 0.0) / meter_scale,

@@ -1,4 +1,4 @@
-"""A batch ground on a simulated machine, with E and D of whoever decides: what it costs, and what was read."""
+"""A rehearsal: a batch on a simulated machine with E and D of any decider, its cost and its readings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ Decide = Callable[[int, MachineReadings | None], JobChoice]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResult:
-    """What a batch has come to."""
+    """Result of a batch."""
 
     cost: Array  # of each part, scrap at its price among it, $
     scrap: Array  # probability that each part is scrap
@@ -82,7 +82,7 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
 
 
 def read(simulation: JobSimulation, episodes: Any, number: int) -> MachineReadings:
-    """What meter and gauges have shown of a block, as somebody would type it."""
+    """Return the readings of a block as an operator would type them."""
     seen = {name: float(value[0]) for name, value in simulation.read(simulation.observe(episodes)).items()}
     first, mean, peak = (seen[name] or None for name in ("first_power", "mean_power", "peak_power"))
     readings = MachineReadings(first_power=first, mean_power=mean, peak_power=peak)

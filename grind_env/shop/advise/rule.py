@@ -1,4 +1,4 @@
-"""The rule that advises without a model: E and D from what was read on this machine.
+"""The rule that advises E and D without a model, from readings of this machine.
 
     ln P = c + f ln E + g ln(V' + 10)   peak power of a kind of block, by recursive least squares
     Ra ~ E^0.5, size ~ E                of finished parts
@@ -25,14 +25,14 @@ from grind_env.policies.scripted.empirical_rule import INTERVAL, usual_volumes
 from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTER, WORN_IN, PartLaw, PowerLaw
 
 SHARE = 0.92
-"""Of the power limit that is planned to be used."""
+"""Share of the power limit that is planned to be used."""
 STEP, EASY_STEP, EASY, EASY_SIZE = 1.25, 1.5, 0.5, 0.7
 """Most that E rises from block to block of a kind, and where all readings are below `EASY` of their limits, sizes below
 `EASY_SIZE` of that: all blocks of a part add to them."""
 SIZE_AIM = 0.5
-"""Of the size tolerance, in the mean: gauges drift, too."""
+"""Share of the size tolerance to aim at, in the mean: gauges drift, too."""
 NEAR = 0.75
-"""Of a limit of size or Ra, above which no block of the part becomes faster."""
+"""Share of a limit of size or Ra above which no block of the part becomes faster."""
 HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
 """Burn ratio that the model allows. Factors on the heat of the first part, allowed where it is above that, on a heat
 that did not burn, and on one that did."""
@@ -56,15 +56,15 @@ LOWERED, BLOCKS = 0.98, 3
 
 
 class BlockReadings(NamedTuple):
-    """What was read of a block; ratios to their limits, None if nobody read it."""
+    """Readings of a block as ratios to their limits; None if not read."""
 
     peak: float = 0.0
     """Power, W; 0 if nobody read it."""
     size: float | None = None
-    """Of the part that the block finished; negative if too much was ground."""
+    """Size of the part that the block finished; negative if too much was ground."""
     Ra: float | None = None
     Ra_before: float | None = None
-    """Of the part finished before."""
+    """Ra of the part finished before."""
     burn: bool | None = None
 
 

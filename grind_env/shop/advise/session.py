@@ -1,4 +1,4 @@
-"""A session at the machine: advice goes out, readings come in, and everything is kept."""
+"""A session at the machine: give advice, take readings, and save both."""
 
 import json
 import re
@@ -18,12 +18,12 @@ from grind_env.shop.advise.values import write_values
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """Where a session keeps what it knows.
+    """Files of a session.
 
     Attributes:
-        state: to go on from.
-        log: a row a block.
-        values: of paramacros; None for none.
+        state: state to resume from.
+        log: log with a row for each block.
+        values: file of paramacro variables; None for none.
     """
 
     state: Path
@@ -33,19 +33,19 @@ class Files:
 
 @dataclass(kw_only=True)
 class Session:
-    """Advises before every block, and takes what is read of it.
+    """Session that gives advice before every block, and takes its readings.
 
     Args:
         adviser: before its first block.
-        origin: what it rests on.
-        files: where it is kept.
-        source: of readings.
+        origin: inputs behind the advice.
+        files: where the session is saved.
+        source: source of the readings.
         say: prints a text.
-        by_part: whether a row is of a part, and not of a block: all blocks of a part are then advised on before it, and
-            nothing is read of those that do not finish it.
+        by_part: whether a row is for a part instead of a block: all blocks of a part are then advised before it, and
+            only its last block has readings.
         as_json: print advice as JSON objects, one a line.
-        why: say what is behind each reason.
-        shadow: what is compared while somebody else decides; None for an adviser that is followed.
+        why: print the basis of each reason.
+        shadow: comparison while somebody else decides; None if the advice is followed.
     """
 
     adviser: Adviser
@@ -61,11 +61,11 @@ class Session:
     given: list[Advice] = field(default_factory=list)
 
     def begin(self) -> None:
-        """Forget what the state file has kept."""
+        """Discard the state file."""
         write_state(self.files.state, self.origin, [])
 
     def resume(self) -> None:
-        """Tell the adviser what the state file has kept.
+        """Give the adviser the content of the state file.
 
         Raises:
             GrindError: it is damaged, of another batch, or its advice was another one.
@@ -124,7 +124,7 @@ class Session:
         return True
 
     def _compared(self) -> None:
-        """Of a shadow: forecasts beside readings."""
+        """Return forecasts beside readings, of a shadow."""
         if self.shadow is None:
             return
         if self.as_json:
@@ -154,7 +154,7 @@ class Session:
         return f"measured of part {part}" if self.by_part else f"measured of block {advice.block + 1}"
 
     def _retold(self) -> bool:
-        """Whether the source begins with what was told before: rows of a file that is read from its beginning.
+        """Return whether the source repeats earlier rows, as a file that is read from its beginning.
 
         Raises:
             StateError: a row says something else than before.

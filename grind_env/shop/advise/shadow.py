@@ -1,4 +1,4 @@
-"""An adviser that looks on: what it forecast beside what was read, and from when on it would have been right."""
+"""The shadow mode: forecasts beside readings, and the block from which advice would have held."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -35,7 +35,7 @@ class Beside(NamedTuple):
 
 @dataclass
 class Shadow:
-    """What has been compared so far."""
+    """Comparisons so far."""
 
     rows: list[Beside] = field(default_factory=list)
 
@@ -56,7 +56,7 @@ class Shadow:
             self.rows.append(Beside(part if name != "Ra" else part - 1, name, unit, *row))
 
     def right_from(self) -> int | None:
-        """The first part, from 0, from which on forecasts have held as they should; None if they do not yet."""
+        """Return the first part, from 0, from which on forecasts have held as they should; None if they do not yet."""
         for part in sorted({row.part for row in self.rows}):
             later = [row.holds for row in self.rows if row.part >= part]
             if np.mean(later) >= RIGHT and all(row.holds for row in self.rows if row.part == part):
@@ -64,7 +64,7 @@ class Shadow:
         return None
 
     def document(self) -> dict[str, Any]:
-        """All that was compared, parts counted from 1, and from which one on forecasts were right; None for not yet."""
+        """Return all comparisons, parts counted from 1, and the part from which forecasts held; None for not yet."""
         right = self.right_from()
         rows = [row._asdict() | {"part": row.part + 1, "holds": row.holds} for row in self.rows]
         return {"compared": rows, "right_from": None if right is None else right + 1}

@@ -1,4 +1,4 @@
-"""Where readings come from: a CSV that grows, JSON lines, a prompt."""
+"""Sources of readings: a growing CSV file, JSON lines, a prompt."""
 
 import json
 import math
@@ -55,7 +55,7 @@ class ReadingSource(Protocol):
     """Whether a row that is refused may come corrected."""
 
     def next(self, asked: str) -> ReadingsRow | None:
-        """The next row; None if there is no more. `asked` says what is awaited."""
+        """Return the next row; None if there is no more. `asked` says what is awaited."""
 
     def refused(self) -> None:
         """The last row is not taken: the next one is to be of the same block."""
@@ -149,7 +149,7 @@ class JsonLines(ReadingSource):
         return None
 
     def _read(self) -> bytes:
-        """The next line; nothing at the end."""
+        """Return the next line; nothing at the end."""
         self.line += 1
         try:
             data = self.stream.readline(LONGEST_LINE)

@@ -1,4 +1,4 @@
-"""What an adviser has been told so far, in a file that is whole whenever it is stopped; and the log beside it.
+"""The state file of an adviser, complete at any interruption, and the log beside it.
 
 The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy
 and belief are functions of what was measured.
@@ -35,10 +35,10 @@ class StateError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdviceOrigin:
-    """What the advice of a file rests on.
+    """Inputs behind the advice of a file.
 
     Attributes:
-        inputs: of the simulation, and how worn the wheel is in the beginning.
+        inputs: inputs of the simulation, and the wear of the wheel at the start.
         policy: its name, and a hash of it.
     """
 
@@ -62,7 +62,7 @@ class AdvisedBlock:
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:
-    """What advice rests on."""
+    """Return the inputs behind the advice."""
     rule = (read_bytes(file) if file is not None else repr(policy).encode()) + how.encode()
     return AdviceOrigin(
         inputs={**inputs_of(simulation), **dict(named(simulation.job.wheel, "wheel"))},
@@ -71,7 +71,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
 
 
 def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
-    """The blocks that a file tells of; none if there is no file."""
+    """Return the blocks that a file tells of; none if there is no file."""
     if not is_file(path):
         return ()
     try:

@@ -1,4 +1,4 @@
-"""Advice as values of paramacro variables, in a file that the control runs before the blocks that read them."""
+"""Advice as paramacro variables, in a file that the control runs before the blocks that read them."""
 
 import re
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ class BlockVariables(NamedTuple):
 
 
 def variables_of(block: BlockOutline, place: int) -> BlockVariables:
-    """Those that stand in the E and D words of a block, F for E of a feed move that is a stroke.
+    """Return the variables in the E and D words of a block (F of a feed move that is a stroke).
 
-    Where there is none, #101 and #102, #103 and #104 for the next block, ...: `place` is its place in the part, from 0.
+    Without variables: #101 and #102, #103 and #104 for the next block, ... by its `place` in the part, from 0.
     """
     found = []
     for k, letter in enumerate((speed_word(block.plan), "D")):

@@ -1,4 +1,4 @@
-"""The process model fitted to what a shop has measured.
+"""Fit the process model to a shop's measurements.
 
 From a log of the spindle's power beside its part program, or from a table of settings, to constants with intervals:
 

@@ -1,4 +1,4 @@
-"""Where the strokes of a program lie in a log: the program's runs of strokes, found by their shape, in their order.
+"""Place the strokes of a program in a power log, by the shape of their runs and in order.
 
 Run by run and for every place in the log, the power that the model expects is compared with the power there, whatever
 the idle power and the scale of the meter are; dynamic programming then puts all runs in order. How long is waited for a
@@ -43,11 +43,11 @@ LOWEST, HIGHEST = 0.5, 1.5
 USUAL_OVERRIDE = 0.2
 """Logarithmic spread of overrides: what else explains the log is preferred."""
 SHORTEST_PAUSE = 0.3
-"""Of the pause that the program makes between two runs."""
+"""Least share of the programmed pause between two runs."""
 NEEDED = 0.7
 """Median correlation of the runs of a log that is taken to be of the program."""
 WORTH = 0.03
-"""Of the likelihood that each execution before has added: what one more must add, or it is noise."""
+"""Share of the likelihood of each earlier execution that one more must add, or it is noise."""
 ALIKE = 2.0
 """Factor by which the power over that expected may differ of one execution from the most likely one."""
 SURE = 0.9
@@ -89,7 +89,7 @@ def refuse_unlike(found: Alignment) -> None:
 
 
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """In a log whose unit of time is not stated: ms if that agrees well, which is soon tried, else the better one."""
+    """Align a log without a time unit: ms if this agrees well, which is tried first, else the better unit."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= SURE:
         return in_ms
@@ -144,11 +144,7 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
 
 
 def _alike(
-    scores: Sequence[Floats],
-    overrides: Sequence[Floats],
-    gains: Sequence[Floats],
-    binned: _Binned,
-    pattern: Pattern,
+    scores: Sequence[Floats], overrides: Sequence[Floats], gains: Sequence[Floats], binned: _Binned, pattern: Pattern
 ) -> tuple[Floats, ...]:
     """Scores without places so much weaker or stronger than the most likely execution that they are chance.
 
@@ -185,7 +181,7 @@ def _transformed(log: Log, step: float, around: float) -> _Binned:
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
-    """How likely a run begins at each place, with which override, and how much larger its power is than expected.
+    """Return the likelihood of a run at each place, its override, and its power over the expected power.
 
     The likelihood is a logarithm, over a constant power there.
     """
@@ -231,7 +227,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 def _placed(
     scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
 ) -> list[tuple[Floats, Floats, float]]:
-    """The most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
+    """Return the most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
     reached = np.zeros(binned.size)  # the best score of all before, if they end by then
     came: Numbers = np.zeros(binned.size, np.int64)
     chains: list[tuple[Numbers, Numbers]] = []
@@ -282,7 +278,7 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 
 
 def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s."""
+    """Return the strokes of a program in a log, and the meter's time constant if it is long, else 0, s."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
         means = averaged(log, log.time, FINEST)
@@ -295,7 +291,7 @@ def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float
 
 
 def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float) -> tuple[Log, Alignment]:
-    """A log with the lag of its meter, and the strokes in it.
+    """Return a log with the lag of its meter, and the strokes in it.
 
     The lag is that with which the log is most like what such a meter shows of the program, of short ones or of those
     `about` a long one.
@@ -319,7 +315,7 @@ def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, abo
 
 
 def sharpened(log: Log) -> Floats:
-    """The power as a meter without lag shows it.
+    """Return the power as a meter without lag shows it.
 
     What a meter of first order shows, y, follows the power P by lag dy/dt = P - y: so y + lag dy/dt is the power.
     """

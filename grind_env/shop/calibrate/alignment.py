@@ -1,4 +1,4 @@
-"""Where the runs of a program lie in a log, how like the log is to them there, and which are there as programmed."""
+"""The alignment of a program with a log: places of its runs, quality of the match, and runs as programmed."""
 
 import itertools
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ MARGIN = 2.0
 FEWEST = 5
 """Samples of which a correlation tells anything."""
 LEAST = 1e-9
-"""Of a value, what is none beside it."""
+"""Share of a value below which another counts as none."""
 PASSES = 4
 """Over all runs, in which each may move by a stroke."""
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
@@ -42,7 +42,7 @@ SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Where the runs of a program lie in a log; arrays have shape (executions, runs)."""
+    """Places of the runs of a program in a log; arrays have shape (executions, runs)."""
 
     begin: Floats  # of each run, s of the log
     override: Floats  # of the feed in it
@@ -53,12 +53,12 @@ class Alignment:
 
     @property
     def executions(self) -> int:
-        """How often the program was run."""
+        """Return the number of executions of the program."""
         return len(self.begin)
 
     @property
     def known(self) -> "Alignment":
-        """That of the executions of which a run is sure; other work may look like one from afar."""
+        """Return the executions with a certain run, because other work may look like one."""
         names, known = ("begin", "override", "correlation", "gain", "rest"), self.sure.any(axis=1)
         return replace(self, **{name: getattr(self, name)[known] for name in names})
 
@@ -69,7 +69,7 @@ class Alignment:
 
     @property
     def sure(self) -> NDArray[np.bool_]:
-        """Which runs are in the log as they are programmed: as strong as the others, and no worse than they."""
+        """Return which runs are in the log as programmed: as strong and as similar as the others."""
         sure: NDArray[np.bool_] = self.correlation >= MATCHES
         if sure.any():
             sure = sure & between(self.gain, float(np.median(self.gain[sure])), ALIKE_RUNS)
@@ -78,16 +78,16 @@ class Alignment:
         return sure
 
     def overrides(self, pattern: Pattern) -> list[float]:
-        """Of each part; 1 where the feed is as programmed but for what the machine differs from its model.
+        """Return the feed override of each part; 1 for the programmed feed.
 
-        What all parts are ground with is how the machine runs this program, and no override.
+        A feed factor common to all parts belongs to the machine and is no override.
         """
         usual = self.usual_override(pattern)
         found = [value / usual for value in self._medians(pattern)]
         return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in found]
 
     def usual_override(self, pattern: Pattern) -> float:
-        """The one of most parts, where there are enough, else 1."""
+        """Return the one of most parts, where there are enough, else 1."""
         found = np.array(self._medians(pattern))
         usual = float(np.median(found))
         alike = np.mean(np.abs(np.log(found / usual)) < np.log(SAME_FEED)) >= MOST_PARTS
@@ -101,7 +101,7 @@ class Alignment:
 
 
 def between(values: Floats, usual: float, factor: float) -> NDArray[np.bool_]:
-    """Which values are within a factor of a usual one."""
+    """Return which values are within a factor of a usual one."""
     return (values > usual / factor) & (values < usual * factor)
 
 
@@ -131,7 +131,7 @@ def template(
 
 
 class Around(NamedTuple):
-    """What a log has around a run, but for what the idling spindle, other runs and the time before explain of it."""
+    """Log around a run, without the explained part: idling spindle, other runs, and the time before."""
 
     time: Floats
     rest: Floats
@@ -152,7 +152,7 @@ def _without(values: Floats, beside: Floats) -> Floats:
 
 
 def _around(time: Floats, power: Floats, others: Floats, lag: float) -> Around:
-    """What a meter has shown before decays with its lag."""
+    """Return the log around a run; earlier readings decay with the lag of the meter."""
     columns = [np.ones(time.size), others]
     if lag:
         columns.append(np.exp((time[0] - time) / lag))
@@ -167,7 +167,7 @@ def _around(time: Floats, power: Floats, others: Floats, lag: float) -> Around:
 
 
 class Likeness:
-    """How like a log in s is to a program, whose runs begin somewhere with some override, arrays (executions, runs)."""
+    """Similarity of a log in s to a program with runs at given places and overrides, arrays (executions, runs)."""
 
     def __init__(self, log: Log, pattern: Pattern, expected: Floats, begin: Floats, override: Floats) -> None:
         self.log, self.pattern, self.expected = log, pattern, expected
@@ -179,7 +179,7 @@ class Likeness:
         return itertools.product(range(len(self.begin)), range(self.pattern.runs))
 
     def around(self, row: int, run: int, more: float = 0.0) -> Around | None:
-        """What is around a run, with so many s more on either side; None where the log has no samples."""
+        """Return the log around a run, with so many s on either side; None without samples."""
         ends = self.begin + self.spans / self.override
         low, high = self.begin[row, run] - MARGIN - more, ends[row, run] + MARGIN + more
         first, last = np.searchsorted(self.log.time, (low, high))
@@ -256,7 +256,7 @@ def judged(
 
 
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """The same with begins and overrides between the steps, of a log in s."""
+    """Return the same with begins and overrides between the steps, of a log in s."""
     like = Likeness(log, pattern, expected, found.begin, found.override)
     for row, run in np.argwhere(np.isfinite(found.correlation)).tolist():
         like.refine(row, run)

@@ -1,4 +1,4 @@
-"""`calibrate`: from the files of a shop to a calibration."""
+"""`calibrate`: from a shop's files to a calibration."""
 
 import math
 from collections.abc import Callable, Collection, Mapping
@@ -166,7 +166,7 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
 
 
 class _Model(NamedTuple):
-    """What was measured in a log that is aligned in some way, and the machine that predicts it."""
+    """Measurements of an aligned log, and the machine that predicts them."""
 
     seen: Observations
     extra: Gauged
@@ -210,12 +210,12 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged) -> D
 
 
 def _parts(seen: Observations, pattern: Pattern) -> Numbers:
-    """Of each observation the part that it is of, from 1."""
+    """Return the part of each observation, from 1."""
     return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
 def _bound(log: Log, said: Map, job: Path) -> Log:
-    """A log whose meter is bound to the rating that the map or the job states."""
+    """Return a log whose meter is bound to the rating that the map or the job states."""
     stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
     return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
 
@@ -225,7 +225,7 @@ def _states_limit(job: Path) -> bool:
 
 
 def _scale_remarks(fitted: Fit, spreads: Mapping[str, float]) -> list[str]:
-    """Which meters would have to show another power than they are said to."""
+    """Return remarks on meters that would need another scale."""
     return [
         f"the {kind} fits better if its meter shows {100.0 * abs(math.expm1(scale)):.0f} % or more too "
         f"{'much' if scale > 0.0 else 'little'}; check its scale and rating"
@@ -241,7 +241,7 @@ def _idle(seen: Observations, scale: float, full: float | None, job: Path) -> Id
 
 
 def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
-    """How the log lies beside the program."""
+    """Return remarks on the alignment of the log."""
     executions = f"{found.executions} times" if found.executions > 1 else "once"
     remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
     if log.lag:

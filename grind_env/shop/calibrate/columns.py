@@ -1,4 +1,4 @@
-"""What the columns of a sheet are: known by their names in many languages, or said by a map (docs/howto/shop.md)."""
+"""Columns of a measured file, found by names in many languages or by a user's map (docs/howto/shop.md)."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 @dataclass(frozen=True, slots=True)
 class Map:
-    """What a map says, by table and key; its file is None where there is no map."""
+    """Content of a columns file, by table and key; the file is None if there is none."""
 
     file: Path | None = None
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -121,7 +121,7 @@ def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
 
 
 def _score(sheet: Sheet, number: int, name: str, words: Sequence[str]) -> float:
-    """How much the heading of a column is like those words; 0 if not."""
+    """Return how well a heading matches these words; 0 for no match."""
     heading = sheet.headings[number]
     tokens = [token for token in re.split(r"[\W\d_]+", plain(heading.name)) if token]
     whole = [word for word in words if word in tokens or word == plain(heading.name)]

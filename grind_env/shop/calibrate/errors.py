@@ -1,4 +1,4 @@
-"""What cannot be calibrated."""
+"""Errors of a calibration."""
 
 from grind_env.errors import GrindError
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
-"""Of the kinds of measurement; forces and the others of a table have those of the table."""
+"""Units of the kinds of measurement; forces and the others of a table have those of the table."""
 MOST_TICKS = 12
 """Parts up to which each has its number at the axis."""
 
@@ -32,7 +32,7 @@ def draw_calibration(found: Calibration) -> "Figure":
 
 
 def comparable(found: Calibration, kind: str) -> NDArray[np.bool_]:
-    """Whether each measurement is of that kind and can be drawn, shape (measurements,)."""
+    """Return which measurements are of a kind and can be drawn, shape (measurements,)."""
     chosen: NDArray[np.bool_] = (found.data.kind == kind) & np.isfinite(found.data.value + found.fit.predicted)
     return chosen
 
@@ -78,12 +78,12 @@ def residuals(found: Calibration, kind: str) -> Graph:
 
 
 def named(kind: str) -> str:
-    """A kind of measurement with its unit."""
+    """Return a kind of measurement with its unit."""
     return f"{kind}, {UNITS[kind]}" if kind in UNITS else kind
 
 
 def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
-    """Where measurements stand over the numbers of their parts: those of one in order of time around its number."""
+    """Return the places of measurements over part numbers: in order of time around each number."""
     place = found.data.part.astype(np.float64)
     for part in np.unique(found.data.part[chosen]).tolist():
         mine = np.flatnonzero(chosen & (found.data.part == part))

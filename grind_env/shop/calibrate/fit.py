@@ -1,4 +1,4 @@
-"""The most probable constants given what was measured, and their intervals.
+"""The most probable constants given the measurements, with intervals.
 
 Maximum a posteriori by least squares: constants have log-normal priors from the catalogue, measurements normal errors,
 and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say,
@@ -34,18 +34,18 @@ too, for other laws have no such shares."""
 FOLDS = 8
 """Groups of parts or settings that are left out in turn, at most."""
 ROUNDS = 2
-"""Of enlarging errors."""
+"""Rounds of enlarging errors."""
 DRIFT = 0.05
 """Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term. What is
 written is the level in its middle: what looks like a drift may be a wheel that dulls in another way."""
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
 CLEARLY = 0.8
-"""Of the mean square error on parts held out without it, below which the free term is worth it."""
+"""Share of the mean square error on held-out parts below which the free term is worth it."""
 FOLLOWED = 1.0
 """Mean square error on them, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
-"""Of the least mean square error: the smallest width with no more is taken."""
+"""Factor on the least mean square error: the smallest width with no more is taken."""
 ENOUGH_PARTS = 2
 WANDERING_PARTS = 4
 """From which on it can be told whether levels wander from part to part."""
@@ -67,7 +67,7 @@ class Linear(NamedTuple):
     fixed: NDArray[np.bool_]
 
     def covariance(self, width: float) -> Floats:
-        """Of the variables, with so much of the free term; in spreads of the prior at its full width."""
+        """Return the covariance of the variables with this width of the free term; in spreads of its full prior."""
         prior = np.where(self.fixed, 1.0, width**-2.0)
         return np.asarray(np.linalg.inv(self.slopes.T @ self.slopes + np.diag(prior)), np.float64)
 
@@ -103,9 +103,9 @@ def _in_turn(fit: Linear, width: float, data: Data) -> float:
 
 
 class Left(NamedTuple):
-    """What a fit leaves open: constants, the free term among them even where none of it was used.
+    """Uncertainty left by a fit: of constants and of the free term, even if unused.
 
-    That a model agrees with a log does not say that it does so at other speeds and depths.
+    A model that agrees with a log may still be wrong at other speeds and depths.
     """
 
     parameters: tuple[Parameter, ...]  # these
@@ -116,7 +116,7 @@ class Left(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What was found."""
+    """Result of a fit."""
 
     parameters: tuple[Parameter, ...]  # that were fitted, those that the measurements do not tell among them
     # of each, in prior spreads from its prior; 0 if the measurements do not tell it. Behind them the nuisances: scales,
@@ -145,7 +145,7 @@ class Fit:
 
 
 class _Place(NamedTuple):
-    """Where a solver has come to."""
+    """Current point of a solver."""
 
     solver: Solver
     x: Floats
@@ -155,7 +155,7 @@ class _Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class FitProblem:
-    """What is fitted to what."""
+    """Data and parameters of a fit."""
 
     parameters: tuple[Parameter, ...]  # that may move
     # logarithmic spread of the factor of the meter of a kind of measurement, where it is uncertain
@@ -168,7 +168,7 @@ class FitProblem:
 
     @property
     def unfree(self) -> NDArray[np.bool_]:
-        """Which variables are no part of the free term, where there is one."""
+        """Return which variables do not belong to the free term, if there is one."""
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
     def widened(self, x: Floats) -> Floats:
@@ -245,11 +245,7 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
 
 
 def _settled(
-    solver: Solver,
-    x: Floats,
-    used: NDArray[np.bool_],
-    told: Callable[[str], None],
-    like: _Place | None = None,
+    solver: Solver, x: Floats, used: NDArray[np.bool_], told: Callable[[str], None], like: _Place | None = None
 ) -> _Place:
     """Return the most probable variables, with errors as large as residuals say and without outliers.
 
@@ -268,7 +264,7 @@ def _settled(
 
 
 def _linear(problem: FitProblem, place: _Place, of_prior: NDArray[np.bool_] | None = None) -> Linear:
-    """A fit as far as it is linear around its place."""
+    """Return a fit as far as it is linear around its place."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
     enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()]) * solver.data.error
@@ -291,9 +287,9 @@ def _finished(
     told: Callable[[str], None],
     wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
-    """What was found, with what the measurements do not tell put back to the catalogue.
+    """Return the result, with constants that the measurements do not determine reset to the catalogue.
 
-    `wider` are constants and covariance with a free term where none was used.
+    `wider` are constants and covariance with a free term, if none was used.
     """
     data, solver, used, factors, joint = problem.data, place.solver, place.used, place.factors, place.x
     count, scales = len(solver.parameters), problem.scales
@@ -353,7 +349,7 @@ def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
 
 
 def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Floats:
-    """Of each group, how much of its power is missed, as far as it is known."""
+    """Return the power error of each group, as far as it is known."""
     _, number = np.unique(group, return_inverse=True)
     weight = value / np.square(error)
     found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
@@ -361,7 +357,7 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
-    """The table as TOML."""
+    """Return the table as TOML."""
     left = fitted.left
     names = [each.name for each in left.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]

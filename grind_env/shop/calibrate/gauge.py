@@ -1,4 +1,4 @@
-"""What was gauged of parts: size, roughness, burn, diameter of the wheel; and what gauges would show of a run."""
+"""Gauged parts: size, roughness, burn, wheel diameter; and simulated gauge readings of a run."""
 
 import math
 import re
@@ -19,22 +19,22 @@ from grind_env.shop.calibrate.solver import YES_OR_NO
 from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
 
 MOST_DIGITS = 18
-"""Of the number of a part; one with more of them is none."""
+"""Most digits of the number of a part; one with more of them is none."""
 MOST_DEVIATION = 1.0
 """mm; a size above that is one of the part and not its deviation."""
 
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
 """Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
 LEAST_WHEEL = 0.5
-"""Of the diameter of a new wheel, below which it is none of that wheel."""
+"""Least share of a new wheel's diameter that belongs to the same wheel."""
 BURN_WIDTH = 0.05
-"""Of the step in temperature rise at which burn is seen, of the rise that tempers."""
+"""Burn width of the step in temperature rise at which burn is seen, of the rise that tempers."""
 UNSEEN = 0.1
 """Share of burnt parts that pass for good ones where nobody has looked for burn."""
 
 
 class GaugedParts(NamedTuple):
-    """What was measured of parts, a value for each row, NaN where nothing was measured.
+    """Measurements of parts, a value for each row, NaN if not measured.
 
     Parts count from 1 in the order of grinding; size (stock left) and Ra in um, the wheel's diameter after the part in
     mm, burn 1 or 0; remarks are sentences about the file.
@@ -100,9 +100,9 @@ def _size(sheet: Sheet, column: int, said: Map) -> Floats:
 
 
 class Gauged(NamedTuple):
-    """What was gauged, one value after the other: value, error and kind as of `solver.Data`, and the part from 1.
+    """Gauged values in sequence: value, error and kind as in `solver.Data`, and the part from 1.
 
-    `origin` is the part from whose wheel diameter the value is the difference; 0 of other kinds.
+    `origin` is the part whose wheel diameter the value is subtracted from; 0 for other kinds.
     """
 
     value: Floats
@@ -113,7 +113,7 @@ class Gauged(NamedTuple):
 
 
 def measured_of(gauge: GaugedParts | None, parts: int, job: Job) -> Gauged:
-    """What was gauged of the parts that are in the log."""
+    """Return the gauged values of the parts in the log."""
     rows: list[tuple[float, float, str, int, int]] = []
     if gauge is not None:
         errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 0.0}
@@ -150,7 +150,7 @@ def refuse_impossible(gauge: GaugedParts, job: Job) -> None:
 
 
 def gauges_of(record: GrindingRecord, job: Job, extra: Gauged) -> Floats:
-    """What the gauges would show."""
+    """Return simulated gauge readings."""
     parts, at = record.parts, extra.part - 1
     if not extra.part.size:
         return np.empty(0)

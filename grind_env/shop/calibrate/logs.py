@@ -1,4 +1,4 @@
-"""A log of the power of the spindle, as it was exported, as times and watts."""
+"""Read an exported log of spindle power into times and watts."""
 
 import math
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """What was logged."""
+    """Log of spindle power."""
 
     time: Floats  # of each row, s, rising; from any origin
     power: Floats  # of the spindle with its idling, W; if the scale of the meter is not known, in its unit

@@ -1,4 +1,4 @@
-"""From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
+"""From an aligned log to the mean power above idle of each stroke, with its uncertainty."""
 
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ TURNS = 0.2
 """s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses, and strokes
 that are short for it in all that the meter shows from the first of them until after the last."""
 LAGS = 2.0
-"""Of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
+"""Lags of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
 """Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2
@@ -45,10 +45,10 @@ SCATTER = 1.4826
 def idle_at(
     when: Floats, time: Floats, power: Floats, pausing: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats]:
-    """Return the idle power under each stroke, in whose middle it is read (s), and its standard error, W; NaN far away.
+    """Return the idle power in the middle of each stroke (s), and its standard error, W; NaN far away.
 
-    A straight line through the samples between strokes (s, W) that are nearest, outliers weighing less; through those
-    that are `pausing` alone where there are enough on both sides of a stroke.
+    A robust straight line through the nearest samples between strokes (s, W); through `pausing` samples alone if there
+    are enough on both sides of a stroke.
     """
     if time.size < 3:
         raise CalibrationError(
@@ -99,7 +99,7 @@ def _lines(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 class Observations(NamedTuple):
-    """What a log says.
+    """Observations from a log.
 
     Arrays have a value for each stroke; for each run if strokes are too short for the log; for each block of a cycle
     that crosses.
@@ -198,7 +198,7 @@ class _Samples(NamedTuple):
 
 
 def _tells(samples: _Samples, members: Numbers) -> bool:
-    """Whether strokes have enough samples between them, and an idle power each that has some."""
+    """Return whether strokes have enough samples between them, and idle power each."""
     counts = samples.counts[members]
     return bool(counts.sum() >= FEWEST and np.isfinite(samples.idle[members[counts > 0]]).all())
 
@@ -219,7 +219,7 @@ def _mean(samples: _Samples, members: Numbers) -> tuple[float, float, float]:
 
 
 def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
-    """Of each stroke, by its number among those of all executions, the number of the mean that it belongs to."""
+    """Return for each stroke of all executions the index of its mean."""
     strokes = pattern.run.size
     execution, stroke = numbers // strokes, numbers % strokes
     own = stroke if by_stroke else strokes + pattern.run[stroke]
@@ -233,7 +233,7 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
 def _sorted_out(
     time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_], lag: float
 ) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Of each sample the number of the stroke that it is well within, or -1; and whether it is well between two."""
+    """Return for each sample the stroke that it is well within, or -1; and whether it is well between two."""
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
     length = stops[here] - starts[here]
@@ -252,9 +252,9 @@ def _sorted_out(
 
 
 def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]) -> tuple[Numbers, Numbers]:
-    """Of each sample the stroke that began last, or -1 once the run is over; and how many each has over the part.
+    """Return for each sample the last stroke begun, or -1 after the run; and the samples of each over the part.
 
-    What a meter shows late is not lost, and the mean over a run and all its gaps is right though the lag is not.
+    The lag of a meter only delays power, so the mean over a run with all gaps is right even if the lag is wrong.
     """
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
@@ -265,7 +265,7 @@ def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np
 
 
 def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:
-    """Which samples lie in a pause, and not in the moment in which the table turns, of which meters show little."""
+    """Return the samples within a pause, without the turn of the table, which meters hardly show."""
     last = np.searchsorted(starts, time, side="right") - 1
     inside = (last >= 0) & (last < starts.size - 1)
     here = np.clip(last, 0, starts.size - 2) if starts.size > 1 else np.zeros(time.size, np.int64)

@@ -1,4 +1,4 @@
-"""What may be fitted: constants of the catalogue, each with the spread that it has before anything was measured."""
+"""Fittable constants of the catalogue, each with its prior spread."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -38,7 +38,7 @@ HEAT = (("material", "heat_factor"),)
 SPREADS: Mapping[str, float] = {**USUAL_SPREADS, "material.heat_factor": math.log(2.0)}
 """Logarithmic standard deviations before measuring; what share of the heat enters the work is known to a factor 2."""
 OTHER_SPREAD = 0.3
-"""Of a field that is fitted only because it is named."""
+"""Spread of a field that is fitted only because it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
 """Over the value of the catalogue: no constant is fitted beyond."""
 
@@ -69,7 +69,7 @@ class Parameter:
 def chosen_parameters(
     job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
 ) -> tuple[Parameter, ...]:
-    """The constants that may be fitted."""
+    """Return the constants that may be fitted."""
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
     names_beside = [f"{kind}.{key}" for kind, key in beside]
@@ -83,7 +83,8 @@ def free_parameters(job: Job) -> tuple[Parameter, ...]:
 
 
 def _named(job: Job, name: str) -> Parameter:
-    legal = {f"{kind}.{key}": (kind, key) for kind in KINDS for key in _fields(kind)}
+    fields = ((kind, *item) for kind in KINDS for item in quantities(KINDS[kind]).items())
+    legal = {f"{kind}.{key}": (kind, key) for kind, key, quantity in fields if isinstance(quantity, Quantity)}
     found = [pair for full, pair in legal.items() if name in (full, pair[1])]
     if len(found) > 1:
         preferred = [(kind, key) for kind, key in found if f"{kind}.{key}" in USUAL]
@@ -104,10 +105,6 @@ def _named(job: Job, name: str) -> Parameter:
             f"{kind}.{key} is 0 and cannot be scaled; give it a value above 0 in the catalogue first"
         )
     return _parameter(job, kind, key)
-
-
-def _fields(kind: str) -> list[str]:
-    return [key for key, quantity in quantities(KINDS[kind]).items() if isinstance(quantity, Quantity)]
 
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:

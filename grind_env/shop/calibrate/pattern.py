@@ -1,4 +1,4 @@
-"""Where the strokes of a program lie in time, and the machine under a program that is run again and again."""
+"""The time pattern of a program's strokes, and the machine under repeated runs of the program."""
 
 import math
 from collections.abc import Sequence
@@ -58,14 +58,14 @@ class Forward:
 
 
 def scaled(event: Event, override: float) -> Event:
-    """An event as it is under a feed override, with which strokes are slower or faster."""
+    """Return an event as it is under a feed override, with which strokes are slower or faster."""
     if override != 1.0 and isinstance(event, (Stroke, CycleStrokes, Line)):
         return replace(event, feed=event.feed * override)
     return event
 
 
 def powers(record: GrindingRecord) -> Floats:
-    """Of the strokes of the table, above idle, W."""
+    """Return the power of the strokes above idle, W."""
     strokes: Floats = record.strokes["power"][record.strokes["groove"] == 0]
     return strokes
 
@@ -108,7 +108,7 @@ class Pattern(NamedTuple):
         return np.flatnonzero(np.diff(self.run, prepend=-1))
 
     def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:
-        """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start."""
+        """Return when each stroke of a run enters and leaves the part, and when the run ends, s from its start."""
         chosen, a = np.flatnonzero(self.run == run), self.acceleration
         way, speed = self.way[chosen], self.feed[chosen] * override
         ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # in which the table speeds up, and as evenly slows down
@@ -116,7 +116,7 @@ class Pattern(NamedTuple):
         begin = np.concatenate([[0.0], np.cumsum(whole + self.rest[chosen])])
 
         def passed(s: Floats) -> Floats:
-            """When the table has gone the first `s` mm of each stroke, s."""
+            """Return when the table has passed the first `s` mm of each stroke, s."""
             early, late = np.sqrt(2.0 * np.maximum(s, 0.0) / a), np.sqrt(2.0 * np.maximum(way - s, 0.0) / a)
             between = np.sqrt(2.0 * ramp / a) + (s - ramp) / speed
             return np.where(s <= ramp, early, np.where(s >= way - ramp, whole - late, between))
@@ -125,7 +125,7 @@ class Pattern(NamedTuple):
 
 
 def pattern_of(programs: Programs, job: Job) -> Pattern:
-    """The pattern of a program."""
+    """Return the pattern of a program."""
     strokes: list[Stroke] = []
     breaks, stops = [-math.inf], [-math.inf]
     for event in execute(programs, replace(job.control, whole_cycles=False)):
@@ -185,7 +185,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
 
 
 def _along(coordinate: float, way: tuple[float, float]) -> float:
-    """How far along a way, mm, a coordinate is passed."""
+    """Return how far along a path, mm, a coordinate is passed."""
     begin, end = way
     direction = 1.0 if end >= begin else -1.0
     return min(max((coordinate - begin) * direction, 0.0), abs(end - begin))

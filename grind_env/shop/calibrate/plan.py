@@ -1,4 +1,4 @@
-"""What to grind so that a log of it tells the constants: a program of a few E and depths."""
+"""Write a test program with several E and depths, whose log identifies the constants."""
 
 import re
 from typing import NamedTuple
@@ -53,7 +53,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(programs: Programs, job: Job) -> Plan:
-    """The program with blocks of other words in place of its first one that plunges."""
+    """Return the program with blocks of other words in place of its first one that plunges."""
     first = next((event.plan for event in execute(programs, job.control) if isinstance(event, CycleStart)), None)
     block = None if first is None else _block(programs, first)
     if first is None or block is None or not first.plunges:
@@ -84,14 +84,10 @@ def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
 
 
 def _block(programs: Programs, plan: CyclePlan) -> Block | None:
-    """The block of a cycle, if its numbers stand in it."""
+    """Return the block of a cycle, if its numbers stand in it."""
     sources = [each for each in programs.main.blocks if each.line == plan.line]
     found = read_block(sources[0]) if len(sources) == 1 else None
     return found if found is not None and found.is_plain else None
-
-
-def _number(block: Block, letter: str) -> float | None:
-    return next((float(str(word)[1:]) for word in block.words if word.letter == letter), None)
 
 
 def _text(
@@ -100,7 +96,8 @@ def _text(
     """Its text, and E and pick of the blocks that it varies."""
     assert plan.plunge_axis is not None
     depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
-    target, pick, feed = (_number(block, letter) for letter in (depth, "J", "E"))
+    numbers = {word.letter: float(str(word)[1:]) for word in block.words}
+    target, pick, feed = (numbers.get(letter) for letter in (depth, "J", "E"))
     if target is None or pick is None or feed is None:
         raise CalibrationError(f"{quoted(block.source.text)}: it needs {depth}, J and E of its own for a plan")
     unit = abs(pick) / plan.primary_pick  # of the program, over mm

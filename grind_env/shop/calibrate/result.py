@@ -1,4 +1,4 @@
-"""What a calibration has found, for the screen, for reports and as a catalogue file."""
+"""The result of a calibration, for terminal, reports and catalogue files."""
 
 import math
 import re
@@ -66,24 +66,24 @@ class Idle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """A calibration.
+    """Calibration of a model.
 
     Attributes:
         source: file of the log or table.
         program: name of the part program; empty for a table.
-        job: as the catalogue had it before.
+        job: job with the catalogue before.
         data: the measurements.
-        fit: what was found with all of them.
-        time: of each, s of the log; NaN for what was gauged.
-        judged: how well it predicts each kind of measurement.
+        fit: fit to all of them.
+        time: time of each in the log, s; NaN for gauged values.
+        judged: prediction errors of each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
-        idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
+        idle: power of the idling spindle in W; None for a table, and if the scale of the meter is unknown.
         by_stroke: whether strokes have means of their own.
-        seen: what the log says; None for a table.
-        meter_scale: what the power meter shows over the power, a ratio; None where it is not known.
-        residual: logarithmic standard deviation, no unit, of the power of a block that is not followed.
-        drift: the same, no unit, of a step of its level from part to part.
-        remarks: what was made of the files and what was left out, as sentences.
+        seen: observations of the log; None for a table.
+        meter_scale: reading over true power, a ratio; None if unknown.
+        residual: logarithmic standard deviation of the unexplained power of a block, no unit.
+        drift: logarithmic standard deviation of the step of its level from part to part, no unit.
+        remarks: sentences on how files were read and on what was left out.
     """
 
     source: str
@@ -128,17 +128,17 @@ class Calibration:
 
     @property
     def not_told(self) -> tuple[str, ...]:
-        """Names of the constants that were kept, because the measurements do not tell them."""
+        """Return the constants that were not fitted, because the measurements do not determine them."""
         return tuple(each.parameter.name for each in self.estimates if not each.told)
 
     @property
     def tells_nothing(self) -> bool:
-        """Whether a catalogue file would have nothing to say."""
+        """Return whether a catalogue file would be empty."""
         return self.idle is None and not any(each.told for each in self.estimates)
 
     @property
     def verdict(self) -> FitVerdict:
-        """Whether the fitted model may be used, and for what."""
+        """Return whether the fitted model may be used, and for what."""
         return self.judged.verdict(tells_nothing=self.tells_nothing)
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
@@ -175,7 +175,7 @@ class Calibration:
 
 
 def catalogue_text(found: Calibration) -> str:
-    """A catalogue file that redefines the entries of the job, with what was found."""
+    """Return a catalogue file that redefines the entries of the job, with what was found."""
     lines = [
         f"# Calibrated by `grind calibrate` from {_comment(found.source)}"
         + (f" and {_comment(found.program)}." if found.program else "."),
@@ -198,16 +198,17 @@ def catalogue_text(found: Calibration) -> str:
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
         if rows:
-            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {toml_value(entry.name)}", *rows]
+            key = entry.name if BARE_KEY.fullmatch(entry.name) else toml_value(entry.name)
+            lines += ["", f"[{kind}.{key}]", f"base = {toml_value(entry.name)}", *rows]
     source = toml_value(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
 
 
 def _idle_rows(job: Job, idle: Idle) -> list[str]:
-    """What is left above idle stays what it was: that is what the limit of grinding has been.
+    """Return the rows that keep the power above idle, which is the limit of grinding.
 
-    A meter in per cent shows the whole power: its 100 % is the limit, and the idling spindle takes its share of that.
+    A meter in per cent shows the whole power: 100 % is the limit, idling included.
     """
     machine = job.setup.machine
     before = machine.power_limit - machine.idle_power
@@ -221,7 +222,3 @@ def _idle_rows(job: Job, idle: Idle) -> list[str]:
 
 def _comment(text: str) -> str:
     return "".join(each if each.isprintable() else "?" for each in text)
-
-
-def _key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else toml_value(name)

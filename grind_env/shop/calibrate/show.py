@@ -1,4 +1,4 @@
-"""A calibration on the screen, and as plain data."""
+"""A calibration as terminal output and as plain data."""
 
 import math
 from dataclasses import asdict
@@ -18,7 +18,7 @@ COLUMNS = (
     Column("unit", "parameter.unit"),
     Column("spread\nleft", "share", ".0f", "%", right=True, factor=100.0),
 )
-"""Of an `Estimate`."""
+"""Columns of an `Estimate`."""
 
 
 def told_table(found: Calibration) -> Table:
@@ -27,7 +27,7 @@ def told_table(found: Calibration) -> Table:
 
 
 def said_sentences(found: Calibration) -> list[str]:
-    """What is to be said below the table."""
+    """Return the sentences below the table."""
     return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
 
 
@@ -44,7 +44,7 @@ def show(found: Calibration, console: Console) -> None:
 
 
 def meter_sentences(found: Calibration) -> list[str]:
-    """What the meters show: idle power, and scales that are uncertain."""
+    """Return sentences on the meters: idle power, and uncertain scales."""
     idle = found.idle
     said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
     return said + [
@@ -54,13 +54,13 @@ def meter_sentences(found: Calibration) -> list[str]:
 
 
 def kept_sentences(found: Calibration) -> list[str]:
-    """Which constants are as they were."""
+    """Return sentences on unchanged constants."""
     names = ", ".join(found.not_told)
     return [f"Kept as they were, because the measurements do not tell them: {names}."] if names else []
 
 
 def error_sentences(found: Calibration) -> list[str]:
-    """How well the measurements are predicted, then those that took no part."""
+    """Return sentences on prediction errors, then on unused measurements."""
     held_out, whole = found.judged.held_out or {}, "part" if found.program else "setting"
     said = []
     for kind, (count, before, after) in found.judged.errors.items():
@@ -75,7 +75,7 @@ def error_sentences(found: Calibration) -> list[str]:
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
-    """The same for `--json`."""
+    """Return the same for `--json`."""
     judged, idle = found.judged, found.idle
     same = "source", "program", "residual", "drift", "meter_scale", "by_stroke"
     return {

@@ -1,4 +1,4 @@
-"""Residuals of measurements, their derivatives, and the variables for which they are least."""
+"""Least squares of measurement residuals, with their derivatives."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ MOST_OUTLIERS = 0.1
 STEP, LONG_STEP = 0.03, 0.5
 """Of derivatives, in spreads of the prior; of a model with jumps, over which the long one takes the mean."""
 LOOSE = 0.01
-"""Of the root mean square of the power of all strokes."""
+"""Share of the root mean square of the power of all strokes."""
 HOPELESS = 1e3
 """Residual of constants with which the process model has no numbers."""
 NEAR = 0.25
@@ -29,7 +29,7 @@ taken anew."""
 LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
 """Of half the sum of squares, shares of it and itself: what a step must promise to be worth a run of the machine."""
 STEPS_WITHOUT = 2
-"""Of a fit to all parts but some."""
+"""Steps of a fit to all parts but some."""
 FARTHEST = 2.0
 """Spreads from its prior that a nuisance may be."""
 TINY = 1e-6
@@ -76,19 +76,19 @@ class Data:
 
 
 class Nuisance(NamedTuple):
-    """What multiplies measurements besides the constants, and is in no catalogue."""
+    """Factor on measurements that is no constant of a catalogue."""
 
     spread: float  # logarithmic standard deviation before measuring
     effect: Floats  # on each measurement, over its own logarithm
 
 
 def bounded(x: Floats) -> Floats:
-    """Return nuisances none of which is beyond `FARTHEST` spreads: a known meter does not give way to a model."""
+    """Return nuisances within `FARTHEST` spreads: a known meter is not bent to fit a model."""
     return np.asarray(FARTHEST * np.tanh(x / FARTHEST))
 
 
 def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
-    """The values of parameters by kind and key."""
+    """Return the values of parameters by kind and key."""
     changes: dict[str, dict[str, float]] = {}
     for each, place in zip(parameters, z.tolist(), strict=True):
         changes.setdefault(each.kind, {})[each.key] = each.value(place)
@@ -96,10 +96,10 @@ def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
 
 
 class Solver:
-    """Residuals and their derivatives; variables are those of parameters, then nuisances, in spreads of the prior.
+    """Residuals and derivatives; variables are parameters, then nuisances, in spreads of the prior.
 
-    `jumps` says that what is predicted jumps where constants change, as under a wheel that crosses; a solver that is
-    `like` this one has the same data, and has predicted some of it already.
+    `jumps` marks predictions that jump with constants, as under a wheel that crosses; a solver `like` this one has the
+    same data and shares its predictions.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Solver:
         self._slopes: Floats | None = None
 
     def predicted(self, x: Floats) -> Floats:
-        """What would be measured, shape as of the values."""
+        """Return the predicted measurements, in the shape of the values."""
         count = len(self.parameters)
         changes = changes_of(self.parameters, x[:count])
         key = tuple((each.name, changes[each.kind][each.key]) for each in self.parameters)
@@ -138,7 +138,7 @@ class Solver:
         return found
 
     def residuals(self, predicted: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
-        """Of the measurements used, in errors."""
+        """Return the residuals of the used measurements, in errors."""
         data, result = self.data, np.zeros(self.data.value.size)
         for kind, chosen in self._of_kind.items():
             value, error, guess = data.value[chosen], data.error[chosen] * factors[kind], predicted[chosen]
@@ -179,7 +179,7 @@ class Solver:
             cost = _cost(rest, x[free])
             promised = -float(gradient @ step) - 0.5 * float(step @ curvature @ step)
             if promised < max((LITTLE_ROUGHLY if roughly else LITTLE) * cost, LEAST_LITTLE):
-                if roughly or left == 0 or self._is_near(x):
+                if roughly or left == 0 or (self._at is not None and np.abs(x - self._at).max() <= NEAR):
                     break
                 self._take_slopes(x)
                 left -= 1
@@ -224,14 +224,11 @@ class Solver:
         missed = np.nan_to_num(there - here - self._slopes @ step)
         self._slopes = self._slopes + np.outer(missed, step) / float(step @ step)
 
-    def _is_near(self, x: Floats) -> bool:
-        return self._at is not None and float(np.abs(x - self._at).max()) <= NEAR
-
     def _is_at(self, x: Floats) -> bool:
         return self._at is not None and np.array_equal(x, self._at)
 
     def slopes(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
-        """Return derivatives of the residuals, shape (used, variables), by those of what is predicted nearby."""
+        """Return derivatives of the residuals, shape (used, variables), from nearby predictions."""
         if self._slopes is None:
             self._take_slopes(x)
         assert self._slopes is not None
@@ -280,9 +277,9 @@ class Solver:
     def enlarged(
         self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], *, gauged: bool
     ) -> dict[str, float]:
-        """Return the factors on errors with which the residuals of every kind agree; never below 1.
+        """Return factors on the errors that make the residuals of every kind consistent; never below 1.
 
-        Without what is `gauged`, whose few values a power with errors that are too small overrules: they keep theirs.
+        `gauged` kinds keep their errors: power values with small errors would overrule their few values.
         """
         predicted, plain = self.predicted(x), dict.fromkeys(factors, 1.0)
         everything = self.residuals(predicted, np.ones(used.size, np.bool_), plain)
@@ -296,7 +293,7 @@ class Solver:
         return result
 
     def _effective(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> float:
-        """How many variables the measurements determine."""
+        """Return how many variables the measurements determine."""
         slopes = self.slopes(x, used, factors)
         information = slopes.T @ slopes
         return float(np.trace(np.linalg.solve(information + np.eye(self.size), information)))

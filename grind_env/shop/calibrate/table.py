@@ -1,4 +1,4 @@
-"""A table of settings, each with what was measured: the same fit without a log.
+"""Fit a table of settings with readings, without a log.
 
 A row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns are named as here; a map
 says which they are where they are not: `[table]` of the map, with `table_speed = "vw"`.
@@ -38,9 +38,9 @@ FORCES = ("Ft", "Fn")
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
 """Constants that settings tell and a log does not."""
 LEAST_SETTING = 1e-9
-"""Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
+"""Least setting of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
 MOST_STROKES = 100_000
-"""Of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
+"""Most strokes of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
 
 
 class _Row(NamedTuple):

@@ -1,4 +1,4 @@
-"""Whether a fitted model may be used, and for what: one verdict for terminal, report, JSON and exit status.
+"""The verdict on a fitted model for terminal, report, JSON and exit status: usable or not, and for what.
 
 A kind of measurement is judged by parts or settings that are left out in turn: the fit to the others must predict it
 no worse than the catalogue does.
@@ -51,13 +51,13 @@ Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
 
 @dataclass(frozen=True, slots=True)
 class FitJudgement:
-    """How well a fit predicts each kind of measurement, beside the catalogue.
+    """Prediction errors of a fit and of the catalogue, by kind of measurement.
 
     Attributes:
-        errors: of all that took part.
-        held_out: of parts or settings by a fit to the others; None where there is one alone.
-        worse: kinds that it predicts worse than the catalogue, beyond chance.
-        kept: kinds for which it has the constants of the catalogue.
+        errors: errors of all used measurements.
+        held_out: errors of parts or settings predicted by a fit to the others; None for a single one.
+        worse: kinds predicted significantly worse than by the catalogue.
+        kept: kinds that keep the catalogue's constants.
     """
 
     errors: Errors
@@ -83,12 +83,12 @@ class FitJudgement:
 
 @dataclass(frozen=True, slots=True)
 class FitVerdict:
-    """Whether a model may be used.
+    """Verdict on the use of a model.
 
     Attributes:
-        level: good, poor for a model that nothing could be held out for, or bad for one that must not be used.
+        level: good, poor for a model without held-out data, or bad for one that must not be used.
         headline: the verdict as a sentence.
-        uses: what it may be used for.
+        uses: permitted uses.
     """
 
     level: Literal["good", "poor", "bad"]
@@ -115,7 +115,7 @@ def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Flo
 
 
 def _is_worse(kind: str, data: Data, mine: NDArray[np.bool_], before: Floats, after: Floats) -> bool:
-    """Whether what a fit misses is more than what the catalogue does, beyond chance."""
+    """Return whether a fit's errors are significantly larger than the catalogue's."""
     if kind == YES_OR_NO:
         unlikely = -np.log(np.maximum(1.0 - np.abs([after, before]), 1e-12)).sum(axis=1)
         return bool(unlikely[0] - unlikely[1] > CONTRADICTED)

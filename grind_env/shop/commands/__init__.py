@@ -1,4 +1,4 @@
-"""The commands of `grind` for one's own programs, jobs and logs, a module for each; `start.py` has the first ones."""
+"""`grind` commands for a user's programs, jobs and logs, a module for each; `start.py` has the first ones."""
 
 from collections.abc import Callable
 

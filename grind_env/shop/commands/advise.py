@@ -1,4 +1,4 @@
-"""E and D of the next block, at the machine."""
+"""`grind advise`: E and D of the next block, at the machine."""
 
 from pathlib import Path
 from typing import Annotated

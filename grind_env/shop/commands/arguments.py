@@ -1,4 +1,4 @@
-"""What several commands are given."""
+"""Arguments of several commands."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Constants of the process from a log."""
+"""`grind calibrate`: constants of the process from a log."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Better words for a program."""
+"""`grind optimise`: a cheaper version of a program."""
 
 import json
 from pathlib import Path
@@ -8,20 +8,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.files import write_csv
-from grind_env.shop.commands.arguments import (
-    AsJson,
-    CsvFile,
-    FirstVariables,
-    JobFile,
-    Plant,
-    PlotFile,
-    ProgramFile,
-    ReportFile,
-    Runs,
-    Seed,
-    Untried,
-    prepare_report,
-)
+from grind_env.shop.commands import arguments
 from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
@@ -29,30 +16,30 @@ NOT_BETTER, INFEASIBLE = 3, 4
 
 
 def optimise(
-    program: ProgramFile,
-    job: JobFile = None,
+    program: arguments.ProgramFile,
+    job: arguments.JobFile = None,
     vary: Annotated[str | None, typer.Option(help="E,D,interval (default), J,L,lead,depth,passes.")] = None,
     bounds: Annotated[list[str] | None, typer.Option(help="Ranges, E in mm/min: E=5000..25000,interval=1..8.")] = None,
     margin: Annotated[list[str] | None, typer.Option(help="Share of each limit to use: power=.85; default 1.")] = None,
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
-    untried: Untried = False,
+    untried: arguments.Untried = False,
     fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
     constraint: Annotated[
         list[str] | None, typer.Option(help="Highest mean of a part, s or $: seconds=75,cost=2.5.")
     ] = None,
     objective: Annotated[str, typer.Option(help="What to minimise: cost or time.")] = "cost",
-    parts: Runs = 50,
+    parts: arguments.Runs = 50,
     budget: Annotated[str, typer.Option(help="60s, 2min or '2000 programs'.")] = "60s",
-    seed: Seed = 1,
-    variables: FirstVariables = None,
-    plant: Plant = None,
+    seed: arguments.Seed = 1,
+    variables: arguments.FirstVariables = None,
+    plant: arguments.Plant = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the better program to this file."), Writes()
     ] = None,
-    plot: PlotFile = None,
-    csv: CsvFile = None,
-    report: ReportFile = None,
-    as_json: AsJson = False,
+    plot: arguments.PlotFile = None,
+    csv: arguments.CsvFile = None,
+    report: arguments.ReportFile = None,
+    as_json: arguments.AsJson = False,
 ) -> None:
     """Optimise a part program: E and D for a lower cost per part.
 
@@ -69,7 +56,7 @@ def optimise(
     from grind_env.shop.report.optimised import optimised_report
 
     seconds, programs = search_options.budget(budget)
-    prepare_report(report)
+    arguments.prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
     found = calls.optimise(

@@ -1,4 +1,4 @@
-"""What a program does, as one HTML file."""
+"""`grind report`: the result of a program as one HTML file."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,35 +6,25 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.shop.commands.arguments import (
-    BlockDelete,
-    DressAt,
-    GrooveRetract,
-    Interrupts,
-    JobFile,
-    MaxBlocks,
-    Plant,
-    ProgramFile,
-    Variables,
-)
+from grind_env.shop.commands import arguments
 from grind_env.shop.report.document import PAGE, SUFFIXES
 
 
 def report(
-    program: ProgramFile,
-    job: JobFile = None,
+    program: arguments.ProgramFile,
+    job: arguments.JobFile = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="The .html file; default PROGRAM with .html."),
         Writes(usual=SUFFIXES[0], own=PAGE),
     ] = None,
-    block_delete: BlockDelete = False,
-    max_blocks: MaxBlocks = None,
-    groove_retract: GrooveRetract = None,
-    variables: Variables = None,
-    dress_at: DressAt = None,
-    interrupts: Interrupts = None,
-    plant: Plant = None,
+    block_delete: arguments.BlockDelete = False,
+    max_blocks: arguments.MaxBlocks = None,
+    groove_retract: arguments.GrooveRetract = None,
+    variables: arguments.Variables = None,
+    dress_at: arguments.DressAt = None,
+    interrupts: arguments.Interrupts = None,
+    plant: arguments.Plant = None,
 ) -> None:
     """Simulate a program and write an HTML report.
 

@@ -1,4 +1,4 @@
-"""A folder to start from, what a job file and the catalogue may say, and the installation."""
+"""First commands: a folder to start from, a job template, the catalogue, and a check of the installation."""
 
 import json
 from pathlib import Path
@@ -27,9 +27,7 @@ def init(
     print(printable(f"next: grind run {program}"))
 
 
-def job(
-    template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False,
-) -> None:
+def job(template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False) -> None:
     """Print a job file with every key, its unit, range and default."""
     from grind_env.errors import GrindError
     from grind_env.shop.start.folder import job_template
@@ -56,9 +54,7 @@ def catalogue(
         print_catalogue(kind, name, file or (), table_console())
 
 
-def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
-) -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False) -> None:
     """Check the installation: versions, kernels, speed, extras.
 
     A missing extra is no error; the last column says how to install it.

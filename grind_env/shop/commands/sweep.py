@@ -1,4 +1,4 @@
-"""A dress study of one's own part."""
+"""`grind sweep`: a dress study of a user's part."""
 
 import json
 from pathlib import Path
@@ -8,23 +8,13 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.files import write_atomically, write_csv
-from grind_env.shop.commands.arguments import (
-    AsJson,
-    CsvFile,
-    FirstVariables,
-    JobFile,
-    PlotFile,
-    ProgramFile,
-    Runs,
-    Seed,
-    Untried,
-)
+from grind_env.shop.commands import arguments
 from grind_env.terminal import table_console
 
 
 def sweep(
-    program: ProgramFile,
-    job: JobFile = None,
+    program: arguments.ProgramFile,
+    job: arguments.JobFile = None,
     speed: Annotated[
         str | None, typer.Option("--E", help="E range of first block, mm/min; default half to twice.")
     ] = None,
@@ -33,16 +23,16 @@ def sweep(
     ] = None,
     lead: Annotated[str | None, typer.Option(help="Dress lead, mm a revolution: .05..0.2.")] = None,
     depth: Annotated[str | None, typer.Option(help="Dress depth, mm a pass: .005..0.03.")] = None,
-    parts: Runs = 50,
-    seed: Seed = 1,
+    parts: arguments.Runs = 50,
+    seed: arguments.Seed = 1,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the cheapest program to this file."), Writes()
     ] = None,
-    variables: FirstVariables = None,
-    untried: Untried = False,
-    plot: PlotFile = None,
-    csv: CsvFile = None,
-    as_json: AsJson = False,
+    variables: arguments.FirstVariables = None,
+    untried: arguments.Untried = False,
+    plot: arguments.PlotFile = None,
+    csv: arguments.CsvFile = None,
+    as_json: arguments.AsJson = False,
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
@@ -52,8 +42,9 @@ def sweep(
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
+    from grind_env.shop.optimise.table import print_result
     from grind_env.shop.sweep.figure import draw_sweep
-    from grind_env.shop.sweep.table import as_data, points_table, print_sweep
+    from grind_env.shop.sweep.table import as_data, points_table, sentences, tables_of
     from grind_env.shop.sweep.writing import recommended
 
     if plot is not None:
@@ -77,7 +68,7 @@ def sweep(
     if as_json:
         print(json.dumps(as_data(found)))
     else:
-        print_sweep(found, table_console())
+        print_result(table_console(), tables_of(found), sentences(found))
     if output is None:
         return
     best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()), untried=untried)

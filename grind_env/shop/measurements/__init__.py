@@ -1,1 +1,1 @@
-"""Measured files of a shop as numbers, times and words: logs, gauge files, tables of settings, readings of blocks."""
+"""Read measured files of a shop: logs, gauge files, tables of settings, readings of blocks."""

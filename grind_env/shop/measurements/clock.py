@@ -1,4 +1,4 @@
-"""Times of a clock, with or without a date, as seconds."""
+"""Clock times, with or without a date, as seconds."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""A measured file of a shop: rows and columns as machines, data loggers, gauges and spreadsheets export them.
+"""A measured file with rows and columns, as machines, data loggers, gauges and spreadsheets export it.
 
 Logs, gauge files, tables of settings and the measurements of `grind advise` are all read here, by the same rules. A
 cell is a number, is missing (`MISSING`), or is named with its column, row and count; too many of those are refused.
@@ -31,7 +31,7 @@ BEYOND, LATEST = 1e12, 1e19
 LOOKED_AT, HEAD = 200, 5000
 """Rows in which layout and marks are looked for, the last ones of so many lines at the beginning."""
 USUAL_SHARE = 0.6
-"""Of the lines that must have columns."""
+"""Usual share of the lines that must have columns."""
 BAD_SHARE, IN_A_ROW = 0.02, 3
 """Share of unreadable cells, and number of them in consecutive rows, from which on a column is refused."""
 MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
@@ -81,7 +81,7 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a file; what is wrong with a cell is a `SheetError` that names it."""
+    """Rows and columns of a file; a faulty cell gives a `SheetError` that names it."""
 
     path: Path  # of the file
     headings: tuple[Heading, ...]  # of the columns; `column 1` and so on of a file without

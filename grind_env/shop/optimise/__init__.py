@@ -1,1 +1,1 @@
-"""Better words for a part program, and the same text with them."""
+"""Optimise the words of a part program, and write the changed text."""

@@ -1,4 +1,4 @@
-"""The best programs of a search, ranked on more machines than it had; and what each limit costs: those without it."""
+"""Rank the best programs of a search on more machines, and find the cost of each limit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -35,12 +35,12 @@ FREE = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT),
 def compared(
     variation: Variation, search: Search, tried: Mapping[Point, Trade], progress: Progress, label: str = "comparing"
 ) -> list[Point]:
-    """Return programs in the order in which they are to be judged, at least one.
+    """Return programs in the order of judgement, at least one.
 
-    A search on few machines hardly meets those on which a program is bad. Its cheapest ones for what they come to of
-    what is asked, and steps towards the best of them, are ground on many more; from the best one there it goes on as
-    long as a step is better. What is cheapest is judged first, then what is cheapest among those that come to less of
-    what is asked, and then what the search had found, if there was no time to grind it on so many.
+    A search on few machines rarely meets those on which a program is bad. Its cheapest programs, by level of the
+    limits, and steps towards the best of them are ground on many more machines; from the best one steps continue while
+    they improve. The cheapest is judged first, then the cheapest at lower levels of the limits, and then the result of
+    the search, if time was too short for more machines.
     """
     if not variation.base.simulation.compiled:
         return _step_by_step(variation, search.ranked)
@@ -58,7 +58,7 @@ def compared(
 
 
 def front(tried: Mapping[Point, Trade], quantity: str, beyond: Sequence[float] = ()) -> list[Point]:
-    """The cheapest program that keeps all, the cheapest ones that keep more and more than that, then ones beyond."""
+    """Return the cheapest program within all limits, then the cheapest at stricter levels, then those beyond."""
     cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
     shares = [tried[point].share for point in cheap]
     least = min(shares)
@@ -83,10 +83,10 @@ def _step_by_step(variation: Variation, ranked: list[Point]) -> list[Point]:
 def freed_of(
     variation: Variation, judgement: ProgramJudge, best: Point, found: Mapping[Point, Trade], progress: Progress
 ) -> dict[str, Freed]:
-    """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
+    """Return the best words without each limit: their saving on unseen lots, and their excess over the limit.
 
-    A limit that no program of `found` exceeds costs nothing; its share is that of the best words. Limits for which the
-    time is up are left out.
+    A limit that no program of `found` exceeds costs nothing; its share is the best words'. Limits are left out when the
+    time is up.
     """
     quantity, budget = variation.options.quantity, variation.budget
     new = judgement.measured(best)
@@ -117,7 +117,7 @@ def freed_of(
 
 
 def without(job: Job, limit: str) -> Job | None:
-    """The job without a limit; None if it has none."""
+    """Return the job without a limit; None if it has none."""
     machine = job.setup.machine
     if limit == "power":
         stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))

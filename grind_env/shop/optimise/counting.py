@@ -1,4 +1,4 @@
-"""A dress interval written into a program: what counts parts or blocks, and D words that ask whether a dress is due.
+"""Write a dress interval into a program: a counter of parts or blocks, and D words that read it.
 
 A counter is a # variable above 499, which the control keeps from one run of a program to the next. Whatever another
 program has left in it, it counts on from that, and at most the first interval is another one.
@@ -24,7 +24,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class Counting(NamedTuple):
-    """How a dress interval is written."""
+    """Text of a dress interval in a program."""
 
     interval: DressInterval  # what is counted
     due: int  # number of the variable that is 1 where a dress is due, else 0
@@ -32,11 +32,11 @@ class Counting(NamedTuple):
     before: tuple[SourceText, ...]  # blocks before which it is counted
 
     def word(self, executions: Decimal) -> str:
-        """What stands behind the letter of a D word."""
+        """Return the text behind the letter of a D word."""
         return f"#{self.due}" if executions == 1 else f"[{executions:f}*#{self.due}]"
 
     def edits(self, text: ProgramText) -> list[Edit]:
-        """The lines that count, before each of the blocks."""
+        """Return the lines that count, before each of the blocks."""
         found = _LINE_END.search(text.text)
         end = found[0] if found else "\n"
         lines = "".join(f"{line}{end}" for line in self.lines)
@@ -56,12 +56,9 @@ class Counting(NamedTuple):
 
 
 def counting_of(
-    interval: DressInterval,
-    programs: Programs,
-    blocks: Sequence[SourceText],
-    taken: Collection[int] = (),
+    interval: DressInterval, programs: Programs, blocks: Sequence[SourceText], taken: Collection[int] = ()
 ) -> Counting | None:
-    """How a dress interval is written; None where every run dresses, and nothing has to be counted."""
+    """Return the text of a dress interval; None if every run dresses."""
     if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}
@@ -72,7 +69,7 @@ def counting_of(
 
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
-    """The blocks that dress where these are counted, else the first of the main program that says anything."""
+    """Return the blocks that dress where these are counted, else the first of the main program that says anything."""
     if interval.of == "block":
         return tuple(dict.fromkeys(blocks))
     return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)

@@ -1,4 +1,4 @@
-"""Lead, depth and passes as a dress program says them: the F and the infeed words of its passes, and their number.
+"""Lead, depth and passes in the text of a dress program: F, infeed words, and the number of passes.
 
 What an edit comes to is always measured on the text so edited (`machine.dress_program`); what cannot be said by other
 numbers in its words is refused.
@@ -53,7 +53,7 @@ class DressText:
     unit: Decimal  # mm of a unit of its words
 
     def own(self, name: str) -> Decimal:
-        """What it says, in its own units."""
+        """Return its values, in its own units."""
         plan = self.run.plan
         if name == "passes":
             return Decimal(plan.passes)
@@ -73,7 +73,7 @@ class DressText:
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value
 
     def writable(self, name: str, levels: Sequence[Decimal]) -> tuple[Decimal, ...]:
-        """Those of some values that the program can be made to say."""
+        """Return the values that the program can express."""
         if name == "passes":
             return tuple(level for level in levels if self._says(name, level))
         other = next((level for level in levels if level != self.own(name)), None)
@@ -82,7 +82,7 @@ class DressText:
         return tuple(levels)
 
     def changes(self, name: str, level: Decimal) -> list[WordEdit]:
-        """Those that let it say a lead or a depth."""
+        """Return the values that can be changed: a lead or a depth."""
         if name == "lead":
             return [other_number(source, word, like(level, number_text(source, word))) for source, word in self.feeds]
         for absolute in (False, True):
@@ -92,7 +92,7 @@ class DressText:
         raise DressTextError(f"an infeed of {level:f} cannot be written into O{self.number}")
 
     def with_passes(self, text: ProgramText, passes: Decimal) -> ProgramText:
-        """The text with fewer passes, the last ones left out, or with more of them, the last two once again."""
+        """Return the text with fewer passes, the last ones left out, or with more of them, the last two once again."""
         ends = [self.run.motions[k].line for k in self.run.strokes]
         count, own, lines = int(passes), len(ends), text.lines
         if len(set(ends)) < own:
@@ -110,7 +110,7 @@ class DressText:
         return ProgramText(text.encoding, text.mark, lines)
 
     def _first_line(self) -> int:
-        """Of the infeed before the first pass, or of that pass."""
+        """Return the first line: the infeed before the first pass, or that pass."""
         first_pass = self.run.motions[self.run.strokes[0]].line
         return min([first_pass, *(source.line for source, *_ in self.infeeds)])
 
@@ -137,7 +137,7 @@ class DressText:
         return self._comes_to(name, level, text)
 
     def _comes_to(self, name: str, level: Decimal, text: ProgramText) -> bool:
-        """Whether a text dresses with another lead, depth or passes, and else as this one."""
+        """Return whether a text dresses with other lead, depth or passes, and is equal otherwise."""
         simulation, old, run = self.simulation, self.run.plan, self.run
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
         begin = run.motions[0].start
@@ -156,14 +156,14 @@ class DressText:
 
 
 def _goes_on(run: DressRun) -> bool:
-    """Whether every pass is deeper than the one before; what goes out and in again is measured as an infeed, too."""
+    """Return whether every pass is deeper than the one before; an infeed may include a retract and return."""
     depths = [run.motions[k].start[plunge_axis(run.axis)] for k in run.strokes]
     steps = [after - before for before, after in pairwise(depths)]
     return all(step < 0.0 for step in steps) or all(step > 0.0 for step in steps)
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
-    """A dress program as it is written."""
+    """Return a dress program as it is written."""
     programs = simulation.programs
     program = programs.find(number)
     if program is None or program.place.file != programs.name:
@@ -210,7 +210,7 @@ def _number(source: SourceText, word: Word) -> Decimal:
 
 
 def _last(sources: Sequence[SourceText], line: int, text: ProgramText) -> SourceText:
-    """The last block of a line as another text of the same lines has it."""
+    """Return the last block of a line in another text with the same lines."""
     source = sources_in(sources, line)[-1]
     now = text.lines[line - 1].rstrip("\r\n")
     return source._replace(text=now[source.column - 1 :].rstrip(" \t"))

@@ -1,4 +1,4 @@
-"""Numbers of single words changed in the text of a program; every other byte stays what it is."""
+"""Change numbers of single words in the text of a program; every other byte stays."""
 
 import re
 from collections import Counter
@@ -43,7 +43,7 @@ class Edit(NamedTuple):
 
 
 class WordEdit(NamedTuple):
-    """An edit of a block, and what a comment behind it says of it."""
+    """Edit of a block, and the text of its comment."""
 
     source: SourceText
     edit: Edit
@@ -60,14 +60,14 @@ class ProgramText:
 
     @property
     def text(self) -> str:
-        """Without a byte order mark."""
+        """Return the text without a byte order mark."""
         return "".join(self.lines)
 
     def bytes(self) -> bytes:
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
-        """The text with its words changed; no two edits overlap, and what comes last in one place stands first."""
+        """Return the text with its words changed; edits do not overlap, and the last one in a place comes first."""
         lines = list(self.lines)
         for line, column, length, text in sorted(edits, key=lambda edit: edit[:2], reverse=True):
             old = lines[line - 1]
@@ -75,7 +75,7 @@ class ProgramText:
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
     def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
-        """The text with blocks changed and a comment at the end of each of them, and with other edits."""
+        """Return the text with blocks changed and a comment at the end of each of them, and with other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
         for source, edit, each in dict.fromkeys(changes):
@@ -86,7 +86,7 @@ class ProgramText:
 
 
 def text_of(data: bytes) -> ProgramText:
-    """The text of a file, in UTF-8 or else one byte a character."""
+    """Return the text of a file, in UTF-8 or else one byte a character."""
     try:
         encoding, text = "utf-8", data.decode("utf-8")
     except UnicodeDecodeError:
@@ -96,12 +96,12 @@ def text_of(data: bytes) -> ProgramText:
 
 
 def word_of(source: SourceText, letter: str) -> Word | None:
-    """The word of a block with a letter; None if it has none."""
+    """Return the word of a block with a letter; None if it has none."""
     return next((word for word in read_block(source).words if word.letter == letter), None)
 
 
 def number_text(source: SourceText, word: Word) -> str:
-    """The number of a word as it is written, sign included."""
+    """Return the number of a word as it is written, sign included."""
     return _match(source, word)[2]
 
 
@@ -113,7 +113,7 @@ def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
 
 
 def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
-    """A word behind the last one of a block, in the case and with the blanks of that block."""
+    """Return a word behind the last one of a block, in the case and with the blanks of that block."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
@@ -125,7 +125,7 @@ def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
 
 
 def value_text(source: SourceText) -> str | None:
-    """The number that a block assigns to a variable, as it is written; None of other blocks."""
+    """Return the number that a block assigns to a variable, as it is written; None of other blocks."""
     match = _ASSIGNMENT.fullmatch(source.text)
     return match[2] if match else None
 
@@ -139,12 +139,12 @@ def other_value(source: SourceText, number: str) -> WordEdit:
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:
-    """A comment at the end of a block."""
+    """Return a comment at the end of a block."""
     return Edit(source.line, source.column + len(source.text), 0, f" ({text})")
 
 
 def like(value: Decimal, written: str) -> str:
-    """A number in the form of another one: its sign, its decimal point, its zero before the point."""
+    """Return a number in the form of another one: its sign, its decimal point, its zero before the point."""
     sign, old = ("-" if "-" in written else "+" if "+" in written else ""), written.strip("+- \t")
     digits = f"{value.normalize():f}"
     if "." in old and "." not in digits:
@@ -155,7 +155,7 @@ def like(value: Decimal, written: str) -> str:
 
 
 def sources_in(blocks: Iterable[SourceText], line: int) -> Sequence[SourceText]:
-    """The blocks that stand in a line."""
+    """Return the blocks that stand in a line."""
     return [source for source in blocks if source.line == line]
 
 
@@ -166,7 +166,7 @@ def _match(source: SourceText, word: Word) -> re.Match[str]:
 
 
 class Spot(NamedTuple):
-    """Where the number of a word of a cycle block stands, or would stand."""
+    """Place of the number of a word in a cycle block, or the place to add it."""
 
     source: SourceText
     letter: str
@@ -189,7 +189,7 @@ class Spot(NamedTuple):
 
 
 def variable_of(word: Word | None) -> int | None:
-    """The variable whose value is all that a word takes, or its negative; None of other words."""
+    """Return the variable that alone, or negated, is the value of a word; None for other words."""
     match = None if word is None else _READ.fullmatch("".join(word.expression.split()))
     return int(match[1]) if match else None
 
@@ -220,7 +220,7 @@ class Assignments:
             self._read.setdefault(number, Counter())[source] += times
 
     def place(self, variable: int, reader: SourceText) -> SourceText | None:
-        """The block that assigns what a block reads; None if that is not known from the text.
+        """Return the block that assigns what a block reads; None if that is not known from the text.
 
         It is the only one that assigns the variable, or the last one before, in a main program that runs straight on.
         """
@@ -232,7 +232,7 @@ class Assignments:
         return places[0] if places else None
 
     def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
-        """The one number that some blocks read of a variable.
+        """Return the only assignment of a variable that some blocks read.
 
         Returns:
             Where it stands, or what else to do so that there is one.
@@ -260,6 +260,6 @@ class Assignments:
 
 
 def _lines(sources: Collection[SourceText]) -> str:
-    """Where blocks stand, in words."""
+    """Return the lines of blocks, in words."""
     lines: Sequence[str] = [str(source.line) for source in sources]
     return f"line{'s' if len(lines) > 1 else ''} {listed(lines)}" if lines else "nothing"

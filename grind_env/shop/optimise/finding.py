@@ -1,4 +1,4 @@
-"""Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
+"""Find better words of a part program: search on some lots, choose on others, judge on unseen lots."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -55,9 +55,8 @@ def find_words(
 ) -> Optimised:
     """Search better words for a program, as `shop.calls.optimise`.
 
-    The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
-    all programs, and machines of their own, drawn from what is not known of that of the job. The result is the same
-    for the same seed unless the time ends the search.
+    Search, comparison and judgement have separate lots, the same for all programs, and separate machines drawn from the
+    job's uncertainty. The result is the same for the same seed unless the time ends the search.
 
     Raises:
         CondemnedError: the model scraps the program as it is.
@@ -81,7 +80,7 @@ def find_words(
 
 
 def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tuple[Job, Job | None, str]:
-    """What is searched on, what the result is judged on where that is another machine, and the name of the job file."""
+    """Return the job to search on, the job to judge on if another machine, and the name of the job file."""
     machine = None if plant is None else find_plant(plant, modules=True)
     if isinstance(job, Job):
         return job, None if machine is None else job.on(machine), ""
@@ -91,7 +90,7 @@ def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tup
 
 
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
-    """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
+    """Search on the model's job, and judge the result on another machine."""
     budget, uncertainty, objective = variation.budget, variation.job.uncertainty, variation.options.quantity
     compiled, fleet = variation.base.simulation.compiled, variation.fleet
     progress("judging", 0)

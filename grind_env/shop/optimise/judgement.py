@@ -1,4 +1,4 @@
-"""What is said of the best words found: better or not, by how much, and which limits bind."""
+"""The verdict on the best words found: better or not, by how much, and which limits bind."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from grind_env.shop.optimise.outcome import LimitUse, PartMean, Requirement, Ver
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.search_options import INTERVAL, LIMITS, SearchOptions
+from grind_env.shop.search_options import INTERVAL, LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 
 WORTH_NAMING = 0.01
@@ -79,7 +79,11 @@ class ProgramJudge:
         difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
         risk = float(variation.risk(self.trials, new, self.old)[0])
         change = CostChange(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
-        self.judged.append(JudgedProgram(point, new, requirements_of(variation.options, self.old, new), change))
+        requirements = tuple(
+            Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (self.old, new)))
+            for name, most in variation.options.constraint.items()
+        )
+        self.judged.append(JudgedProgram(point, new, requirements, change))
         return self.judged[-1]
 
     def best_of(self, points: Sequence[Point]) -> JudgedProgram:
@@ -99,20 +103,20 @@ class ProgramJudge:
 
 
 class CostChange(NamedTuple):
-    """How what is to become less of a part changes with other words."""
+    """Change of the objective of a part with other words."""
 
     one: Interval
     """On one machine."""
     mean: Interval
     """In the mean over all, as far as chance has it."""
     risk: float
-    """As of `Variation.risk`."""
+    """As in `Variation.risk`."""
     most_risk: float
-    """As of `trials.most_risk`."""
+    """As in `trials.most_risk`."""
 
     @property
     def is_better(self) -> bool:
-        """Whether it becomes less beyond chance, and hardly more where the words are bad."""
+        """Return whether the objective falls significantly, and rises little on machines where the words are bad."""
         return self.mean.high < 0.0 and self.risk <= self.most_risk
 
 
@@ -173,34 +177,26 @@ def verdict_of(
 
 
 def _nearer(limits: Sequence[LimitUse]) -> bool:
-    """Whether the words of before are beyond a limit, and these are so no further beyond any."""
+    """Return whether the old words exceed a limit and the new words exceed none further."""
     return any(each.before > 1.0 for each in limits) and all(
         each.after <= max(each.margin, each.before) for each in limits
     )
 
 
 def parts_said(confidence: float) -> str:
-    """How many parts keep what is kept with a confidence."""
+    """Return the share of parts within limits, as words with a confidence."""
     return f"{100.0 * confidence:g} of 100 parts"
 
 
-def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tuple[Requirement, ...]:
-    """What a part was to take at most, and what it takes on the lots of the judgement."""
-    return tuple(
-        Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
-        for name, most in options.constraint.items()
-    )
-
-
 def paired(difference: Array) -> Interval:
-    """Mean of what was found on each of some lots, with its interval: that of the mean, and not of one machine."""
+    """Return the mean over lots, with the interval of the mean and not of one machine."""
     return percentile_interval(float(difference.mean()), resampled_means(difference[None])[:, 0])
 
 
 def quantities_of(
     judged: Trials, once: Trials, once_after: Trials, old: Measures, new: Measures
 ) -> tuple[PartMean, ...]:
-    """What a part comes to before and after, on the lots that were judged and with one run on the expected lot."""
+    """Return means of a part before and after, on the judged lots and in one run on the expected lot."""
     scales = {name: 100.0 if unit == "%" else 1.0 for name, unit in QUANTITIES.items()}
     before, after = (
         np.array([scale * getattr(each, name)[0] for name, scale in scales.items()]) for each in (old, new)
@@ -232,11 +228,11 @@ class Freed(NamedTuple):
     price: Interval
     """What they save of what is to become less, a part."""
     share: float
-    """Of the limit, that parts keep with them."""
+    """Share of the limit, that parts keep with them."""
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
-    """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
+    """Return the margin to each limit, and by name the result without it, if searched."""
     worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
@@ -295,7 +291,7 @@ def on_machines(fleet: Fleet | None) -> list[str]:
 
 
 def not_freed(names: Sequence[str]) -> list[str]:
-    """A remark if there was no time to look at what some limits cost."""
+    """Return a remark if there was no time to look at what some limits cost."""
     said = ", ".join(names)
     return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
 
@@ -311,7 +307,7 @@ def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
 
 
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
-    """A warning if the wheel is no longer dressed."""
+    """Return a warning if the wheel is no longer dressed."""
     before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)
     if before.own[:, D].any() and not after.own[:, D].any() and not before_cycles:
         return [
@@ -322,14 +318,14 @@ def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
 
 
 def _bound(variable: SearchVariable, number: int) -> str:
-    """Which end of what was tried a value is; empty for none, and for the least that there can be."""
+    """Return at which end of its range a value is; empty for neither, and for an absolute minimum."""
     if number == len(variable.levels) - 1:
         return "highest"
     return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
 
 
 def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
-    """A point of the search as changes of words, and of the dress interval where it was searched."""
+    """Return a point of the search as changes of words, and of the dress interval where it was searched."""
     words = [_word_of(each, number) for each, number in zip(choices.variables, point, strict=False)]
     intervals, number = choices.intervals, point[-1]
     if intervals[-1].every > 1:
@@ -347,7 +343,7 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """A variable at the value of a number, as a change of its word."""
+    """Return a variable at the value of a number, as a change of its word."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(

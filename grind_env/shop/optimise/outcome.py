@@ -1,4 +1,4 @@
-"""What an optimisation has come to: all that a table, JSON or a report shows of it."""
+"""The outcome of an optimisation, for tables, JSON and reports."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from grind_env.shop.search_options import CONFIDENCE
 
 
 class Verdict(Enum):
-    """Whether there is a better program."""
+    """Verdict on a new program."""
 
     BETTER = "better"
     NEARER = "nearer to the limits, which it does not keep"
@@ -24,21 +24,21 @@ class Verdict(Enum):
 
     @property
     def is_written(self) -> bool:
-        """Whether a program takes the place of the one at hand."""
+        """Return whether the new program replaces the old one."""
         return self in (Verdict.BETTER, Verdict.NEARER)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WordChange:
-    """A value before and after, as the program writes it.
+    """Value before and after, as the program writes it.
 
     Attributes:
         name: E, D, J, L, lead, depth, passes or interval.
-        place: the block or dress program in which it stands.
-        before: in the units of the program.
-        after: likewise.
-        unit: of both.
-        at_bound: "lowest" or "highest" if it is an end of what was tried; else empty.
+        place: its block or dress program.
+        before: old value, in the units of the program.
+        after: new value, in the units of the program.
+        unit: unit of both.
+        at_bound: "lowest" or "highest" if at an end of its range; else empty.
     """
 
     name: str
@@ -50,22 +50,21 @@ class WordChange:
 
     @property
     def changed(self) -> bool:
-        """Whether it is another one."""
+        """Return whether the value changed."""
         return self.before != self.after
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartMean:
-    """A mean over parts, lots and machines, before and after, each with the interval in which that of one machine lies.
+    """Mean over parts, lots and machines, before and after, with intervals for one machine.
 
     Attributes:
         name: cost, seconds, Ra, power, rise (of the last stage), highest_rise, size_error or scrap.
         unit: of all values.
-        before: with the program as it was.
-        after: with other words.
+        before: with the old words.
+        after: with the new words.
         difference: after minus before, on the same lots and machines.
-        expected: of the program as it was and with other words, on the expected lot, as `grind run` shows it,
-            in `unit`.
+        expected: old and new value on the expected lot, as `grind run` shows it, in `unit`.
     """
 
     name: str
@@ -78,21 +77,21 @@ class PartMean:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitUse:
-    """How near a limit is, and what it costs.
+    """Margin to a limit, and the cost of the limit.
 
     Attributes:
         name: power, rise, Ra or size.
         limit: in `unit`; 0 if there is none.
         unit: of it.
-        margin: share of the limit that parts must keep with the confidence asked for.
-        before: share that they keep with it, with the program as it was.
-        after: the same share with other words.
-        price: $ a part, or s if time is to become less, that the best words without this limit save; None if that was
-            not sought.
-        without: share of the limit that parts keep with those words; None likewise.
-        binds: whether the search has felt it: `price` is worth naming, beyond chance, and those words are refused
-            because of this limit; where they were not sought, whether `after` is near what is asked.
-        stations: that of each station by its name, in `unit`, where they differ; `limit` is then the lowest of them.
+        margin: share of the limit that parts must keep with the required confidence.
+        before: share that they keep, with the old words.
+        after: share that they keep, with the new words.
+        price: saving of the best words without this limit, $ a part, or s if time is the objective; None if not
+            searched.
+        without: share of the limit that parts keep with these words; None if not searched.
+        binds: whether the limit binds: `price` is significant and the words without it exceed it; if not searched,
+            whether `after` is near the required share.
+        stations: limit of each station by its name, in `unit`, if they differ; `limit` is the lowest.
     """
 
     name: str
@@ -108,19 +107,19 @@ class LimitUse:
 
     @property
     def kept(self) -> bool:
-        """Whether parts keep it so, with its margin, after the changes."""
+        """Return whether parts keep the limit, with its margin, after the changes."""
         return self.after <= self.margin
 
 
 class Requirement(NamedTuple):
-    """What a part may take in the mean, and what it takes.
+    """Required maximum of a mean of a part, and its value.
 
     Attributes:
         name: cost or seconds.
         unit: of all values, $ or s.
-        most: what is asked, $ or s.
-        before: with the program as it was, $ or s.
-        after: with other words, $ or s.
+        most: required maximum, $ or s.
+        before: with the old words, $ or s.
+        after: with the new words, $ or s.
     """
 
     name: str
@@ -131,25 +130,25 @@ class Requirement(NamedTuple):
 
     @property
     def kept(self) -> bool:
-        """Whether it is kept after the changes."""
+        """Return whether the requirement is kept after the changes."""
         return self.after <= self.most
 
 
 class Trade(NamedTuple):
-    """What a part takes with a program that was tried, on the lots of the search."""
+    """Time and cost of a part with a tried program, on the lots of the search."""
 
     cost: float
     """$."""
     seconds: float
     """Time, s."""
     share: float
-    """Of what is asked of limits and options, the highest share that it comes to."""
+    """Share of what is asked of limits and options, the highest share that it comes to."""
     beyond: tuple[bool, ...] = ()
     """Whether it is beyond each of `LIMITS`."""
 
     @property
     def keeps(self) -> bool:
-        """Whether it keeps limits and options."""
+        """Return whether it keeps limits and options."""
         return self.share <= 1.0
 
 
@@ -158,7 +157,7 @@ TIMES = 40
 
 
 def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:
-    """Of those that keep all, the cheapest of each of `TIMES` classes of time, the quickest first."""
+    """Return the cheapest valid program in each of `TIMES` classes of time, the quickest first."""
     kept = [each for each in trades if each.keeps]
     first = min((each.seconds for each in kept), default=0.0)
     width = (max((each.seconds for each in kept), default=0.0) - first) / TIMES
@@ -171,7 +170,7 @@ def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Optimised:
-    """What an optimisation has come to.
+    """Result of an optimisation.
 
     Attributes:
         program: name of the program.
@@ -181,24 +180,24 @@ class Optimised:
         words: every value that was varied.
         quantities: means of a part.
         limits: power, rise, Ra and size.
-        requirements: what a part was to take at most.
-        objective: what was to become less, cost or seconds.
-        cheapest: of the programs tried the cheapest of each class of time, the quickest first.
-        chosen: of the programs tried, that as it was and that with the words chosen.
+        requirements: required maxima of means of a part.
+        objective: reduced value, cost or seconds.
+        cheapest: cheapest tried program of each class of time, the quickest first.
+        chosen: the old and the chosen program, among those tried.
         remarks: sentences on what could not be varied.
         before: text of the program.
-        after: text with other words; that of the program where none is better.
-        data: the file of that text.
-        parts: of a batch.
-        lots: unseen ones, on which it was judged; 1 where the job states how each part differs.
-        seed: of all that is random.
+        after: text with the new words; the old text if none is better.
+        data: file content of that text.
+        parts: parts of a batch.
+        lots: number of unseen lots of the judgement; 1 if the job states how each part differs.
+        seed: seed of all random numbers.
         evaluations: programs that were tried in the search.
         judged: programs that were judged on unseen lots.
-        ended_early: whether the budget was up before the search had ended.
-        plant: the machine on which it was judged; empty for the model, on which it was searched.
-        promised: of what was to become less, what was promised of it before it was judged on that machine; else None.
-        confidence: share of the parts and machines for which limits and each end of an interval hold.
-        calibration: where what is known of the machine is from; None if it is not calibrated.
+        ended_early: whether the budget ended the search.
+        plant: machine of the judgement; empty for the model, which the search used.
+        promised: objective promised by the search before the judgement on that machine; else None.
+        confidence: share of parts and machines for which limits and each end of an interval hold.
+        calibration: source of the calibration; None without one.
     """
 
     program: str
@@ -229,7 +228,7 @@ class Optimised:
 
     @property
     def is_as_promised(self) -> bool:
-        """Whether the machine on which it was judged takes what was promised."""
+        """Return whether the judging machine confirms the promise."""
         found = self.quantity(self.objective).after
         return self.promised is None or (found.high >= self.promised.low and found.low <= self.promised.high)
 

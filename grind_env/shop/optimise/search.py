@@ -1,8 +1,8 @@
-"""Search over whole numbers: differential evolution, then steps from the best point found until none is better.
+"""Search over whole numbers: differential evolution, then single steps from the best point.
 
-Differential evolution (Storn & Price 1997; SciPy) takes whole numbers such as D as they are, needs no gradient of a
-cost that limits cut off, and asks for a generation at a time, which is one replay of many machines. The steps after it
-end in a point that no single change, and no change of two values by one level each, makes cheaper.
+Differential evolution (Storn & Price 1997; SciPy) handles whole numbers such as D, needs no gradient of a cost with
+limits, and evaluates a generation at once, which is one replay of many machines. The steps after it end at a point that
+no single change, and no change of two values by one level each, improves.
 """
 
 import math
@@ -64,12 +64,12 @@ class Budget:
 
     @property
     def is_search_up(self) -> bool:
-        """Whether the comparison is due."""
+        """Return whether it is time for the comparison."""
         return self.spent > (1.0 - COMPARING) * self.seconds - self.judging
 
     @property
     def is_comparison_up(self) -> bool:
-        """Whether the judgement is due."""
+        """Return whether it is time for the judgement."""
         return self.spent > self.seconds - self.judging
 
     def require_search(self) -> None:
@@ -84,13 +84,13 @@ class Budget:
 
 
 def time_said(seconds: float) -> str:
-    """A time as --budget takes it, rounded up."""
+    """Return a time as --budget takes it, rounded up."""
     return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 
 
 @dataclass(slots=True)
 class Search:
-    """What has been evaluated."""
+    """Evaluations so far."""
 
     # costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the search
     # without those points

@@ -32,12 +32,12 @@ DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise
 
 
 def tables_of(found: Optimised) -> list[Table]:
-    """What was varied, both programs side by side, and the limits."""
+    """Return the tables: varied words, both programs side by side, and limits."""
     return [word_table(found), quantity_table(found), limit_table(found)]
 
 
 def heading(found: Optimised) -> str:
-    """What was judged, on what, and whether the machine is known."""
+    """Return the heading: subject, lots and machines of the judgement."""
     known = "not calibrated" if found.calibration is None else "calibrated"
     where = f", judged on {printable(found.plant)}" if found.plant else ""
     return f"{found.program}, {known}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
@@ -60,7 +60,7 @@ def print_result(console: "Console", tables: Iterable[Table], sentences: Iterabl
 
 
 def sentences(found: Optimised) -> list[str]:
-    """What is to be said below the tables, the verdict last."""
+    """Return the sentences below the tables, the verdict last."""
     said = list(found.remarks)
     for word in found.words:
         if word.at_bound:
@@ -85,7 +85,7 @@ def sentences(found: Optimised) -> list[str]:
 
 
 def as_data(found: Optimised) -> dict[str, Any]:
-    """All of it in JSON types."""
+    """Return all of it in JSON types."""
     same = (
         *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
         *("evaluations", "judged", "ended_early"),
@@ -122,7 +122,7 @@ def values_table(found: Optimised) -> Table:
 
 
 def word_table(found: Optimised, after: str = "after") -> Table:
-    """What was varied."""
+    """Return the table of varied words."""
     columns = (
         Column("block", "place"),
         Column("word", "name"),
@@ -134,7 +134,7 @@ def word_table(found: Optimised, after: str = "after") -> Table:
 
 
 def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Table:
-    """Both programs side by side, the change with its interval; where the table is `whole`, each of them."""
+    """Return both programs side by side with the change and its interval; if `whole`, with each interval."""
     rows: list[list[Cell]] = []
     for name, each in shown_quantities(found):
         digits, change = decimals(each), each.difference
@@ -158,7 +158,7 @@ def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
 
 
 def covered(found: Optimised) -> str:
-    """With what probability an interval holds, at both of its ends."""
+    """Return the probability of an interval, with both ends."""
     return f"{100.0 * (2.0 * found.confidence - 1.0):g} %"
 
 
@@ -169,7 +169,7 @@ def decimals(quantity: PartMean) -> int:
 
 
 def limit_table(found: Optimised, after: str = "after") -> Table:
-    """How near the limits are, and what a part takes without each."""
+    """Return the margins to the limits, and the objective without each limit."""
     columns = (
         Column("limit", "name"),
         Column("value", limit_text, right=True),
@@ -182,12 +182,12 @@ def limit_table(found: Optimised, after: str = "after") -> Table:
 
 
 def objective_unit(found: Optimised) -> str:
-    """Of what was to become less."""
+    """Return the unit of the objective."""
     return found.quantity(found.objective).unit
 
 
 def limit_text(limit: LimitUse) -> str:
-    """A limit with its unit; where those of the stations differ, all of them."""
+    """Return a limit with its unit; if stations differ, the limit of each."""
     if not limit.stations:
         return f"{limit.limit:.3g} {limit.unit}"
     said = (f"{name} {f'{value:.3g}' if value > NO_LIMIT else 'none'}" for name, value in limit.stations)
@@ -195,7 +195,7 @@ def limit_text(limit: LimitUse) -> str:
 
 
 def price_text(limit: LimitUse) -> str:
-    """What a part takes without a limit, beside what it takes with it, $ or s, and whether the limit binds."""
+    """Return the objective with and without a limit, $ or s, and whether the limit binds."""
     if limit.price is None:
         return "binds" if limit.binds else "not sought"
     if limit.price.value == 0.0:
@@ -204,12 +204,12 @@ def price_text(limit: LimitUse) -> str:
 
 
 def negative(change: Interval) -> Interval:
-    """A change the other way round."""
+    """Return a change the other way round."""
     return Interval(-change.value, -change.high, -change.low)
 
 
 def binding(limit: LimitUse) -> str:
-    """By what it is seen that a limit binds."""
+    """Return the sign that a limit binds."""
     if limit.without is None:
         return f"parts come to {100.0 * limit.after:.0f} % of it, and {100.0 * limit.margin:.0f} % is asked"
     return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
@@ -242,11 +242,7 @@ def trade(found: Optimised) -> Graph:
             Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
         ),
         rules=tuple(
-            RuleLine(
-                "x" if each.name == "seconds" else "y",
-                each.most,
-                f"asked: {each.most:g} {each.unit}",
-            )
+            RuleLine("x" if each.name == "seconds" else "y", each.most, f"asked: {each.most:g} {each.unit}")
             for each in found.requirements
         ),
     )

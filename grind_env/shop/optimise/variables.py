@@ -1,4 +1,4 @@
-"""What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
+"""Variables of a program: words of its cycle blocks and values of its dress programs, with legal ranges."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -35,7 +35,7 @@ COLUMNS = {
     "lead": settings.DRESS_FEED,
     "depth": settings.DRESS_DEPTH,
 }
-"""Of a table of `BlockSettings`, by what is varied."""
+"""Columns of a table of `BlockSettings`, by what is varied."""
 IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
 """What can be varied only where a program has a script."""
 INHERITED = ("E", "J")
@@ -55,7 +55,7 @@ STEPS = {
     "lead": (Decimal(1), Decimal(".1")),
     "depth": (Decimal(".001"), Decimal(".0001")),
 }
-"""Of which values are multiples, metric and in inches; of a lead those of its F."""
+"""Steps of which values are multiples, metric and in inches; of a lead those of its F."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +74,7 @@ class SearchVariable:
 
     @property
     def places(self) -> str:
-        """All blocks or programs in which it stands, as tables show them."""
+        """Return all blocks or programs that contain it, for tables."""
         return ", ".join(each.place for each in (self, *self.twins))
 
     @property
@@ -82,7 +82,7 @@ class SearchVariable:
         return COLUMNS[self.name]
 
     def setting(self, level: Decimal) -> float:
-        """A value in the units of `BlockSettings`."""
+        """Return a value in the units of `BlockSettings`."""
         value = float(level * self.unit)
         if isinstance(self.at, DressText):
             return self.at.setting(self.name, value)
@@ -102,7 +102,7 @@ class SearchVariable:
 
 
 class SearchSpace(NamedTuple):
-    """What can be varied, and sentences on what cannot."""
+    """Variables, and sentences on words that cannot be varied."""
 
     variables: tuple[SearchVariable, ...]  # words and dress programs
     # how often blocks with D words may dress; that of every part alone where there is no choice
@@ -113,7 +113,7 @@ class SearchSpace(NamedTuple):
 def choices_of(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """What can be varied in a program."""
+    """Return the variables of a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(options.fixed - labels):
@@ -152,7 +152,7 @@ def choices_of(
 def _intervals(
     dressing: Sequence[SearchVariable], options: SearchOptions, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
-    """How often the blocks with some D words may dress."""
+    """Return the possible dress intervals of blocks with these D words."""
     low, high = whole_ends_of("--bounds", INTERVAL, options.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
     if not 1 <= low <= high <= max(runs, 1):
         raise OptionError(
@@ -168,7 +168,7 @@ def _intervals(
 def _words(
     name: str, simulation: JobSimulation, options: SearchOptions, assignments: Assignments, remarks: list[str]
 ) -> Iterator[SearchVariable]:
-    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
+    """Return the words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
 
     The number of a variable that words read holds for all of them.
     """
@@ -187,11 +187,10 @@ def _words(
         if word is None and not (options.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
-            same = before is not None and (
-                letter != FEED_WORD or _feed(simulation, blocks[before]) == outline.plan.feed
-            )
-            if name in INHERITED and before is not None and same:
-                blocks[before].append(number)
+            if name in INHERITED and before is not None:
+                feed = simulation.blocks[blocks[before][-1]].plan.feed
+                if letter != FEED_WORD or feed == outline.plan.feed:
+                    blocks[before].append(number)
             continue
         governing[letter] = place if usable else None
         if usable:
@@ -217,12 +216,8 @@ def _words(
         )
 
 
-def _feed(simulation: JobSimulation, blocks: Sequence[int]) -> float:
-    return simulation.blocks[blocks[-1]].plan.feed
-
-
 def _letter(name: str, outline: BlockOutline) -> str | None:
-    """The letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
+    """Return the letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
     plan = outline.plan
     if name == "E":
         return speed_word(plan)
@@ -234,7 +229,7 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
 def _assigned(
     name: str, blocks: Sequence[BlockOutline], options: SearchOptions, assignments: Assignments
 ) -> dict[tuple[int | None, SourceText], Spot | str]:
-    """Of each variable that words of a name read in a block, where its number stands, or how it could have one."""
+    """Return for each variable that these words read the place of its number, or how to add one."""
     readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
     for outline in blocks:
         letter = _letter(name, outline)
@@ -264,7 +259,7 @@ def _usable(
     remarks: list[str],
     remedy: str | None,
 ) -> bool:
-    """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
+    """Return whether a word may be changed, with a remark if not, and further edits for a changed number."""
     source, label = outline.block.source, _label(outline)
     if outline.block.place.block in options.fixed:
         return False
@@ -379,10 +374,10 @@ def _label(outline: BlockOutline) -> str:
 
 
 def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
-    """The variables, those of the same word in blocks of different parts that are alike made one.
+    """Join the variables of the same word in equal blocks of different parts.
 
-    Blocks are alike that are the same place in the order of their part, make the same strokes to the same depth, say
-    the same, and grind a part of which the same is asked.
+    Blocks are equal if they have the same place in the order of their part, the same strokes, depth and words, and
+    parts with the same limits.
     """
     kinds = _kinds(simulation)
     found: dict[tuple[object, ...], SearchVariable] = {}
@@ -398,7 +393,7 @@ def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> 
 
 
 def _kinds(simulation: JobSimulation) -> list[tuple[object, ...]]:
-    """Of each block: its number within its part, its strokes, and the part wherever it lies."""
+    """Return for each block its number within its part, its strokes, and its part without the position."""
     count: dict[int, int] = {}
     kinds: list[tuple[object, ...]] = []
     for block in simulation.blocks:

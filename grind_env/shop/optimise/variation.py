@@ -1,4 +1,4 @@
-"""A program of which some words are varied: what is searched, and what it costs with other words."""
+"""A program with variable words: the search space, and the cost of each variation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,7 +29,7 @@ INFEASIBLE = 1e9
 LOOKING = 0.2
 """Share of the budget up to which it is looked at what machines this may be."""
 USUAL_RUNS = 50
-"""Of a batch; of shorter ones there are as many more."""
+"""Usual runs of a batch; of shorter ones there are as many more."""
 LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
 """On which programs are searched, compared and judged; more of short batches, and fewer of a program that the control
 executes."""
@@ -105,11 +105,11 @@ class Variation(NamedTuple):
         return self.base.execution * (min(FEW, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
-        """The same with another job, other margins, shape (4,), and another time."""
+        """Return the same with another job, other margins, shape (4,), and another time."""
         return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     def on(self, job: Job) -> "Variation":
-        """The same with the job of another machine, which is known."""
+        """Return the same with the job of another machine, which is known."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
@@ -123,7 +123,7 @@ class Variation(NamedTuple):
 
     @property
     def start(self) -> Point:
-        """The program as it is, or what is nearest to it."""
+        """Return the program as it is, or the nearest point."""
         return (*(each.start for each in self.choices.variables), 0)
 
     def steps_to(self, point: Point) -> list[Point]:
@@ -165,7 +165,7 @@ class Variation(NamedTuple):
         return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
 
     def counting(self, point: Point) -> Counting | None:
-        """How the interval of a point is written; None where every part is dressed, or none."""
+        """Return the text of a point's interval; None if every part or no part is dressed."""
         chosen = zip(self.choices.variables, point, strict=False)
         dressing = [each for each, number in chosen if each.name == "D" and each.levels[number]]
         if not dressing:
@@ -174,7 +174,7 @@ class Variation(NamedTuple):
         return counting_of(self.choices.intervals[point[-1]], self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
-        """The text with the words of a point, a comment at each block that has changed; all else stays."""
+        """Return the text with the words of a point, a comment at each block that has changed; all else stays."""
         chosen = [
             (twin, each.levels[number])
             for each, number in zip(self.choices.variables, point, strict=False)
@@ -205,9 +205,9 @@ class Variation(NamedTuple):
         return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """What C candidates come to, as shares of what is asked, shape (C, limits, options, and one).
+        """Return what C candidates need of each limit, as shares, shape (C, limits, options, and one).
 
-        The last one is the share of `most_risk` that `risk` takes.
+        The last share is the one of `most_risk` that `risk` uses.
         """
         means = [getattr(found, name).mean(axis=1) / most for name, most in self.options.constraint.items()]
         return np.column_stack(
@@ -215,13 +215,13 @@ class Variation(NamedTuple):
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
+        """Return the risk as `trials.risk`; 0 if the old program misses a requirement, which may cost more."""
         if any(getattr(old, name).mean() > most for name, most in self.options.constraint.items()):
             return np.zeros(len(found.cost))
         return risk(trials, found, old, self.options.quantity)
 
     def worth(self, shares: Array, found: Measures) -> Array:
-        """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
+        """Return the objective of C candidates, shape (C,); `INFEASIBLE` or more if a requirement is missed."""
         beyond = np.maximum(shares - 1.0, 0.0).sum(axis=1)
         less = getattr(found, self.options.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
@@ -256,10 +256,10 @@ class Variation(NamedTuple):
         return search
 
     def grid(self) -> list[Point]:
-        """Where the search begins: all E in the same ratio to those of the program, with each interval.
+        """Return the first points of the search: all E in one ratio to the program's, with each interval.
 
-        Dresses are those of the program, in all blocks that have them or in the first of these alone, such as before
-        roughing. Every other ratio with intervals of 1, 2, 4, .. comes first, for the time may be short.
+        Dresses are the program's, in all its blocks or in the first of them only, such as before roughing. Every second
+        ratio with intervals 1, 2, 4, .. comes first, because time may be short.
         """
         variables, start = self.choices.variables, self.start
         dressing = [k for k, each in enumerate(variables) if each.name == "D"]
@@ -292,9 +292,9 @@ def variation_of(
     seed: int,
     budget: Budget | None = None,
 ) -> Variation:
-    """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
+    """Return the problem to search; `TimeUp` if time is too short to look at the batch.
 
-    The clock of the budget begins when all that the search needs is compiled.
+    The clock of the budget starts after compilation.
     """
     once = one_run(programs, job)
     compile_all(once)
@@ -322,7 +322,7 @@ def variation_of(
 def _choices(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """What can be varied; what parts that are alike say is one value, unless that is not wished."""
+    """Return the variables; words of equal parts are one variable unless told otherwise."""
     choices = choices_of(simulation, text, options, runs, of_all=of_all)
     return choices if options.free else choices._replace(variables=together(choices.variables, simulation))
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
-    """The page of a calibration, HTML."""
+    """Return the page of a calibration, HTML."""
     none = [paragraph("There is none: nothing was found that could stand in it.")]
     sections = [
         Section("Verdict", [_verdict(found)]),

@@ -1,4 +1,4 @@
-"""What every report is made of: a page of sections, and in them verdicts, tables, figures, lists and listings.
+"""Building blocks of reports: a page of sections with verdicts, tables, figures, lists and listings.
 
 Each function takes plain texts and gives markup in which they are escaped; only such markup goes into a page::
 
@@ -51,17 +51,17 @@ class Note(NamedTuple):
 
 
 def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
-    """A sentence that sums up, and what is to be said to it."""
+    """Return a summary sentence with its details."""
     return _block("verdict", level, printable(headline), [printable(line) for line in lines])
 
 
 def table(content: Table, caption: str = "") -> "Markup":
-    """A table."""
+    """Return a table."""
     return _block("table", _markup(content.html(_attributes)), printable(caption))
 
 
 def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
-    """A figure as wide as the page, of any texts, drawn as SVG.
+    """Return a figure as wide as the page, of any texts, drawn as SVG.
 
     Raises:
         MissingExtra: as of `page`.
@@ -72,12 +72,12 @@ def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
 
 
 def items(lines: Sequence[str]) -> "Markup":
-    """A list."""
+    """Return a list."""
     return _block("items", [printable(line) for line in lines])
 
 
 def paragraph(text: str) -> "Markup":
-    """A paragraph."""
+    """Return a paragraph."""
     return _block("paragraph", printable(text))
 
 
@@ -96,7 +96,7 @@ def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, n
 
 
 def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
-    """A whole page, HTML: title, facts such as the revision of a program by their names, and sections.
+    """Return a whole page, HTML: title, facts such as the revision of a program by their names, and sections.
 
     Its security policy forbids it to load anything and to run any script.
 

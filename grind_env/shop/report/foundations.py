@@ -1,4 +1,4 @@
-"""What the numbers of every report rest on: revisions of files, values of the catalogue, and the reach of the model."""
+"""The inputs behind a report: file revisions, catalogue values, and the range of the model."""
 
 import hashlib
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ def revisions(files: Mapping[str, Path]) -> dict[str, str]:
 
 
 def foundations(job: Job) -> "list[Markup]":
-    """What of a job differs from the built-in catalogue, and what the process model must not be used for."""
+    """Return the differences of a job from the built-in catalogue, and the forbidden uses of the model."""
     rows = changes(job)
     state = (
         "These values differ from the built-in catalogue; all others are its literature values."
@@ -44,7 +44,7 @@ def foundations(job: Job) -> "list[Markup]":
 
 
 def changes(job: Job) -> list[tuple[str, str, str, str, str]]:
-    """Return what differs from the built-in entry of the same name, or from the one that is most like it.
+    """Return the differences from the built-in entry of the same name, or from the most similar one.
 
     A row has entry, key, unit, value here and value in the catalogue.
     """
@@ -89,7 +89,7 @@ def assumptions(job: Job) -> list[str]:
 
 
 def _nearest(kind: str, entry: Entry) -> Entry:
-    """The built-in entry of that name, or the one with most values the same."""
+    """Return the built-in entry of that name, or the one with most equal values."""
     known: Mapping[str, Entry] = getattr(load_catalogue(), f"{kind}s")
     if entry.name in known:
         return known[entry.name]

@@ -21,18 +21,7 @@ from grind_env.shop.optimise.table import (
     trade,
     word_table,
 )
-from grind_env.shop.report.document import (
-    LONGEST_LINE,
-    Note,
-    Section,
-    figure,
-    items,
-    listing,
-    page,
-    paragraph,
-    table,
-    verdict,
-)
+from grind_env.shop.report import document
 from grind_env.shop.report.foundations import foundations, revisions
 from grind_env.shop.trials import lots_said
 from grind_env.table import Kind
@@ -55,19 +44,19 @@ TRADE = (
 
 
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
-    """The page of an optimisation, HTML."""
+    """Return the page of an optimisation, HTML."""
     after = "after" if found.verdict.is_written else "best one tried"
     sections = [
-        Section("Verdict", [paragraph(f"{heading(found)}."), _verdict(found)]),
-        Section("Before and after", [_quantities(found, after)]),
-        Section("Words", [table(word_table(found, after))]),
-        Section("Limits", _limits(found, after)),
-        Section("Cost over time", [figure(trade(found), TRADE)]),
-        Section("Program", _program(found)),
-        Section("Remarks", [items(sentences(found)[:-1])]),
-        Section("What the numbers rest on", [items(_rests_on(found)), *foundations(job)]),
+        document.Section("Verdict", [document.paragraph(f"{heading(found)}."), _verdict(found)]),
+        document.Section("Before and after", [_quantities(found, after)]),
+        document.Section("Words", [document.table(word_table(found, after))]),
+        document.Section("Limits", _limits(found, after)),
+        document.Section("Cost over time", [document.figure(trade(found), TRADE)]),
+        document.Section("Program", _program(found)),
+        document.Section("Remarks", [document.items(sentences(found)[:-1])]),
+        document.Section("What the numbers rest on", [document.items(_rests_on(found)), *foundations(job)]),
     ]
-    return page(f"Optimised: {found.program}", sections, revisions(files))
+    return document.page(f"Optimised: {found.program}", sections, revisions(files))
 
 
 def _verdict(found: Optimised) -> "Markup":
@@ -82,7 +71,7 @@ def _verdict(found: Optimised) -> "Markup":
     bind = [f"{each.name} ({binding(each)})" for each in found.limits if each.binds]
     priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
     named = [f"Limits that bind: {', '.join(bind)}."] if bind else ["No limit binds."] if priced else []
-    return verdict(LEVELS[found.verdict], headline, named)
+    return document.verdict(LEVELS[found.verdict], headline, named)
 
 
 def _quantities(found: Optimised, after: str) -> "Markup":
@@ -91,13 +80,13 @@ def _quantities(found: Optimised, after: str) -> "Markup":
         f"which one machine lies with {covered(found)}; the change is of the same ones. The columns of grind run are "
         "of the expected lot."
     )
-    return table(quantity_table(found, after, whole=True), caption)
+    return document.table(quantity_table(found, after, whole=True), caption)
 
 
 def _limits(found: Optimised, after: str) -> "list[Markup]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
-        return [paragraph("The job has no limits.")]
+        return [document.paragraph("The job has no limits.")]
     stay = parts_said(found.confidence)
     caption = (
         f"Shares are those of the limit below which {stay} stay. The last column is how much the best words without "
@@ -107,7 +96,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     shares = (
         f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
     )
-    return [table(limit_table(found, after), caption), figure(_shares(limits, after), shares)]
+    return [document.table(limit_table(found, after), caption), document.figure(_shares(limits, after), shares)]
 
 
 def _shares(limits: list[LimitUse], after: str) -> Graph:
@@ -129,16 +118,16 @@ def _shares(limits: list[LimitUse], after: str) -> Graph:
 
 
 def _program(found: Optimised) -> "list[Markup]":
-    """The new text, with what its changed lines were."""
+    """Return the new text, with what its changed lines were."""
     old, new = found.before.splitlines(), found.after.splitlines()
-    notes: dict[int, list[Note]] = {}
+    notes: dict[int, list[document.Note]] = {}
     for kind, first, last, start, end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         if kind in ("replace", "insert"):
             for place in range(start, end):
                 was = first + place - start
-                notes[place + 1] = [Note(f"was: {old[was][:LONGEST_LINE]}" if was < last else "new")]
+                notes[place + 1] = [document.Note(f"was: {old[was][: document.LONGEST_LINE]}" if was < last else "new")]
     state = "The new program:" if found.verdict.is_written else "The program, which stays as it is:"
-    return [paragraph(state), *listing(new, notes)]
+    return [document.paragraph(state), *document.listing(new, notes)]
 
 
 def _rests_on(found: Optimised) -> list[str]:

@@ -16,21 +16,10 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.comparison import HEADINGS as COMPARED
-from grind_env.render.comparison import MEANING, between, blocks_named, compared_blocks, same_words, sharpening_texts
+from grind_env.render.comparison import MEANING, SHARPENING, between, blocks_named, compared_blocks, same_words
 from grind_env.render.curves import Span, picture, spans, sparks_out
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
-from grind_env.shop.report.document import (
-    TITLE,
-    Note,
-    Section,
-    figure,
-    items,
-    listing,
-    page,
-    paragraph,
-    table,
-    verdict,
-)
+from grind_env.shop.report import document
 from grind_env.shop.report.foundations import assumptions, foundations, revisions
 from grind_env.table import Cell, Kind, table_of
 
@@ -38,7 +27,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
-"""Of a table; of more the first and the last are shown."""
+"""Most rows of a table; of more the first and the last are shown."""
 LONGEST_LINE = 200
 """Characters of a block in a table."""
 SAFE = 0.95
@@ -58,7 +47,7 @@ class BlockSummary(NamedTuple):
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
-    """The page of a run, HTML.
+    """Return the page of a run, HTML.
 
     Raises:
         MissingExtra: as of `page`.
@@ -69,22 +58,23 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
     marks = " Orange lines are dresses, shaded strokes spark out, dotted lines set the blocks off."
     caption = f"Over every {shown.axis} of the run.{bands}{marks if shown.spans else ''}"
     sections = [
-        Section("Verdict", [_verdict(record, job)]),
-        Section("Margin to the limits", [_margins(record, job)]),
-        Section("Blocks", [_blocks(blocks)]),
-        Section(
-            "Comparison", [table(table_of(COMPARED, compared_blocks(record), left=1).shortened(MOST_ROWS), MEANING)]
+        document.Section("Verdict", [_verdict(record, job)]),
+        document.Section("Margin to the limits", [_margins(record, job)]),
+        document.Section("Blocks", [_blocks(blocks)]),
+        document.Section(
+            "Comparison",
+            [document.table(table_of(COMPARED, compared_blocks(record), left=1).shortened(MOST_ROWS), MEANING)],
         ),
-        Section("Run", [figure(shown, caption)]),
-        Section("Parts", _parts(record, job)),
-        Section("Dresses and wheel", _dresses(record, job)),
-        Section("Cost", [_cost(record)]),
-        Section("Warnings", [_warnings(record, programs)]),
-        Section("Program", _program(record, programs, blocks)),
-        Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
+        document.Section("Run", [document.figure(shown, caption)]),
+        document.Section("Parts", _parts(record, job)),
+        document.Section("Dresses and wheel", _dresses(record, job)),
+        document.Section("Cost", [_cost(record)]),
+        document.Section("Warnings", [_warnings(record, programs)]),
+        document.Section("Program", _program(record, programs, blocks)),
+        document.Section("Assumptions and calibration", [document.items(assumptions(job)), *foundations(job)]),
     ]
     revised = revisions(dict(zip(("program", "job"), files, strict=False)))
-    return page(f"{TITLE}{programs.name}", sections, revised)
+    return document.page(f"{document.TITLE}{programs.name}", sections, revised)
 
 
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":
@@ -104,7 +94,7 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
     told = len(record.warnings)
     warned = [f"{told} warning{'s' * (told > 1)}, listed below."] if told else []
-    return verdict(level, headline, [totals(record), *found, *warned])
+    return document.verdict(level, headline, [totals(record), *found, *warned])
 
 
 def _margins(record: GrindingRecord, job: Job) -> "Markup":
@@ -123,13 +113,13 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
     used = first_diameter(job) - record.strokes["ds"]
     least = first_diameter(job) - wheel.minimum_diameter
     rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"].tolist(), least, ".3f"))
-    return table(table_of(("limit", "worst", "limit is", "left, %", "in part"), rows, left=1))
+    return document.table(table_of(("limit", "worst", "limit is", "left, %", "in part"), rows, left=1))
 
 
 def _margin(
     name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
 ) -> Sequence[str | Cell]:
-    """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    """Return the row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
     worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))
@@ -142,7 +132,7 @@ def _margin(
 
 
 def block_rows(record: GrindingRecord) -> list[BlockSummary]:
-    """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
+    """Return the blocks that have ground, in order of first execution; equal blocks share a row."""
     every, sparks = spans(record), sparks_out(record)
     return [_block(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
 
@@ -184,13 +174,13 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
 def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
     rows = [[*(row.cells | {"words": Cell(row.cells["words"][:LONGEST_LINE], "code")}).values()] for row in blocks]
     caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
-    return table(table_of([*blocks[0].cells], rows, left=2).shortened(MOST_ROWS), caption)
+    return document.table(table_of([*blocks[0].cells], rows, left=2).shortened(MOST_ROWS), caption)
 
 
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     found = part_table(record, job)
     every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
-    whole = table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
+    whole = document.table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
     if len(every.rows) <= MOST_ROWS:
         return [whole]
     shown = [name for name in found.fields[1:] if name != STATION]
@@ -201,7 +191,7 @@ def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
         ["highest", *(_number(value.max()) for value in values.values())],
     ]
     of_all = [heading for heading in every.headings[1:] if heading != STATION]
-    return [table(table_of(["of all parts", *of_all], bands, left=1)), whole]
+    return [document.table(table_of(["of all parts", *of_all], bands, left=1)), whole]
 
 
 def _number(value: float) -> str:
@@ -212,9 +202,12 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
     dresses, wheel = record.dresses, job.setup.wheel
     last = float(record.strokes["ds"][-1])
     if not dresses.size:
-        return [paragraph(f"The wheel is not dressed. It ends with {last:.3f} mm of diameter.")]
+        return [document.paragraph(f"The wheel is not dressed. It ends with {last:.3f} mm of diameter.")]
     keys = [
-        (row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}", *sharpening_texts(row))
+        (
+            *(row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}"),
+            *(form.format(row[name]) for name, form in SHARPENING.items()),
+        )
         for row in dresses
     ]
     rows = list[dict[str, str]]()
@@ -246,7 +239,7 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         f"A dress takes {per_dress:.3f} mm of it: {lasting}"
     )
     every = table_of([*rows[0]], [[*row.values()] for row in rows], left=3)
-    return [paragraph(text), table(every.shortened(MOST_ROWS))]
+    return [document.paragraph(text), document.table(every.shortened(MOST_ROWS))]
 
 
 def _cost(record: GrindingRecord) -> "Markup":
@@ -260,12 +253,12 @@ def _cost(record: GrindingRecord) -> "Markup":
     ]
     good = float(parts["survival"].sum())
     caption = f"{record.cost_per_good_part:.2f} $ per good part." if good > 0.0 else "No good part is expected."
-    return table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
+    return document.table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
 
 
 def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
     if not record.warnings:
-        return paragraph("None.")
+        return document.paragraph("None.")
     texts, found = lines_of(programs.main.blocks.text), dict[str, list[int]]()
     for warning in record.warnings:
         match = _WARNING.match(warning)
@@ -277,17 +270,17 @@ def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
         more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
         block = texts[line - 1].strip()[:LONGEST_LINE] if 0 < line <= len(texts) else ""
         rows.append((f"{line}{more}" if line else "–", Cell(block, "code"), text))
-    return table(table_of(("line", "block", "warning"), rows).shortened(MOST_ROWS))
+    return document.table(table_of(("line", "block", "warning"), rows).shortened(MOST_ROWS))
 
 
 def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockSummary]) -> "list[Markup]":
-    notes: dict[int, list[Note]] = {}
+    notes: dict[int, list[document.Note]] = {}
     for row in blocks:
-        notes.setdefault(row.line, []).append(Note(row.summary))
+        notes.setdefault(row.line, []).append(document.Note(row.summary))
     for warning in record.warnings:
         if (match := _WARNING.match(warning)) and match["file"] == programs.name:
-            notes.setdefault(int(match["line"]), []).append(Note(match["text"], "poor"))
-    return listing(lines_of(programs.main.blocks.text), notes)
+            notes.setdefault(int(match["line"]), []).append(document.Note(match["text"], "poor"))
+    return document.listing(lines_of(programs.main.blocks.text), notes)
 
 
 def _range(first: int, last: int) -> str:

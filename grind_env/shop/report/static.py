@@ -1,4 +1,4 @@
-"""Figures as SVG that matplotlib draws: text is text, and colours are those of the page, light, dark or printed."""
+"""matplotlib figures as SVG: text stays text, and colours follow the page, light, dark or printed."""
 
 import io
 import re
@@ -22,7 +22,7 @@ MARGINS = 1.0, 0.1, 0.4, 0.65
 FONT = 9.0
 """pt."""
 COLOURS = {"blue": BLUE, "orange": ORANGE, "green": GREEN, "red": RED, "grey": GREY, "ink": INK, "grid": GRID}
-VARIABLES = {colour: name for name, colour in (COLOURS | {"paper": PAPER, "shade": SHADE}).items()}
+VARIABLES = {colour: f"var(--{name})" for name, colour in (COLOURS | {"paper": PAPER, "shade": SHADE}).items()}
 """Names that templates/page.css gives to colours."""
 UNSAID = {"Creator": None, "Date": None, "Format": None, "Type": None}
 
@@ -34,7 +34,7 @@ _LEFT_OUT = re.compile(
 
 
 def drawn(shown: Picture | Graph) -> str:
-    """The <svg> element of a figure, in which texts are escaped."""
+    """Return the <svg> element of a figure, in which texts are escaped."""
     figure = new_figure(WIDTH, EDGES + PANEL * len(shown.curves) if isinstance(shown, Picture) else shown.height / DPI)
     from matplotlib import rc_context
 
@@ -55,13 +55,9 @@ def drawn(shown: Picture | Graph) -> str:
         figure.savefig(written, format="svg", transparent=True, metadata=UNSAID)
     svg = written.getvalue().partition("<svg ")
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg[2], count=1, flags=re.DOTALL)
-    return printable(_TAG.sub(lambda tag: _slim(tag[0]), svg[1] + re.sub(r">\s+<", "><", body)))
+    return printable(_TAG.sub(_slim, svg[1] + re.sub(r">\s+<", "><", body)))
 
 
-def _slim(tag: str) -> str:
-    """A tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
-    return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: _variable(found[0]), tag))
-
-
-def _variable(colour: str) -> str:
-    return f"var(--{VARIABLES[colour]})" if colour in VARIABLES else colour
+def _slim(tag: re.Match[str]) -> str:
+    """Return a tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
+    return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: VARIABLES.get(found[0], found[0]), tag[0]))

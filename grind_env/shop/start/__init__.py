@@ -1,1 +1,1 @@
-"""Where somebody begins: a job with every key explained, and a folder with a program that runs."""
+"""Starting points: a job with every key explained, and a folder with a program that runs."""

@@ -1,4 +1,4 @@
-"""A folder to begin with: a program, its job, a catalogue, a notebook, a sample log; and the job with every key."""
+"""The folder of `grind init`: program, job, catalogue, notebook and sample log; and the job with every key."""
 
 import json
 import tempfile
@@ -37,7 +37,7 @@ REPEATED = (STAGES, STATIONS)
 
 
 def job_template(given: Values | None = None) -> str:
-    """The text of a job file that `load_job` reads."""
+    """Return the text of a job file that `load_job` reads."""
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):
@@ -46,12 +46,12 @@ def job_template(given: Values | None = None) -> str:
 
 
 def example_values() -> Values:
-    """The values of the example's job, by table."""
+    """Return the values of the example's job, by table."""
     return read_toml(EXAMPLES / f"{EXAMPLE}.toml")
 
 
 def _table(name: str, rows: Sequence[SchemaRow], given: Mapping[str, Any]) -> Iterator[str]:
-    """A table; one that is left out is a remark as a whole if some key of it would be missing."""
+    """Return a table; one that is left out is a remark as a whole if some key of it would be missing."""
     out = "" if given or not (name in REPEATED or any(row.required for row in rows)) else "#"
     if name:
         yield f"{out}{f'[[{name}]]' if name in REPEATED else f'[{name}]'}"
@@ -105,7 +105,7 @@ def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
 
 
 def _is_there(path: Path) -> bool:
-    """Whether a name is taken, if only by a link that leads nowhere."""
+    """Return whether a name is taken, even by a broken link."""
     try:
         path.lstat()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""The sample log of `grind init`: `python -m grind_env.shop.start.sample` writes it anew.
+"""The sample log of `grind init`; `python -m grind_env.shop.start.sample` rewrites it.
 
 It is no measurement: the program of the folder is ground by a machine whose material is ploughed with a higher pressure
 than the catalogue says, and a meter looks at its spindle.
@@ -31,7 +31,7 @@ GAUGING = 12.0
 
 
 def sample_log(programs: Programs, job: Job) -> str:
-    """A log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
+    """Return a log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
     pressure = PRESSURE * job.part.material.ploughing_pressure
     truth = with_entries(job, {"material": {"ploughing_pressure": pressure}})
     pattern = pattern_of(programs, truth)

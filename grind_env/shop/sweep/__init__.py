@@ -1,1 +1,1 @@
-"""What a part costs over table speed and dress interval, and over lead and depth of the dress."""
+"""Cost of a part over table speed and dress interval, and over lead and depth of the dress."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Look(NamedTuple):
-    """Of a line: its dashes and marks tell it from others in grey, too."""
+    """Look of a line: dashes and marks, which also differ in grey."""
 
     color: str
     dash: str = "-"
@@ -120,7 +120,7 @@ def _costs(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
 
 
 def _limits(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
-    """What 95 of 100 parts keep of each limit, and what is risked of what may be."""
+    """Return the shares of each limit that 95 of 100 parts keep, and the share of the permitted risk."""
     for name, (color, dash, mark) in LOOKS.items():
         values = [100.0 * point.of_limits[name] for point in panel.row]
         if max(values) > 0.0:
@@ -138,7 +138,7 @@ def _values(points: Sequence[SweepPoint], name: str) -> "np.typing.NDArray[np.fl
 
 
 def _beyond(points: Sequence[SweepPoint]) -> str:
-    """What points that do not keep the limits are beyond: the limits that are passed by most."""
+    """Return the limits that bad points exceed: those exceeded by most."""
     passed = {point.worst_limit for point in points if not point.keeps_limits}
     named = ", ".join(name for name in LOOKS if name in passed)
     return f"beyond a limit ({named})" if named else "beyond a limit"

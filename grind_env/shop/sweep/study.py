@@ -38,7 +38,7 @@ FASTEST = 30_000.0
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
 MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
-"""Of `Measures`, what a point shows without an interval."""
+"""Means of `Measures`, what a point shows without an interval."""
 
 
 class SweepError(GrindError):
@@ -46,7 +46,7 @@ class SweepError(GrindError):
 
 
 class SweepRanges(NamedTuple):
-    """What is swept, from a lowest to a highest value; what is not given stays as it is in the program."""
+    """Ranges of a sweep, lowest to highest value; without a range the program's value stays."""
 
     E: tuple[float, float] | None = None
     """mm/min, of the first cycle block; those of the others keep their ratio to it."""
@@ -60,14 +60,14 @@ class SweepRanges(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPoint:
-    """What a part costs with some settings.
+    """Cost of a part with some settings.
 
     Attributes:
-        E: mm/min, of the first cycle block.
-        every: runs of the program from dress to dress; 0 for the D words of the program, in every part.
-        lead: mm a revolution; 0 without a dress program.
-        depth: mm a pass; 0 without a dress program.
-        cost: $ a part, with the interval in which that of one machine lies with 90 %.
+        E: E of the first cycle block, mm/min.
+        every: dress interval in runs of the program; 0 for the D words of the program, in every part.
+        lead: lead of the dress, mm a revolution; 0 without a dress program.
+        depth: depth of the dress, mm a pass; 0 without a dress program.
+        cost: cost of a part, $, with a 90 % interval for one machine.
         seconds: time of a part, s.
         Ra: um.
         power: highest, kW.
@@ -75,8 +75,8 @@ class SweepPoint:
         highest_rise: highest of all stages, K.
         size_error: um.
         scrap: share of the parts.
-        shares: of the limits power, rise, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
-        risk: as of `trials.risk`, as a share of what may be risked.
+        shares: shares of the limits power, rise, Ra and size that 95 of 100 parts keep, on any machine.
+        risk: risk as in `trials.risk`, as a share of the permitted risk.
     """
 
     E: float
@@ -96,7 +96,7 @@ class SweepPoint:
 
     @property
     def keeps_limits(self) -> bool:
-        """Whether 95 of 100 parts keep each limit, and no more is risked than may be."""
+        """Return whether 95 of 100 parts keep each limit within the permitted risk."""
         return max(self.of_limits.values()) <= 1.0
 
     @property
@@ -113,20 +113,20 @@ class SweepPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """What a sweep has found.
+    """Result of a sweep.
 
     Attributes:
         program: name of the program.
-        parts: of a batch.
-        lots: on which every point was ground.
-        counted: what a run of the program is called: "part", or "run" where it grinds several of them.
+        parts: parts of a batch.
+        lots: number of lots of every point.
+        counted: unit of a run: "part", or "run" if it grinds several parts.
         own: the program as it is.
-        most_risk: what may be risked, as a share of the cost of that.
+        most_risk: permitted risk, as a share of the cost of the program as it is.
         speeds: over E and dress interval.
-        dresses: over lead and depth, with the best E and interval of these.
-        remarks: sentences on variables that were given and that nothing reads.
+        dresses: over lead and depth, with the best E and interval.
+        remarks: sentences on given variables that nothing reads.
         calibration: as of `Optimised`.
-        plant: name of the machine, where it is not the model.
+        plant: name of the machine, if not the model.
     """
 
     program: str
@@ -196,12 +196,12 @@ def _cost(point: SweepPoint) -> float:
 
 
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
-    """The cheapest of some points, of those that keep the limits if one does."""
+    """Return the cheapest of some points, of those that keep the limits if one does."""
     return min([point for point in points if point.keeps_limits] or points, key=_cost)
 
 
 def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, ...]:
-    """The cheapest point of each value that some points have of a setting, ascending."""
+    """Return the cheapest point of each value that some points have of a setting, ascending."""
     known = sorted({getattr(point, name) for point in points})
     return tuple(cheapest([point for point in points if getattr(point, name) == value]) for value in known)
 
@@ -267,7 +267,7 @@ def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet
 
 
 class _Setting(NamedTuple):
-    """What is set at a point; None for what the program says."""
+    """Settings of a point; None for the program's value."""
 
     E: float | None = None  # mm/min
     every: int | None = None
@@ -315,7 +315,7 @@ class _Study:
             )
 
     def points(self, label: str, settings: Sequence[_Setting]) -> list[SweepPoint]:
-        """What a part costs at each of them."""
+        """Return the cost of a part at each point."""
         found = list[SweepPoint]()
         for begin in range(0, len(settings), AT_ONCE):
             chunk = settings[begin : begin + AT_ONCE]

@@ -2,17 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.optimise.table import print_result
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_said
 from grind_env.table import Column, Table, table_of
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def _where(name: str, form: str) -> Callable[[SweepPoint], str]:
@@ -51,7 +47,7 @@ VARIED = ("E", "every", "lead", "depth")
 
 
 def tables_of(found: Sweep) -> list[Table]:
-    """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
+    """Return the program as it is, the best point of each dress interval, and the grid of lead and depth."""
     tables = [_table("as it is", [found.own], found.counted)]
     grids = (
         (found.speeds, "every", "the best E of each dress interval", "over E"),
@@ -69,13 +65,8 @@ def points_table(found: Sweep) -> Table:
     return _table("", [found.own, *found.speeds, *found.dresses], found.counted)
 
 
-def print_sweep(found: Sweep, console: "Console") -> None:
-    """Print the tables of a sweep, and what is best."""
-    print_result(console, tables_of(found), sentences(found))
-
-
 def sentences(found: Sweep) -> list[str]:
-    """What is best, and how flat the valley is."""
+    """Return the best setting, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
     if found.plant:
         said.append(f"ground on {printable(found.plant)}, a machine that is not the model")
@@ -111,7 +102,7 @@ def sentences(found: Sweep) -> list[str]:
 
 
 def as_data(found: Sweep) -> dict[str, Any]:
-    """All of it in JSON types."""
+    """Return all of it in JSON types."""
     same = "program", "parts", "lots", "calibration", "most_risk", "counted"
     return {
         **{name: getattr(found, name) for name in same},

@@ -21,7 +21,7 @@ from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
 from grind_env.shop.trials import most_risk, risk
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
-"""Of which values are multiples, metric and in inches; of a lead its F."""
+"""Steps of which exact values are multiples, metric and in inches; of a lead its F."""
 NEAR = 0.01
 """Share by which a part may cost more or less as it is written, for E, F and infeeds are rounded."""
 ROUNDING = 0.001
@@ -82,7 +82,7 @@ def recommended(
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
-    """The variation with one level each, that of the best point."""
+    """Return the variation with one level each, that of the best point."""
     turns = variation.base.simulation.task.wheel_revolutions
     variables = variation.choices.variables
     dressed = any(each.name == "D" and each.own for each in variables)

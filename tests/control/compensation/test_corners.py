@@ -2,13 +2,7 @@ import math
 
 import pytest
 
-from grind_env.control.compensation.corners import (
-    CompensationFault,
-    compensated,
-    corner,
-    feed_share,
-    side_change,
-)
+from grind_env.control.compensation.corners import CompensationFault, compensated, corner, feed_share, side_change
 from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
 from tests.control.compensation.chain import element_from, lines, swept
 

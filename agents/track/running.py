@@ -1,0 +1,63 @@
+"""The trials of the track: runs of an adapter on a machine, and of what sets the scales there."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from agents.cells import RUNS, behaviour, sources
+from agents.track.adapters import make_adapter
+from agents.track.privileged import SCALES, TRAINED, MachineRuns, measured, scales_of, trained_on
+from grind_env.plants import Plant
+from grind_env.policies.model_view import model_of, on
+from grind_env.policies.problem import find_problem
+from grind_env.policies.track import TASK
+
+
+@dataclass(frozen=True)
+class TrackTrial:
+    """Runs of an adapter on a machine."""
+
+    plant: str
+    adapter: str
+    """Or `SCALES` or `TRAINED`."""
+    seeds: tuple[int, ...]
+    training: int = 0
+    """Seed of a training on the machine."""
+    folder: Path = field(default=RUNS, repr=False, compare=False)
+    """Of the files of trained agents."""
+
+    def __str__(self) -> str:
+        seeds = f"seed {self.seeds[0]}" if len(self.seeds) == 1 else f"{len(self.seeds)} seeds"
+        training = f", training {self.training}" if self.adapter == TRAINED else ""
+        return f"{self.plant}: {Path(self.adapter).name}, {seeds}{training}"
+
+
+def run(trial: TrackTrial) -> Mapping[str, MachineRuns]:
+    """Return runs on the machine of a trial by the names of the tables."""
+    if trial.adapter == SCALES:
+        return scales_of(trial.plant, trial.seeds)
+    if trial.adapter == TRAINED:
+        return {TRAINED: trained_on(trial.plant, trial.seeds, trial.training, trial.folder)}
+    policy = make_adapter(trial.adapter, model_of(find_problem(TASK)))
+    return {Path(trial.adapter).name: measured(policy, trial.plant, trial.seeds)}
+
+
+def decides(trial: TrackTrial) -> object:
+    """Stands for the machine of a trial and its adapter."""
+    known = trial.adapter in (SCALES, TRAINED)
+    return _of_machine(trial.plant), None if known else _of_adapter(trial.adapter)
+
+
+@cache
+def _of_adapter(name: str) -> str:
+    """Stands for the code of an adapter, and for the parameters or the file of what it begins with."""
+    policy = make_adapter(name, model_of(find_problem(TASK)))
+    return f"{sources(type(policy).__module__)} {policy!r}"
+
+
+@cache
+def _of_machine(plant: str) -> str:
+    """Stands for a machine and its model, and for what a shift leaves to the next one."""
+    problem = find_problem(TASK)
+    return f"{behaviour(on(problem, plant).simulation())} {behaviour(model_of(problem))} {sources(Plant.__module__)}"

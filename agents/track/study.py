@@ -1,0 +1,120 @@
+"""The track as a study: which adapters run on which machines, and how long that takes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from agents.cells import RESULTS
+from agents.study import Found, Study, StudyOptions
+from agents.track.adapters import ADAPTERS, make_adapter
+from agents.track.page import COLUMNS, RUN, page, rows
+from agents.track.privileged import SCALES, TRAINED, TRAININGS, MachineRuns
+from agents.track.running import TrackTrial, decides, run
+from agents.track.scores import (
+    ANCHORS,
+    Anchors,
+    Ground,
+    anchors_of,
+    collected,
+    read_anchors,
+    write_anchors,
+)
+from agents.track.scores import COLUMNS as OF_ANCHORS
+from grind_env.errors import GrindError
+from grind_env.plants import find_plants
+from grind_env.policies.judging import check_policy
+from grind_env.policies.model_view import model_of
+from grind_env.policies.problem import find_problem
+from grind_env.policies.rows import track_row, write_rows
+from grind_env.policies.track import BASELINE, MACHINES, TASK
+
+POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)
+"""Run beside the anchors if nobody names others."""
+FILES = {"track.csv": ",".join(RUN), "track.md": "# The track", ANCHORS: ",".join(OF_ANCHORS)}
+"""How they begin."""
+SECONDS = {SCALES: 150.0, TRAINED: 105.0}
+RUN_SECONDS = 3.0
+"""CPU-seconds of a trial, by measurement, and of a run of an adapter."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackStudy(Study):
+    """The study with the anchors of its scores.
+
+    Attributes:
+        anchors: `anchors(ground)`: those of all machines.
+        submit: file of a row for `grind verify`, or None.
+        text: names the policy of that row.
+    """
+
+    anchors: Callable[[Ground], Mapping[str, Anchors]]
+    submit: Path | None
+    text: str
+
+    def write(self, found: Found, folder: Path) -> str:
+        ground = ground_of(found)
+        anchors = self.anchors(ground)
+        write_anchors(folder / ANCHORS, anchors)
+        if self.submit is not None:
+            costs = [runs[Path(self.text).name].runs.cost[0].mean() for runs in ground.values()]
+            robust = [each.robust[0] for each in anchors.values()]
+            write_rows(self.submit, [track_row(self.text, np.array(costs), np.array(robust))])
+        return super().write(found, folder)
+
+
+def study(
+    asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, submit: Path | None
+) -> Study:
+    """Return the study of policies on machines, by default the whole track.
+
+    Anchors of a machine that are frozen stay as they are. For other machines they are found beside the adapters.
+    """
+    plants, names = list(dict.fromkeys(machines or MACHINES)), list(dict.fromkeys(adapters or POLICIES))
+    for plant in plants:
+        if not find_plants(plant, modules=True).one:
+            raise GrindError(f"{plant!r} is the name of many machines: give a seed, as '{plant}:1'")
+    made = {name: make_adapter(name, model_of(find_problem(TASK))) for name in (BASELINE, *names)}
+    for policy in made.values():
+        check_policy(policy)
+    if submit is not None and (machines or adapters is None or len(names) != 1 or names[0] in ADAPTERS):
+        raise GrindError("--submit writes the row of one policy on all machines: give --adapters once, no --machines")
+    seeds = tuple(range(asked.seeds))
+    frozen = read_anchors(RESULTS / ANCHORS, seeds)
+    trials = []
+    for plant in plants:
+        beside = adapters is None or plant not in frozen
+        if beside:
+            trials.append(TrackTrial(plant, SCALES, seeds))
+            trials += [TrackTrial(plant, TRAINED, seeds, k, asked.options.runs) for k in range(TRAININGS)]
+        for name in dict.fromkeys((*[BASELINE] * beside, *names)):
+            one_by_one = hasattr(made[name], "learn")
+            trials += [TrackTrial(plant, name, of) for of in ([(seed,) for seed in seeds] if one_by_one else [seeds])]
+
+    def anchors(ground: Ground) -> Mapping[str, Anchors]:
+        return {plant: frozen.get(plant) or anchors_of(runs) for plant, runs in ground.items()}
+
+    return TrackStudy(
+        name="track",
+        title="The track: machines that a policy does not know",
+        trials=trials,
+        run=run,
+        decides=decides,
+        seconds=lambda trial: SECONDS.get(trial.adapter, RUN_SECONDS * len(trial.seeds)),
+        columns=COLUMNS,
+        rows=lambda found: rows(ground_of(found)),
+        page=lambda found: page(ground_of(found), anchors(ground_of(found))),
+        episodes=asked.seeds,
+        anchors=anchors,
+        submit=submit,
+        text=names[0],
+        files=FILES,
+    )
+
+
+def ground_of(found: Found) -> Ground:
+    """Return the results of trials, as the cache has them, by machine and name."""
+    return collected(
+        {trial: {name: MachineRuns.read(each) for name, each in runs.items()} for trial, runs in found.items()}
+    )
