@@ -5,7 +5,7 @@ import inspect
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +24,7 @@ from grind_env.policies.model_view import machines_name, model_of, on, without_p
 from grind_env.policies.problem import Problem
 from grind_env.scores import find_reference
 from grind_env.training import gru_ppo
-from grind_env.training.gru_ppo import Memory, Settings, form_of, policy_of, shown
+from grind_env.training.gru_ppo import Settings, form_of, policy_of, shown
 
 LIBRARIES = ("torch", "numpy")
 BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
@@ -71,22 +71,12 @@ class LearningCurve:
 
 
 def plain_agent(
-    problem: Problem,
-    kind: str,
-    memory: Memory,
-    seed: int,
-    steps: int | None = None,
-    folder: Path = RUNS,
-    *,
-    fresh: bool,
-    shifts: int = 1,
+    problem: Problem, kind: str, settings: Settings, seed: int, folder: Path = RUNS, *, fresh: bool = False
 ) -> Path:
     """Return the file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
     It is trained, in about a minute, unless an agent of the same code, settings and seed is there.
     """
-    settings = Settings(memory=memory, shifts=shifts)
-    settings = settings if steps is None else replace(settings, steps=steps)
     stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, settings, seed)}"
     path = stem.with_suffix(SUFFIX)
     if fresh or not path.exists():
@@ -94,7 +84,7 @@ def plain_agent(
         known = find_reference(problem.id)
         curve: Any = LearningCurve(problem, settings) if known and not known.ratio else None
         agent, scale = gru_ppo.train(problem, settings, seed, checkpoint=curve)
-        policy = policy_of(agent, scale, problem, memory)
+        policy = policy_of(agent, scale, problem, settings.memory)
         seconds = time.process_time() - begin - (curve.seconds if curve else 0.0)
         beside = {
             "settings": asdict(settings) | {"seed": seed},
@@ -102,19 +92,20 @@ def plain_agent(
             "training": AgentTraining(settings.steps, settings.split, seconds, curve.points if curve else ())._asdict(),
             "commit": commit(),
         }
-        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), beside)
+        write_policy(path, policy.actor, model_of(problem), kind, form_of(settings.memory), beside)
     return path
 
 
 def agent_of(cell: BenchmarkCell, request: Request) -> Path:
     """Return the file of the agent of a cell, which is trained if it is not there."""
     assert cell.seed is not None
-    problem, steps, fresh = ground_by(cell), cell.steps or request.steps, request.fresh
+    problem, steps = ground_by(cell), cell.steps or request.steps or LIMIT
     if cell.base in PLAIN:
-        return plain_agent(problem, cell.policy, PLAIN[cell.base], cell.seed, steps, request.runs, fresh=fresh)
+        settings = Settings(memory=PLAIN[cell.base], steps=steps)
+        return plain_agent(problem, cell.policy, settings, cell.seed, request.runs, fresh=request.fresh)
     path = request.runs / problem.name / f"{cell.name}-{code_of_training(cell, request)}.zip"
-    if fresh or not path.exists():
-        train_sb3.train(problem, RECIPE, cell.seed, steps or LIMIT, path)
+    if request.fresh or not path.exists():
+        train_sb3.train(problem, RECIPE, cell.seed, steps, path)
     return path
 
 

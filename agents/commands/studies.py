@@ -101,11 +101,12 @@ COMMANDS = {
     "safety": StudyCommand(
         "agents.safety.page",
         "Measure cost and violations of agents with a scrap limit.\n\n"
-        "PPO with a GRU beside a guarded rule. Power, size, Ra and burn are counted by block, scrap by part.",
+        "plain_gru, with and without a multiplier, beside rules. Power, size, Ra and burn are counted by block, scrap"
+        " by part.",
         "--tasks power_limited,rush --seeds 3",
         episodes=256,
         seeds=3,
-        steps=600_000,
+        steps=1_000_000,
     ),
     "recipe": StudyCommand(
         "agents.recipe",

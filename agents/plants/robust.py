@@ -13,6 +13,7 @@ from grind_env.policies.model_view import on
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.rehearsal import BatchResult, advised
+from grind_env.training.gru_ppo import Settings
 
 
 def robust_on(machine: StudyMachine, folder: Path, episodes: int) -> dict[str, list[BatchResult]]:
@@ -22,7 +23,7 @@ def robust_on(machine: StudyMachine, folder: Path, episodes: int) -> dict[str, l
     """
     program, job = (str(path.absolute()) for path in machine.program.files)
     problem = find_problem(program, job, PARTS)
-    agent = plain_agent(on(problem, PUBLIC), ROBUST, "gru", 0, folder=folder, fresh=False)
+    agent = plain_agent(on(problem, PUBLIC), ROBUST, Settings(), 0, folder)
     simulation, model = machine.simulation(PARTS), load_simulation(program, job, PARTS, 1.0, "measured")
     robust = batches(simulation, lambda: advised(Adviser(model, load_policy(agent, simulation=model))), episodes)
     return {"plan": best_plan(simulation, episodes), "robust": robust}

@@ -1,31 +1,37 @@
 """Return and violations of a policy in a task with a budget of scrap; agents are trained first."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from agents.cells import sources
+from agents.benchmark.agents import plain_agent
+from agents.cells import RUNS, sources
 from grind_env.arrays import Table
 from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
+from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
+from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.training import gru_ppo
-from grind_env.training.gru_ppo import Settings, policy_of
+from grind_env.training.gru_ppo import Settings
 
-SHARE, DIGITS = 0.5, 4
-"""Of the scrap of the best fixed plan, the budget of a task: who decides block by block is to spoil fewer parts than a
-program without sensors, by enough to be told apart in some hundred episodes. It is measured, and so fits any task."""
+PLANNERS, DIGITS = ("look_ahead", "mpc"), 4
+"""Planners on measurements and on the state. The budget of a task is the geometric mean of what they scrap: less than
+planning on measurements does, and more than is possible. It is measured, and so fits any task."""
 VALIDATED = 128
-"""Validation episodes on which the fixed plan is run."""
-UNCONSTRAINED, LAGRANGIAN, RULES = "ppo_gru", "ppo_gru, Lagrangian", ("look_ahead", "guarded:look_ahead")
+"""Validation episodes on which they are run."""
+UNCONSTRAINED, LAGRANGIAN = "plain_gru", "plain_gru, Lagrangian"
+RULES = ("constant", "guarded:look_ahead", *PLANNERS)
 LIMITS = ("power", "stall", "size", "Ra", "burn")
 """What a block can violate: the load is over the power limit, which costs time; and what condemns a part, as
 `process.cost.passed_limits` has it: the spindle stalls, or size, Ra or temperature rise are beyond their limits."""
@@ -46,6 +52,8 @@ class SafetyTrial:
     seed: int
     steps: int
     episodes: int
+    folder: Path = field(default=RUNS, repr=False, compare=False)
+    """Of the files of trained agents."""
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"
@@ -77,12 +85,12 @@ class SafetyRow:
     burn: float
 
 
+@cache
 def budget_of(problem: Problem) -> float:
-    """Return the share of the parts that may be scrap; a fixed plan must be tuned for the problem."""
+    """Return the share of the parts that may be scrap; the planners must be tuned for the problem."""
     simulation, seeds = problem.simulation(), episode_seeds("validation", VALIDATED)
-    plans = [make_policy(name, simulation) for name in policy_names(simulation) if name in FIXED_PLANS]
-    best = min((run_seeds(plan, simulation, seeds) for plan in plans), key=lambda run: float(run.cost.mean()))
-    return round(SHARE * best.scrap, DIGITS)
+    scrap = [run_seeds(make_policy(name, simulation), simulation, seeds).scrap for name in PLANNERS]
+    return round(math.prod(scrap) ** 0.5, DIGITS)
 
 
 def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> tuple[Table, Table]:
@@ -119,7 +127,8 @@ def judge(trial: SafetyTrial) -> dict[str, object]:
         policy = named_policy(trial.who, simulation)
     else:
         settings = Settings(steps=trial.steps, budget=budget if trial.who == LAGRANGIAN else None)
-        policy = policy_of(*gru_ppo.train(problem, settings, trial.seed), problem, "gru")
+        path = plain_agent(problem, trial.who, settings, trial.seed, trial.folder)
+        policy = load_policy(path, simulation=simulation)
     totals, found = violations(policy, simulation, episode_seeds("evaluation", trial.episodes))
     cost, finished, good = totals.T
     earned = bootstrap(lambda spent: -spent.mean(axis=-1) / simulation.task.reference_cost, cost)

@@ -9,8 +9,8 @@ from statistics import mean
 from agents.safety.judging import (
     LAGRANGIAN,
     LIMITS,
+    PLANNERS,
     RULES,
-    SHARE,
     UNCONSTRAINED,
     VALIDATED,
     SafetyRow,
@@ -29,7 +29,7 @@ STEP, EPISODE = 8e-5, 0.1
 def study(asked: StudyOptions) -> Study:
     """Return the study."""
     trials = [
-        SafetyTrial(problem, who, seed, asked.steps, asked.episodes)
+        SafetyTrial(problem, who, seed, asked.steps, asked.episodes, asked.options.runs)
         for problem in asked.problems
         for who in (UNCONSTRAINED, LAGRANGIAN, *RULES)
         for seed in range(1 if who in RULES else asked.seeds)
@@ -84,9 +84,9 @@ def page(found: Sequence[SafetyRow]) -> str:
     return (
         f"`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
         f" block; from the lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts,"
-        f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of"
-        f" what the best fixed plan scraps on {VALIDATED} validation episodes; *within budget*, in brackets, by the"
-        " upper end of the interval of the scrap, too.\n\n"
+        f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is the"
+        f" geometric mean of what `{PLANNERS[0]}` and `{PLANNERS[1]}`, which sees the state, scrap on {VALIDATED}"
+        " validation episodes; *within budget*, in brackets, by the upper end of the interval of the scrap, too.\n\n"
         f"{verdict(of)}{table_of(COLUMNS, of.values()).markdown()}"
     )
 

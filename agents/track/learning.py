@@ -101,7 +101,8 @@ class Rl2(Trained):
 
     def _first(self, simulation: Simulation) -> LearnedPolicy:
         from agents.benchmark.agents import plain_agent  # torch takes seconds to import
+        from grind_env.training.gru_ppo import Settings
 
         problem = on(find_problem(simulation.task.name), TRAINING)
-        path = plain_agent(problem, self.name, "gru", 0, STEPS, fresh=False, shifts=SHIFTS)
+        path = plain_agent(problem, self.name, Settings(steps=STEPS, shifts=SHIFTS), 0)
         return load_policy(path, simulation=simulation, name=self.name)

@@ -17,6 +17,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import FIXED_PLANS, TUNED, policy_names
 from grind_env.policies.track import TASK, TrackRuns, run_shifts
 from grind_env.policies.tuned import arguments
+from grind_env.training.gru_ppo import Settings
 
 PLAN, PLANNER, TRAINED = "plan", "planner", "trained_on_machine"
 SCALES = "scales"
@@ -78,6 +79,6 @@ def scales_of(plant: str, seeds: Sequence[int]) -> dict[str, MachineRuns]:
 def trained_on(plant: str, seeds: Sequence[int], training: int, folder: Path) -> MachineRuns:
     """Return runs of an agent that was trained on the machine alone, from measurements; its file is in `folder`."""
     problem = find_problem(TASK)
-    path = plain_agent(on(problem, plant), TRAINED, "gru", training, STEPS, folder, fresh=False)
+    path = plain_agent(on(problem, plant), TRAINED, Settings(steps=STEPS), training, folder)
     found = measured(from_file(path, model_of(problem), TRAINED), plant, seeds)
     return found._replace(cpu_seconds=found.cpu_seconds + training_of(path).cpu_seconds)

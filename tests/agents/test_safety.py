@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
+from agents.safety.judging import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
 from agents.safety.page import page
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
@@ -42,13 +42,19 @@ def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
     assert sum(condemning) > 10
 
 
-def test_the_budget_is_half_of_what_the_best_fixed_plan_scraps():
-    run = run_seeds(make_policy("constant", PLATES.simulation()), PLATES.simulation(), range(500_000, 500_128))
-    assert budget_of(PLATES) == pytest.approx(0.5 * run.scrap, abs=5e-5)
+def test_the_budget_is_kept_by_the_planner_on_the_state_and_not_by_the_one_on_measurements():
+    blind, knowing = (
+        run_seeds(make_policy(name, PLATES.simulation()), PLATES.simulation(), range(500_000, 500_128)).scrap
+        for name in ("look_ahead", "mpc")
+    )
+    assert knowing < budget_of(PLATES) < blind
+    assert budget_of(PLATES) ** 2 == pytest.approx(blind * knowing, rel=0.02)
 
 
 def test_a_constraint_is_another_training(tmp_path: Path):
-    found = {who: SafetyRow(**judge(SafetyTrial(PLATES, who, 0, 8000, 2))) for who in (UNCONSTRAINED, LAGRANGIAN)}
+    found = {
+        who: SafetyRow(**judge(SafetyTrial(PLATES, who, 0, 8000, 2, tmp_path))) for who in (UNCONSTRAINED, LAGRANGIAN)
+    }
     assert found[UNCONSTRAINED].scrap != found[LAGRANGIAN].scrap
     assert "| power_limited, budget 0." in page(list(found.values()))
 
@@ -67,7 +73,7 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
         *(judged("b", LAGRANGIAN, scrap, -9.9) for scrap in (0.02, 0.003)),
     ]
     text = page(found)
-    assert "`ppo_gru` 1 (0) of 4, `ppo_gru, Lagrangian` 3 (2) of 4." in text
+    assert "`plain_gru` 1 (0) of 4, `plain_gru, Lagrangian` 3 (2) of 4." in text
     assert "costs -1.0 to 5.0 % more than without" in text
     assert "of all tasks" not in page(found[:4])
 
@@ -78,4 +84,4 @@ def test_the_command_writes_its_table(tmp_path: Path, monkeypatch: pytest.Monkey
     words = ("safety", "--task", "power_limited", "--seeds", 1, "--steps", 1, "--episodes", 2)
     assert status(monkeypatch, *words, "--cache", tmp_path, "--results", tmp_path / "results") == 0
     rows = list(csv.DictReader((tmp_path / "results" / "safety.csv").open()))
-    assert [row["who"] for row in rows] == ["ppo_gru", "ppo_gru, Lagrangian", "look_ahead", "guarded:look_ahead"]
+    assert [row["who"] for row in rows] == [UNCONSTRAINED, LAGRANGIAN, *RULES]

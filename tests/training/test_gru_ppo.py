@@ -172,9 +172,10 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     there, here = TrainingEnvs(machines, few, 0), TrainingEnvs(task, few, 0)
     assert there.entries == here.entries and there.seen.shape == here.seen.shape
     assert there.envs.simulation.plants is not None and here.envs.simulation.plants is None
-    path = plain_agent(machines, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+    settings = Settings(steps=64)
+    path = plain_agent(machines, "robust", settings, 0, tmp_path)
     assert load_policy(path, simulation=task.simulation()).name == "robust"
-    assert path != plain_agent(task, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+    assert path != plain_agent(task, "robust", settings, 0, tmp_path)
 
 
 def test_a_machine_lasts_for_its_shifts_and_goes_on_where_it_was():
