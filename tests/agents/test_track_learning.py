@@ -10,7 +10,7 @@ from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.fitting import CONSTANTS, changed
 from agents.track.learning import Adviser, Rl2
-from agents.track.retraining import FineTuned, FittedProblem, RobustCalibrated
+from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated
 from grind_env.envs.shown import Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import episode_seeds, run_seeds
@@ -110,14 +110,14 @@ def test_fine_tuning_moves_to_what_is_cheaper_as_far_as_it_may(monkeypatch: pyte
     assert abs(still[-1] - still[0]) < 0.05
 
 
-def test_fine_tuning_draws_with_the_chances_of_the_agent() -> None:
+def test_fine_tuning_draws_from_the_softmax_at_its_temperature() -> None:
     policy, drawn = FineTuned(some_agent()), []
     seen = np.zeros((1, ENTRIES), np.float32)
     for _ in range(400):
         policy.begin(MODEL, 1)
         drawn.append(policy.act(seen, None).executions[0])
     policy.begin(MODEL, 1)
-    D = logits(policy, seen[0])[0, CHOICES[0] :]
+    D = logits(policy, seen[0])[0, CHOICES[0] :] / TEMPERATURE
     chances = np.exp(D) / np.exp(D).sum()
     shares = [np.mean(np.array(drawn) == k) for k in range(len(chances))]
     np.testing.assert_allclose(shares, chances, atol=4.0 * 0.5 / 400**0.5)
