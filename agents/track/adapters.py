@@ -10,6 +10,7 @@ ADAPTERS = {
     "calibrated": "agents.track.learning:CalibratedPlanner",
     "adviser": "agents.track.learning:Adviser",
     "rl2": "agents.track.learning:Rl2",
+    "rl2_forgets": "agents.track.learning:ForgetfulRl2",
     "fine_tuned": "agents.track.retraining:FineTuned",
     "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }

@@ -92,9 +92,10 @@ class Rl2(Trained):
     """The GRU of `gru_ppo`, trained on ten shifts of each machine, which remembers all shifts on this one."""
 
     name: ClassVar[str] = "rl2"
+    remembers: ClassVar[bool] = True
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        remembered = getattr(self.agent, "state", None)
+        remembered = getattr(self.agent, "state", None) if self.remembers else None
         super().begin(simulation, episodes)
         if remembered is not None:
             self.agent.state = remembered
@@ -104,5 +105,12 @@ class Rl2(Trained):
         from grind_env.training.gru_ppo import Settings
 
         problem = on(find_problem(simulation.task.name), TRAINING)
-        path = plain_agent(problem, self.name, Settings(steps=STEPS, shifts=SHIFTS), 0)
+        path = plain_agent(problem, Rl2.name, Settings(steps=STEPS, shifts=SHIFTS), 0)
         return load_policy(path, simulation=simulation, name=self.name)
+
+
+class ForgetfulRl2(Rl2):
+    """The agent of `rl2`, which forgets a shift when it ends: the difference is what memory is worth."""
+
+    name: ClassVar[str] = "rl2_forgets"
+    remembers: ClassVar[bool] = False

@@ -9,7 +9,7 @@ import torch
 from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.fitting import CONSTANTS, changed
-from agents.track.learning import Adviser, Rl2
+from agents.track.learning import Adviser, ForgetfulRl2, Rl2
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated
 from grind_env.envs.shown import Standard
 from grind_env.envs.simulation import Simulation
@@ -57,9 +57,9 @@ def test_the_recurrent_agent_remembers_all_shifts_on_a_machine_and_none_on_the_n
     policy.begin(MODEL, 1)
     np.testing.assert_array_equal(policy.agent.state, agent.state)
     assert policy.agent.state.any()
-    other = Rl2(some_agent())
-    other.begin(MODEL, 1)
-    assert not other.agent.state.any()
+    forgetful = ForgetfulRl2(policy.agent)
+    forgetful.begin(MODEL, 1)
+    assert not forgetful.agent.state.any()
 
 
 def test_the_adviser_begins_a_shift_with_what_it_has_learned_and_the_first_as_the_rule() -> None:
