@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from agents.cells import RUNS, behaviour, sources
-from agents.provenance import installed, provenance
+from agents.provenance import TRAINING, installed, provenance
 from agents.runner import run_all
 from agents.tables import check_tables, csv_of
 from grind_env.arguments import Application, Keeps
@@ -27,8 +27,7 @@ from grind_env.terminal import command, table_console
 
 Found = Mapping[Any, Any]
 """Results by trial."""
-LIBRARIES = ("numpy", "numba", "gymnasium", "stable_baselines3", "torch")
-TRAINING = ("stable_baselines3", "torch")
+LIBRARIES = ("numpy", "numba", "gymnasium", *TRAINING)
 
 Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 Ray = Annotated[
@@ -164,9 +163,7 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes or 1))
-        if not self.trains:
-            made = {name: value for name, value in made.items() if name not in TRAINING}
+        made = provenance(episode_seeds("evaluation", self.episodes or 1), trains=self.trains)
         if not self.episodes:
             del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]

@@ -154,11 +154,6 @@ def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | N
     return figure
 
 
-def _best_score(found: TaskGaps) -> float | None:
-    """Return the score of the best rule in a task that is not made to be solved by one."""
-    return None if found.task in SOLVED else found.gaps[BEST].score.value
-
-
 PROMISES = (
     Promise(
         "the planner saves 15 % on the best fixed plan in every task but Slot",
@@ -170,7 +165,7 @@ PROMISES = (
     Promise("adapting D saves 10 % in four tasks", _saved(ADAPTING_D), " %", lambda saving: saving >= 10.0, least=4),
     Promise(
         "no rule on measurements comes within 3 points of hindsight but in Slot and Oracle6",
-        _best_score,
+        lambda found: None if found.task in SOLVED else found.gaps[BEST].score.value,
         "",
         lambda score: score <= 97.0,
     ),

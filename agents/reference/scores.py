@@ -112,7 +112,7 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
 def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
     """Return all numbers in full, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
-    facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]
-    kept = [name for name in facts[0] if name not in ("stable_baselines3", "torch")]
-    cells = [[task.name, *flat(row), *(fact[name] for name in kept)] for row, fact in zip(rows, facts, strict=True)]
-    return csv_of(["task", *columns, *kept], cells)
+    seeds = [episode_seeds("evaluation", len(found[row.policy].cost)) for row in rows]
+    facts = [provenance(each, trains=False) for each in seeds]
+    cells = [[task.name, *flat(row), *fact.values()] for row, fact in zip(rows, facts, strict=True)]
+    return csv_of(["task", *columns, *facts[0]], cells)
