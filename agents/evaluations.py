@@ -1,14 +1,15 @@
 """Evaluations of named policies as trials: chunks of episodes, cached for every study that asks for them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import CHUNK, code_of, keep, kept, place_of
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.model_view import model_beside
@@ -57,6 +58,7 @@ def chunk_seconds(chunk: Chunk) -> float:
 class Evaluations(Study):
     """A study whose trials are chunks."""
 
+    run: Callable[[Any], Any] = run_chunk
     seconds: Callable[[Any], float] = chunk_seconds
 
     def cached(self, trial: Chunk, runs: Path) -> Evaluation | None:
@@ -70,10 +72,17 @@ class Evaluations(Study):
         return place_of(name, code, trial.problem, trial.seeds, trial.split, runs)
 
 
-def chunks(problem: Problem, who: str, episodes: int, split: str = EVERY, configs: Path | None = None) -> list[Chunk]:
-    """Return the first evaluation episodes of a policy as chunks."""
-    seeds = episode_seeds("evaluation", episodes)
-    return [Chunk(problem, who, seeds[first : first + CHUNK], split, configs) for first in range(0, episodes, CHUNK)]
+def chunks(
+    asked: StudyOptions, policies: Callable[[Problem], Iterable[str]], splits: Iterable[str] = (EVERY,)
+) -> list[Chunk]:
+    """Return the evaluation episodes that a study asks for, of the policies of each problem, as chunks."""
+    seeds = episode_seeds("evaluation", asked.episodes)
+    return [
+        Chunk(problem, who, seeds[first : first + CHUNK], split, asked.configs)
+        for problem in asked.problems
+        for who, split in product(policies(problem), splits)
+        for first in range(0, asked.episodes, CHUNK)
+    ]
 
 
 def joined(found: Found) -> Mapping[tuple[Problem, str, str], Evaluation]:

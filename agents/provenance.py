@@ -11,14 +11,19 @@ from grind_env.task_version import TASK_VERSION
 ROOT = Path(__file__).parents[1]
 
 
-def provenance(seeds: range) -> dict[str, str | int]:
-    """Return versions, seeds and commit of the results."""
+TRAINING = ("stable_baselines3", "torch")
+"""Packages that only trainings need."""
+
+
+def provenance(seeds: range, *, trains: bool = True) -> dict[str, str | int]:
+    """Return versions, seeds and commit of the results; those of packages that train only if something was trained."""
+    packages = ("grind_env", "numpy", "numba", *TRAINING * trains)
     return {
         "task_version": TASK_VERSION,
         "seeds": shown_seeds(seeds),
         "commit": commit(),
         "python": platform.python_version(),
-        **{package: installed(package) for package in ("grind_env", "numpy", "numba", "stable_baselines3", "torch")},
+        **{package: installed(package) for package in packages},
     }
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from agents.evaluations import Evaluations, chunks, joined, run_chunk
+from agents.evaluations import Evaluations, chunks, joined
 from agents.reference.table import best_plan
 from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
@@ -39,18 +39,10 @@ class SplitScore(NamedTuple):
 
 def study(asked: StudyOptions) -> Study:
     """Return the study."""
-    trials = [
-        chunk
-        for problem in asked.problems
-        for who in (*plans_of(problem), *judged(problem), REFERENCE)
-        for split in SHOWN
-        for chunk in chunks(problem, who, asked.episodes, split, asked.configs)
-    ]
     return Evaluations(
         name="splits",
         title="Contexts that were held out, and some beyond the task",
-        trials=trials,
-        run=run_chunk,
+        trials=chunks(asked, lambda problem: [*plans_of(problem), *judged(problem), REFERENCE], SHOWN),
         columns=COLUMNS,
         rows=lambda found: [(*each[:3], *each.score, *each.cost, each.scrap) for each in all_lines(found)],
         page=lambda found: page(all_lines(found), asked.episodes),

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from agents.cells import RUNS, behaviour, sources
-from agents.provenance import installed, provenance
+from agents.provenance import TRAINING, installed, provenance
 from agents.runner import run_all
 from agents.tables import check_tables, csv_of
 from grind_env.arguments import Application, Keeps
@@ -27,8 +27,7 @@ from grind_env.terminal import command, table_console
 
 Found = Mapping[Any, Any]
 """Results by trial."""
-LIBRARIES = ("numpy", "numba", "gymnasium", "stable_baselines3", "torch")
-TRAINING = ("stable_baselines3", "torch")
+LIBRARIES = ("numpy", "numba", "gymnasium", *TRAINING)
 
 Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 Ray = Annotated[
@@ -73,41 +72,28 @@ class StudyOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Study as data.
+    """Study as data."""
 
-    Attributes:
-        name: name of its command and files.
-        title: title of its page.
-        trials: frozen dataclasses; a field `problem` or `task` names the problem.
-        run: `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
-        columns: columns of the table; by default the fields of trials and results.
-        page: `page(found)`: Markdown below the title.
-        rows: `rows(found)`: rows of the table under `columns`.
-        episodes: evaluation episodes, whose seeds are in every row; 0 for none.
-        decides: `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task.
-        seconds: `seconds(trial)`: estimated CPU-seconds.
-        trains: whether every row has the versions of Stable-Baselines3 and torch, too.
-        prepare: called before the first trial.
-        draw: `draw(found, folder)`: writes the figures of the page.
-        publish: `publish(found, folder)`: writes further files, and returns text to print.
-        files: first characters of further files, by name.
-    """
-
-    name: str
-    title: str
-    trials: Sequence[Any]
+    name: str  # name of its command and files
+    title: str  # title of its page
+    trials: Sequence[Any]  # frozen dataclasses; a field `problem` or `task` names the problem
+    # `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
     run: Callable[[Any], Any]
-    columns: Sequence[str] = ()
-    page: Callable[[Found], str] = lambda found: ""
+    columns: Sequence[str] = ()  # columns of the table; by default the fields of trials and results
+    page: Callable[[Found], str] = lambda found: ""  # `page(found)`: Markdown below the title
+    # `rows(found)`: rows of the table under `columns`
     rows: Callable[[Found], Iterable[Sequence[object]]] | None = None
-    episodes: int = 1
+    episodes: int = 1  # evaluation episodes, whose seeds are in every row; 0 for none
+    # `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task
     decides: Callable[[Any], object] = lambda trial: None
-    seconds: Callable[[Any], float] = lambda trial: 0.0
-    trains: bool = True
-    prepare: Callable[[], object] = lambda: None
+    seconds: Callable[[Any], float] = lambda trial: 0.0  # `seconds(trial)`: estimated CPU-seconds
+    trains: bool = True  # whether every row has the versions of Stable-Baselines3 and torch, too
+    prepare: Callable[[], object] = lambda: None  # called before the first trial
+    # `draw(found, folder)`: writes the figures of the page
     draw: Callable[[Found, Path], object] = lambda found, folder: None
+    # `publish(found, folder)`: writes further files, and returns text to print
     publish: Callable[[Found, Path], str] | None = None
-    files: Mapping[str, str] | None = None
+    files: Mapping[str, str] | None = None  # first characters of further files, by name
 
     def check(self, folder: Path) -> None:
         """Refuse a folder in which other files have the names of the files of this study."""
@@ -177,9 +163,7 @@ class Study:
         """Write the table and the page; the page comes back."""
         if self.publish is not None:
             return self.publish(found, folder)
-        made = provenance(episode_seeds("evaluation", self.episodes or 1))
-        if not self.trains:
-            made = {name: value for name, value in made.items() if name not in TRAINING}
+        made = provenance(episode_seeds("evaluation", self.episodes or 1), trains=self.trains)
         if not self.episodes:
             del made["seeds"]
         rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]

@@ -3,6 +3,7 @@
 import io
 import json
 import sys
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -11,11 +12,10 @@ import typer
 
 from grind_env.arguments import JOB, PROBLEM, Application, Writes
 from grind_env.command_help import HelpfulGroup
-from grind_env.commands import register
+from grind_env.commands import evaluate, play, verify
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
-from grind_env.shop import commands as shop_commands
-from grind_env.shop.commands import arguments
+from grind_env.shop.commands import EXAMPLES, arguments
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import BAD_INPUT, command, table_console
 from grind_env.training import command as training_command
@@ -353,8 +353,13 @@ def _control(
     )
 
 
-register(app)
-shop_commands.register(app)
+POLICY_EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
+    evaluate: ("grind evaluate --task plate.nc --policy E12000D1", "grind evaluate --core --policy my_rule:Rule"),
+    verify: ("grind verify row.json", "grind verify row.json --seed 31415926535897932384"),
+    play: ("grind play --task rush --policy adaptive_rule", "grind play --no-window --output played.nc"),
+}
+for function, examples in {**POLICY_EXAMPLES, **EXAMPLES}.items():
+    app.command(epilog="\n".join(examples))(function)
 training_command.register(app)
 app.add_typer(figure_commands.app, name="figure")
 

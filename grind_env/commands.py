@@ -44,15 +44,6 @@ PLAYED = "# Written by `grind play`, and replaced when it is written again: chan
 PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command(epilog="grind evaluate --task plate.nc --policy E12000D1\ngrind evaluate --core --policy my_rule:Rule")(
-        evaluate
-    )
-    app.command(epilog="grind verify row.json\ngrind verify row.json --seed 31415926535897932384")(verify)
-    app.command(epilog="grind play --task rush --policy adaptive_rule\ngrind play --no-window --output played.nc")(play)
-
-
 def evaluate(
     ctx: typer.Context,
     env: NamedProblem = "power_limited",

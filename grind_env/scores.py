@@ -5,7 +5,6 @@ episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`
 """
 
 import functools
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,7 +12,6 @@ from typing import Any, NamedTuple
 
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import ReadError
-from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
 from grind_env.toml import TomlError, read_toml, toml_text
 
@@ -23,7 +21,6 @@ FILE = Path(__file__).with_name("envs") / "scores.toml"
 EPISODES = 256
 """Evaluation episodes of the reference scores."""
 HEADING = "# Reference scores"
-REFERENCES = Own("file of reference scores", re.compile(HEADING.encode()).match)
 VERSION = "task_version"
 """Key of the version of the tasks that scores are of."""
 

@@ -28,39 +28,24 @@ Kind = Literal["good", "poor", "bad", "code", "dim", ""]
 
 
 class Cell(NamedTuple):
-    """A cell of a table.
+    """A cell of a table."""
 
-    Attributes:
-        text: shown text.
-        kind: judgement of the value; "" for neither good nor bad.
-        below: lines below the text, indented, on a terminal.
-    """
-
-    text: str
-    kind: Kind = ""
-    below: str = ""
+    text: str  # shown text
+    kind: Kind = ""  # judgement of the value; "" for neither good nor bad
+    below: str = ""  # lines below the text, indented, on a terminal
 
 
 class Column(NamedTuple):
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes:
-        title: heading; a terminal keeps its lines.
-        value: an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place.
-        form: format of a number, as in `format`, such as `.2f`.
-        unit: unit of the values, below or behind the title.
-        right: whether cells are right-aligned, as numbers are.
-        wrap: whether a terminal may break its cells, for sentences.
-        factor: factor from values to the unit.
-    """
-
-    title: str
+    title: str  # heading; a terminal keeps its lines
+    # an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place
     value: str | Callable[[Any], object] = ""
-    form: str = ""
-    unit: str = ""
-    right: bool = False
-    wrap: bool = False
-    factor: float = 1.0
+    form: str = ""  # format of a number, as in `format`, such as `.2f`
+    unit: str = ""  # unit of the values, below or behind the title
+    right: bool = False  # whether cells are right-aligned, as numbers are
+    wrap: bool = False  # whether a terminal may break its cells, for sentences
+    factor: float = 1.0  # factor from values to the unit
 
     @property
     def heading(self) -> str:

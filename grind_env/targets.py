@@ -16,14 +16,10 @@ HEAD = 1 << 16
 
 
 class Own(NamedTuple):
-    """Files that a command replaces although nobody has named them to it, or that it goes on with.
+    """Files that a command replaces although nobody has named them to it, or that it goes on with."""
 
-    Attributes:
-        what: they are, as a message says it.
-        known: whether a file begins as they do, by its first `HEAD` bytes; with one that is empty nothing is lost.
-    """
-
-    what: str
+    what: str  # they are, as a message says it
+    # whether a file begins as they do, by its first `HEAD` bytes; with one that is empty nothing is lost
     known: Callable[[bytes], object]
 
     def fits(self, path: Path) -> bool:

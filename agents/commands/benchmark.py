@@ -29,13 +29,6 @@ from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import table_console
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command(
-        epilog="python -m agents benchmark\npython -m agents benchmark --tasks core --kinds ppo,plain_gru@3M --seeds 3"
-    )(benchmark)
-
-
 def benchmark(
     tasks: Tasks = None,
     job: JobFile = None,

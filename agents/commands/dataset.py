@@ -32,13 +32,6 @@ PLACE = "MINARI_DATASETS_PATH"
 """Environment variable that names the folder in which Minari keeps datasets."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command(
-        epilog="python -m agents dataset --task rush\npython -m agents dataset --policy adaptive_rule --episodes 50"
-    )(dataset)
-
-
 def dataset(
     task: NamedProblem = "power_limited",
     job: JobFile = None,

@@ -15,12 +15,6 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import tuned_folder
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    epilog = "python -m agents tune --task rush\npython -m agents tune --task rush --policies belief_rule,look_ahead"
-    app.command(name="tune", epilog=epilog)(tuning)
-
-
 def tuning(
     task: NamedProblem = "power_limited",
     job: JobFile = None,

@@ -13,15 +13,6 @@ from grind_env.errors import printable
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import find_problem
 
-EXAMPLES = """\
-python -m agents video --left adaptive_rule --output one.gif
-python -m agents video --left adaptive_rule --right E8000D0 --output two.gif"""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command(epilog=EXAMPLES)(video)
-
 
 def video(
     left: Annotated[str, typer.Option(help="Policy, agent file, or constant E8000D0 (E in mm/min)."), FILE],

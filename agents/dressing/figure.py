@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 from functools import partial
-from io import BytesIO
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullLocator
@@ -22,24 +20,21 @@ DEAREST = 20.0
 """Intervals that cost more than so many times the best one are left out of the picture; the table has them."""
 
 
-def dress_figure(found: Sequence[DressFinding], title: str) -> bytes:
-    """Draw the answers for one problem, as PNG as wide as a page; no dresser for a program that says how it is set."""
+def dress_figure(found: Sequence[DressFinding], title: str) -> Figure:
+    """Draw the answers for one problem, as wide as a page; no dresser for a program that says how it is set."""
     (own,) = about(found, "plan")
     shown = [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost]
     drawn = [partial(draw_intervals, found=shown), partial(draw_deciders, found=about(found, "decision"), fixed=own)]
     if dressers := about(found, "dresser"):
         drawn += [partial(draw_dresser, found=dressers, own=own), partial(draw_passes, found=about(found, "passes"))]
     rows = len(drawn) // 2
-    figure = Figure(figsize=(WIDTH, 4.0 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Figure(figsize=(WIDTH, 4.0 * rows), dpi=90, layout="constrained")
     figure.suptitle(title)
     panels = figure.subplots(rows, 2, width_ratios=(1.3, 1.0))
     for draw, axes in zip(drawn, panels.flat, strict=True):
         draw(axes)
     figure.legend(fontsize=8, loc="outside lower right", ncols=1 + len(COLOURS))
-    image = BytesIO()
-    figure.savefig(image, format="png", dpi=90)
-    return image.getvalue()
+    return figure
 
 
 def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:

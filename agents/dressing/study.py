@@ -168,6 +168,6 @@ def about(found: Sequence[DressFinding], question: str) -> list[DressFinding]:
 
 def csv_text(found: Sequence[DressFinding], seeds: range) -> str:
     """Return the findings, with seeds and versions in every row."""
-    facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
+    facts = provenance(seeds, trains=False)
     names = [each.name for each in fields(DressFinding)]
     return csv_of([*names, *facts], [(*asdict(each).values(), *facts.values()) for each in found])

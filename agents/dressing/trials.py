@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agents.benchmark.figures import write_figure
 from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
@@ -13,7 +14,7 @@ from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dres
 from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
-from grind_env.files import is_file, write_atomically
+from grind_env.files import is_file
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
@@ -108,6 +109,5 @@ def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: 
     for problem in dict.fromkeys(trial.problem for trial in found):
         findings = [DressFinding(**each) for trial, each in found.items() if trial.problem == problem]
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))
-        picture = dress_figure(findings, problem.simulation().task.title)
-        write_atomically(folder / f"{problem.name}.png", partial(Path.write_bytes, data=picture))
+        write_figure(dress_figure(findings, problem.simulation().task.title), folder / f"{problem.name}.png")
     return f"tables and pictures: {folder}"

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from agents.plants.machines import StudyProgram
-from grind_env.arrays import Array
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
@@ -54,7 +53,8 @@ def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, 
         raise _not_so(program, f" ({error})") from None
     parts = [np.unique(whole.strokes["E"][whole.strokes["part"] == number]) for number in whole.parts["part"]]
     speeds = np.outer(feeds, np.unique(own.strokes["E"]))
-    if len(own.parts) != 1 or len(parts) != len(feeds) or not all(map(_are, parts, speeds)):
+    same = (a.shape == b.shape and np.allclose(a, b) for a, b in zip(parts, speeds, strict=False))
+    if len(own.parts) != 1 or len(parts) != len(feeds) or not all(same):
         raise _not_so(program, "")
     return text
 
@@ -77,10 +77,6 @@ def _pieces(text: str) -> tuple[str, str, str]:
     end = next((k for k, line in enumerate(code) if END.search(line)), len(lines))
     body = [LABEL.sub("", line) for line in lines[begin:end]]
     return "".join(lines[:begin]), "".join(body), "".join(lines[end + 1 :])
-
-
-def _are(some: Array, others: Array) -> bool:
-    return some.shape == others.shape and np.allclose(some, others)
 
 
 def _number(value: float) -> str:

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
+from agents.evaluations import Evaluations, by_problem, chunks
 from agents.reference.scores import tune_missing
 from agents.reference.table import best_plan, flat, spread_names
 from agents.study import Found, Study, StudyOptions
-from agents.tuning.rules import tunable
 from grind_env.arrays import Array
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
@@ -154,11 +154,6 @@ def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | N
     return figure
 
 
-def _best_score(found: TaskGaps) -> float | None:
-    """Return the score of the best rule in a task that is not made to be solved by one."""
-    return None if found.task in SOLVED else found.gaps[BEST].score.value
-
-
 PROMISES = (
     Promise(
         "the planner saves 15 % on the best fixed plan in every task but Slot",
@@ -170,7 +165,7 @@ PROMISES = (
     Promise("adapting D saves 10 % in four tasks", _saved(ADAPTING_D), " %", lambda saving: saving >= 10.0, least=4),
     Promise(
         "no rule on measurements comes within 3 points of hindsight but in Slot and Oracle6",
-        _best_score,
+        lambda found: None if found.task in SOLVED else found.gaps[BEST].score.value,
         "",
         lambda score: score <= 97.0,
     ),
@@ -191,21 +186,11 @@ def study(asked: StudyOptions) -> Study:
     def gaps(found: Found) -> list[TaskGaps]:
         return [task_gaps(problem, runs, asked.configs) for problem, runs in by_problem(found).items()]
 
-    def prepare() -> None:
-        for problem in asked.problems:
-            tune_missing(problem, [*tunable(problem.simulation()), *ABLATIONS], asked.configs, asked.options)
-
     return Evaluations(
         name="gaps",
         title="Gaps",
-        trials=[
-            chunk
-            for problem in asked.problems
-            for name in (*ABLATIONS, *policy_names(problem.simulation()))
-            for chunk in chunks(problem, name, asked.episodes, configs=asked.configs)
-        ],
-        run=run_chunk,
-        prepare=prepare,
+        trials=chunks(asked, lambda problem: [*ABLATIONS, *policy_names(problem.simulation())]),
+        prepare=partial(tune_missing, asked, ABLATIONS),
         columns=[
             "task",
             *(n for f in fields(Gap) for n in (spread_names(f.name) if f.type is Interval else [f.name])),

@@ -5,17 +5,16 @@ from functools import partial
 from pathlib import Path
 
 from agents.cells import RESULTS
-from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
+from agents.evaluations import Evaluations, by_problem, chunks
 from agents.provenance import provenance
 from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
-from agents.study import Found, Options, Study, StudyOptions
+from agents.study import Found, Study, StudyOptions
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
@@ -42,10 +41,6 @@ def study(asked: StudyOptions) -> Study:
                 f"run `python -m agents gaps --task {file}`"
             )
 
-    def prepare() -> None:
-        for problem in asked.problems:
-            tune_missing(problem, tunable(problem.simulation()), asked.configs, asked.options)
-
     def publish(found: Found, folder: Path) -> str:
         texts = []
         for problem, runs in by_problem(found).items():
@@ -62,25 +57,22 @@ def study(asked: StudyOptions) -> Study:
     return Evaluations(
         name="scores",
         title="Reference scores",
-        trials=[
-            chunk
-            for problem in asked.problems
-            for name in policy_names(problem.simulation())
-            for chunk in chunks(problem, name, asked.episodes, configs=asked.configs)
-        ],
-        run=run_chunk,
-        prepare=prepare,
+        trials=chunks(asked, lambda problem: policy_names(problem.simulation())),
+        prepare=partial(tune_missing, asked),
         publish=publish,
         files={f"{problem.name}.csv": "task,policy,sees," for problem in asked.problems} | {FILE.name: HEADING},
     )
 
 
-def tune_missing(problem: Problem, names: Sequence[str], configs: Path | None, options: Options) -> None:
-    """Tune those of the policies that have not been tuned for a problem yet, with the budget of all tables."""
-    quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
-    tuned = partial(tune, problem, folder=configs, runs=options.runs, jobs=options.jobs, ray=options.ray)
-    tuned(quick, evaluations=EVALUATIONS)
-    tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
+def tune_missing(asked: StudyOptions, more: Sequence[str] = ()) -> None:
+    """Tune the policies of each problem, and more ones, that have not been tuned for it yet."""
+    options = asked.options
+    for problem in asked.problems:
+        names = [*tunable(problem.simulation()), *more]
+        quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
+        tuned = partial(tune, problem, folder=asked.configs, runs=options.runs, jobs=options.jobs, ray=options.ray)
+        tuned(quick, evaluations=EVALUATIONS)
+        tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
 
 
 def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:
@@ -112,7 +104,7 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
 def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
     """Return all numbers in full, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
-    facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]
-    kept = [name for name in facts[0] if name not in ("stable_baselines3", "torch")]
-    cells = [[task.name, *flat(row), *(fact[name] for name in kept)] for row, fact in zip(rows, facts, strict=True)]
-    return csv_of(["task", *columns, *kept], cells)
+    seeds = [episode_seeds("evaluation", len(found[row.policy].cost)) for row in rows]
+    facts = [provenance(each, trains=False) for each in seeds]
+    cells = [[task.name, *flat(row), *fact.values()] for row, fact in zip(rows, facts, strict=True)]
+    return csv_of(["task", *columns, *facts[0]], cells)

@@ -11,29 +11,21 @@ from grind_env.control.reader import HIGHEST_PROGRAM
 
 
 class WorkSystems:
-    """Origin of the program on the machine.
-
-    Attributes:
-        offsets: origins of G54 to G59.3 by their code, mm.
-        external: shift of all of them, mm.
-        shift: shift by G92, mm.
-        local: shift of all work systems by G52, mm.
-        length: the active length offset, mm.
-        wear: shift towards the part by the depth of dresses, mm.
-    """
+    """Origin of the program on the machine."""
 
     def __init__(self, control: Control) -> None:
+        # origins of G54 to G59.3 by their code, mm
         self.offsets = {system: control.work_offsets.get(system, ORIGIN) for system in WORK_SYSTEMS}
         for code in control.work_offsets:
             if code not in self.offsets:
                 raise ControlError(
                     "setting", f"work_offsets names {code}; the systems are {WORK_SYSTEMS[0]} to {WORK_SYSTEMS[-1]}"
                 )
-        self.external = control.external_offset
-        self.shift = ORIGIN
-        self.local = ORIGIN
-        self.length = ORIGIN
-        self.wear = ORIGIN
+        self.external = control.external_offset  # shift of all of them, mm
+        self.shift = ORIGIN  # shift by G92, mm
+        self.local = ORIGIN  # shift of all work systems by G52, mm
+        self.length = ORIGIN  # the active length offset, mm
+        self.wear = ORIGIN  # shift towards the part by the depth of dresses, mm
 
     def origin(self, system: str) -> Position:
         """Machine coordinates of the program's origin in a work system, mm."""

@@ -39,16 +39,11 @@ class ModalWords:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """Context of a cycle block besides its words, mm in program coordinates and mm/min.
-
-    Attributes:
-        reciprocating: the axis that reciprocates; None if none does.
-        secondary: its secondary reversal point in force.
-    """
+    """Context of a cycle block besides its words, mm in program coordinates and mm/min."""
 
     position: Position
-    reciprocating: int | None
-    secondary: float
+    reciprocating: int | None  # the axis that reciprocates; None if none does
+    secondary: float  # its secondary reversal point in force
     maximum_feed: float
 
 

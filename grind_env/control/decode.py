@@ -28,33 +28,19 @@ class Value:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """A decoded block; in the same modes, a block is decoded once.
-
-    Attributes:
-        block: the block.
-        modes: in force at its end.
-        code: its own motion, cycle, one-shot or G80 code; None if it has none.
-        code_word: the word of that code.
-        lengths: the X Y Z I J K Q R words.
-        words: every word but G and M words, by letter.
-        m: the M numbers.
-        reciprocation_feed: E, mm/min; None without an E word.
-        tool: entries of the radius and the length table that a T word selects; None without one.
-        number_format: how the numbers of the block are read.
-        in_machine: whether G53 makes its axis words machine coordinates.
-    """
+    """A decoded block; in the same modes, a block is decoded once."""
 
     block: Block
-    modes: Modes
-    code: str | None
-    code_word: Word | None
-    lengths: Mapping[str, Value]
-    words: Mapping[str, Word]
-    m: tuple[int, ...]
-    reciprocation_feed: float | None
-    tool: tuple[int, int] | None
-    number_format: NumberFormat
-    in_machine: bool = False
+    modes: Modes  # in force at its end
+    code: str | None  # its own motion, cycle, one-shot or G80 code; None if it has none
+    code_word: Word | None  # the word of that code
+    lengths: Mapping[str, Value]  # the X Y Z I J K Q R words
+    words: Mapping[str, Word]  # every word but G and M words, by letter
+    m: tuple[int, ...]  # the M numbers
+    reciprocation_feed: float | None  # E, mm/min; None without an E word
+    tool: tuple[int, int] | None  # entries of the radius and the length table that a T word selects; None without one
+    number_format: NumberFormat  # how the numbers of the block are read
+    in_machine: bool = False  # whether G53 makes its axis words machine coordinates
 
     @property
     def action(self) -> str:

@@ -78,22 +78,15 @@ class Round(NamedTuple):
 
 @dataclass(slots=True)
 class Call:
-    """A program under execution.
+    """A program under execution."""
 
-    Attributes:
-        stream: its blocks.
-        repeats: how often it will be called again after this time (L of M98 and G65).
-        interrupt: whether its M99 leads back into the middle of something: a dress or a program interrupt.
-        arguments: local variables that G65 assigns, by number; None of a program that G65 has not called.
-        loops: those under execution, the innermost last.
-        rounds: what was found when jumps back were made, by the index of their blocks.
-    """
-
-    stream: BlockStream
-    repeats: int = 0
-    interrupt: bool = False
+    stream: BlockStream  # its blocks
+    repeats: int = 0  # how often it will be called again after this time (L of M98 and G65)
+    interrupt: bool = False  # whether its M99 leads back into the middle of something: a dress or a program interrupt
+    # local variables that G65 assigns, by number; None of a program that G65 has not called
     arguments: Mapping[int, Decimal] | None = None
-    loops: list[Loop] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)  # those under execution, the innermost last
+    # what was found when jumps back were made, by the index of their blocks
     rounds: dict[int, "Round"] = field(default_factory=dict)
 
     def view(self) -> "Call":

@@ -27,31 +27,18 @@ INCH_RETRACT = 0.508
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroovePlan:
-    """The parameters of a grooving cycle; lengths in mm, X as a radius.
+    """The parameters of a grooving cycle; lengths in mm, X as a radius."""
 
-    Attributes:
-        code: G76 or G77.
-        axis: that infeeds; 0 = X, 1 = Y, 2 = Z.
-        spacing_axis: along which the grooves follow one another.
-        start: where the tool stands before the block; the first groove is here.
-        bottom: of the grooves, a coordinate of `axis`.
-        step: infeed of a step, positive.
-        retract: e, the way back after every step but the last, below `step`.
-        last: position of the last groove, a coordinate of `spacing_axis`.
-        spacing: of the grooves, positive; 0 if there is one groove only.
-        shift: D, signed, along `spacing_axis`.
-    """
-
-    code: str
-    axis: int
-    spacing_axis: int
-    start: Position
-    bottom: float
-    step: float
-    retract: float
-    last: float
-    spacing: float
-    shift: float
+    code: str  # G76 or G77
+    axis: int  # that infeeds; 0 = X, 1 = Y, 2 = Z
+    spacing_axis: int  # along which the grooves follow one another
+    start: Position  # where the tool stands before the block; the first groove is here
+    bottom: float  # of the grooves, a coordinate of `axis`
+    step: float  # infeed of a step, positive
+    retract: float  # e, the way back after every step but the last, below `step`
+    last: float  # position of the last groove, a coordinate of `spacing_axis`
+    spacing: float  # of the grooves, positive; 0 if there is one groove only
+    shift: float  # D, signed, along `spacing_axis`
 
     @property
     def depth(self) -> float:

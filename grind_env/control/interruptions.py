@@ -21,23 +21,18 @@ Execute: TypeAlias = Callable[[Program, Place], Generator[motions.Event, None, s
 
 
 class Interruptions:
-    """Runs the programs that come between, and motions that they may come into.
-
-    Attributes:
-        requests: program interrupts requested by time, not yet run.
-        known_dresses: dress programs that have once left the tables of the control as they found them, with the values
-            of variables that they have read.
-        changing_dress: the first dress program that has not; None before.
-    """
+    """Runs the programs that come between, and motions that they may come into."""
 
     def __init__(
         self, mover: Mover, programs: Programs, control: Control, execute: Execute, variables: Variables
     ) -> None:
         self.mover, self.timeline, self.variables = mover, mover.timeline, variables
         self.programs, self.control, self.execute = programs, control, execute
-        self.requests = deque(control.interrupts)
+        self.requests = deque(control.interrupts)  # program interrupts requested by time, not yet run
+        # dress programs that have once left the tables of the control as they found them, with the values of variables
+        # that they have read
         self.known_dresses: dict[int, Notes] = {}
-        self.changing_dress: int | None = None
+        self.changing_dress: int | None = None  # the first dress program that has not; None before
 
     def nothing_comes_between(self, plan: motions.CyclePlan) -> bool:
         """Return whether only dresses without messages can come between the strokes of a cycle.

@@ -191,18 +191,13 @@ def _motion(command: Command, position: Position, origin: Position, table: int |
 
 
 class _Walk:
-    """Iterator over the blocks ahead, through calls and returns.
-
-    Attributes:
-        ended: whether no block is left.
-        plain: whether no block so far depends on a variable.
-    """
+    """Iterator over the blocks ahead, through calls and returns."""
 
     def __init__(self, calls: list[Call], find: Callable[[int], Program | None], variables: Variables) -> None:
         self._levels = [call.view() for call in calls]
         self.foreseen = Foreseen()
         self._find, self.variables = find, variables.ahead(self.foreseen)
-        self.ended, self.plain = False, True
+        self.ended, self.plain = False, True  # no block is left; no block so far depends on a variable
 
     def __iter__(self) -> Iterator[SourceText]:
         while not self.ended:

@@ -52,35 +52,25 @@ class MoveSection:
 
 
 class Mover:
-    """Turns motion blocks into motions of the timeline, through coordinates, tool and radius compensation.
-
-    Attributes:
-        modes: in force.
-        place: of the block under execution.
-        source: what commands the motions: the program, a dress or an interrupt.
-        recorder: remembers the way of an interrupt program; None outside of one.
-        remembered: how many moves of the next one it will remember.
-        spindle: speed of the wheel, revolutions per minute, and the surface speed that G96 holds, m/min, 0 under G97;
-            None before the first S.
-        turning: 1 if M03 has set the wheel turning, -1 if M04 has, the other way, and 0 while it stands.
-        coolant: whether M07 or M08 has turned the coolant on.
-        detour: the programmed position after a type 1 interrupt, from which the next motion counts although the
-            axes stand elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise.
-        passed: the intermediate point of the last G28 or G30, for G29.
-    """
+    """Turns motion blocks into motions of the timeline, through coordinates, tool and radius compensation."""
 
     def __init__(self, timeline: Timeline, control: Control, place: Place) -> None:
         self.timeline, self.control, self.place = timeline, control, place
-        self.modes = Modes()
+        self.modes = Modes()  # in force
         self.work, self.tooling = WorkSystems(control), Tooling(control)
         self.compensation = Compensation(control)
-        self.source = Source.PROGRAM
-        self.recorder: Recorder | None = None
-        self.remembered = REMEMBERED
+        self.source = Source.PROGRAM  # what commands the motions: the program, a dress or an interrupt
+        self.recorder: Recorder | None = None  # remembers the way of an interrupt program; None outside of one
+        self.remembered = REMEMBERED  # how many moves of the next one it will remember
+        # speed of the wheel, revolutions per minute, and the surface speed that G96 holds, m/min, 0 under G97; None
+        # before the first S
         self.spindle: tuple[float, float] | None = None
+        # 1 if M03 has set the wheel turning, -1 if M04 has, the other way, 0 while it stands; M07 or M08 is in force
         self.turning, self.coolant = 0, False
+        # the programmed position after a type 1 interrupt, from which the next motion counts although the axes stand
+        # elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise
         self.detour: Position | None = None
-        self.passed: Position | None = None
+        self.passed: Position | None = None  # the intermediate point of the last G28 or G30, for G29
         self._told: set[tuple[str, Place]] = set()
 
     @property

@@ -37,19 +37,13 @@ class Interrupt:
 
 @dataclass(slots=True)
 class Panel:
-    """The operator's switches and requests, read by the control between two motions.
-
-    Attributes:
-        held: feedhold.
-        override: factor on every feed; 0 holds the axes.
-        interrupts: requests not yet served.
-    """
+    """The operator's switches and requests, read by the control between two motions."""
 
     dress_requested: bool = False
-    held: bool = False
+    held: bool = False  # feedhold
     single_block: bool = False
-    override: float = 1.0
-    interrupts: deque[Interrupt] = field(default_factory=deque)
+    override: float = 1.0  # factor on every feed; 0 holds the axes
+    interrupts: deque[Interrupt] = field(default_factory=deque)  # requests not yet served
 
     @property
     def holding(self) -> str | None:

@@ -49,39 +49,22 @@ class Underway:
 
 @dataclass(slots=True)
 class Reciprocation:
-    """A reciprocating axis.
+    """A reciprocating axis."""
 
-    Attributes:
-        plan: the cycle that started it.
-        place: its block.
-        primary: primary reversal point in force, mm.
-        secondary: secondary reversal point in force, mm.
-        feed: E of the next stroke, mm/min.
-        refed: whether that is of a block after the cycle, be it the same number.
-        coordinate: of the axis at the last point of rest, mm.
-        at: that point.
-        free_at: when the next stroke can begin, s.
-        count: strokes made since the cycle took over.
-        dresses: dress executions since then.
-        in_cycle: whether the strokes belong to a G82 or G83 block under execution.
-        underway: the stroke in progress.
-        auto_dresses: those that D of the cycle asks for.
-    """
-
-    plan: CyclePlan
-    place: Place
-    primary: float
-    secondary: float
-    feed: float
-    coordinate: float
-    free_at: float
-    at: Reversal = Reversal.START
-    count: int = 0
-    dresses: int = 0
-    in_cycle: bool = False
-    underway: Underway | None = None
-    refed: bool = False
-    auto_dresses: Rounds = field(init=False)
+    plan: CyclePlan  # the cycle that started it
+    place: Place  # its block
+    primary: float  # primary reversal point in force, mm
+    secondary: float  # secondary reversal point in force, mm
+    feed: float  # E of the next stroke, mm/min
+    coordinate: float  # of the axis at the last point of rest, mm
+    free_at: float  # when the next stroke can begin, s
+    at: Reversal = Reversal.START  # the last point of rest
+    count: int = 0  # strokes made since the cycle took over
+    dresses: int = 0  # dress executions since then
+    in_cycle: bool = False  # whether the strokes belong to a G82 or G83 block under execution
+    underway: Underway | None = None  # the stroke in progress
+    refed: bool = False  # whether `feed` is of a block after the cycle, be it the same number
+    auto_dresses: Rounds = field(init=False)  # those that D of the cycle asks for
 
     @property
     def axis(self) -> int:

@@ -68,17 +68,11 @@ class SourceText(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text in UTF-8, or in an 8-bit code such as Latin-1, that can be read again and again.
+    """A text in UTF-8, or in an 8-bit code such as Latin-1, that can be read again and again."""
 
-    Attributes:
-        name: name of its file, for the places of blocks.
-        title: what messages about the text as a whole call it.
-        open: opens its bytes; a `ControlError` says why they cannot be read.
-    """
-
-    name: str
-    title: str
-    open: Callable[[], BinaryIO]
+    name: str  # name of its file, for the places of blocks
+    title: str  # what messages about the text as a whole call it
+    open: Callable[[], BinaryIO]  # opens its bytes; a `ControlError` says why they cannot be read
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,15 +26,11 @@ NONE_SUCH = (
 
 
 class SystemVariables:
-    """System variables of one execution.
-
-    Attributes:
-        dependent: first variable read that depends on the wheel or on the end of a cycle; None before.
-    """
+    """System variables of one execution."""
 
     def __init__(self, mover: Mover) -> None:
         self.mover = mover
-        self.dependent: int | None = None
+        self.dependent: int | None = None  # first variable read that depends on the wheel or the end of a cycle
 
     def read(self, number: int) -> Decimal:
         mover = self.mover

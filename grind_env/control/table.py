@@ -18,15 +18,11 @@ from grind_env.control.reciprocation import Reciprocation
 
 
 class Reciprocator:
-    """Cycles and the reciprocation that outlives them.
-
-    Attributes:
-        memory: what later cycle blocks may omit, in coordinates of the program.
-    """
+    """Cycles and the reciprocation that outlives them."""
 
     def __init__(self, mover: Mover, interruptions: Interruptions, control: Control) -> None:
         self.timeline, self.mover, self.interruptions, self.control = mover.timeline, mover, interruptions, control
-        self.memory = ModalWords()
+        self.memory = ModalWords()  # what later cycle blocks may omit, in coordinates of the program
 
     def redirect(self, command: Command) -> None:
         table = self.timeline.reciprocation

@@ -39,31 +39,19 @@ class Moving:
 
 
 class Timeline:
-    """Positions of the axes over time.
-
-    Attributes:
-        time: time up to which the program is executed, s.
-        position: position of the axes or, beside reciprocation, their target.
-        reciprocation: the reciprocating axis; None while none is, and during a dress.
-        held: whether an operator's request keeps the table at its reversal point until all axes stand.
-        owed: whether an operator's request waits for the end of a program motion.
-        inch: units in force, for output.
-        infeed_shift: sum that dresses of the cycle have added to its plunge coordinates, mm.
-        share: share of E that the table reaches.
-        dwell: dwell of the table at a reversal point, s.
-        led_by_cycles: axes that reciprocate or cross, or did; their end depends on the words of their cycles.
-    """
+    """Positions of the axes over time."""
 
     def __init__(self, control: Control, budget: BlockBudget) -> None:
         self.control, self.budget = control, budget
-        self.time = 0.0
-        self.position = control.start
-        self.reciprocation: Reciprocation | None = None
-        self.held = False
-        self.owed = False
-        self.inch = False
-        self.infeed_shift = 0.0
-        self.share, self.dwell = 1.0, control.reversal_dwell
+        self.time = 0.0  # time up to which the program is executed, s
+        self.position = control.start  # position of the axes or, beside reciprocation, their target
+        self.reciprocation: Reciprocation | None = None  # None while no axis reciprocates, and during a dress
+        self.held = False  # whether an operator's request keeps the table at its reversal point until all axes stand
+        self.owed = False  # whether an operator's request waits for the end of a program motion
+        self.inch = False  # units in force, for output
+        self.infeed_shift = 0.0  # sum that dresses of the cycle have added to its plunge coordinates, mm
+        self.share, self.dwell = 1.0, control.reversal_dwell  # share of E that the table reaches; s at a reversal point
+        # axes that reciprocate or cross, or did; their end depends on the words of their cycles
         self.led_by_cycles: set[int] = set()
         self._motion: Moving | None = None
         self._picks: deque[Moving] = deque()

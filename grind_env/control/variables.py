@@ -30,15 +30,11 @@ class System(Protocol):
 
 
 class Variables:
-    """The variables of an execution.
-
-    Attributes:
-        level: of the macro under execution; 0 in the main program and in what M98 calls.
-        dependent: the first variable read outside of a dress that a dress has assigned; None before.
-        system_reads: how often a system variable has been read, whose value may be another one every time.
-    """
+    """The variables of an execution."""
 
     def __init__(self, given: Values, system: System) -> None:
+        # level of the macro under execution, 0 in the main program and in what M98 calls; how often system variables
+        # have been read, whose value may be another one every time
         self.system, self.level, self.system_reads = system, 0, 0
         self._locals: list[dict[int, Decimal]] = [{} for _ in range(DEEPEST_MACRO + 1)]
         self._common: dict[int, Decimal] = {}
@@ -46,7 +42,7 @@ class Variables:
         self._written: set[tuple[int, int]] = set()
         self._unread: dict[tuple[int, int], bool] = {}
         self._dressed: set[tuple[int, int]] = set()
-        self.dependent: int | None = None
+        self.dependent: int | None = None  # first variable read outside of a dress that a dress has assigned
         for number, value in given.items():
             self.write(number, rounded(Decimal(repr(float(value)))))
         self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten

@@ -34,20 +34,15 @@ ALONE = "it needs a block of its own"
 
 
 class Word(NamedTuple):
-    """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out.
-
-    Attributes:
-        column: of the letter in its line, from 1.
-        expression: what follows the letter when that is no number; there are no digits until it is evaluated.
-    """
+    """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out."""
 
     letter: str
     sign: str
     whole: str
     point: bool
     decimals: str
-    column: int
-    expression: str = ""
+    column: int  # of the letter in its line, from 1
+    expression: str = ""  # what follows the letter when that is no number; there are no digits until it is evaluated
 
     def __str__(self) -> str:
         if self.expression:

@@ -78,21 +78,14 @@ def begin_episodes(
 
 
 class Disturbances(ABC):
-    """Draws what is random in episodes.
+    """Draws what is random in episodes."""
 
-    Attributes:
-        kinds: numbers of the kinds of blocks, shape (kinds, fields of `DrawnKind`).
-        spreads: shape (1, fields of `Sigmas`).
-        sequence: kind of every block; `DEALT` where orders deal them.
-        most_parts: of an order; 0 without orders.
-        materials: index of each material of a foreign split, shape (any,).
-        wheels: of a foreign split, shape (any, fields of `OtherWheel`).
-    """
-
-    most_parts = 0
+    most_parts = 0  # of an order; 0 without orders
+    # of a foreign split: index of each material, shape (any,); wheels, shape (any, fields of `OtherWheel`)
     materials, wheels = np.empty(0), np.empty((0, len(OtherWheel._fields)))
 
     def __init__(self, kinds: Sequence[DrawnKind], spreads: Sigmas, sequence: Sequence[int]) -> None:
+        # shape (kinds, fields of `DrawnKind`) and (1, fields of `Sigmas`); kind of every block, `DEALT` of dealt orders
         self.kinds, self.spreads, self.sequence = np.array(kinds), np.array([spreads]), sequence
 
     def begin(

@@ -26,33 +26,19 @@ Words = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRun:
-    """Run of a program from a cycle block to the next block or the end; the first run includes the beginning.
+    """Run of a program from a cycle block to the next block or the end; the first run includes the beginning."""
 
-    Attributes:
-        plan: parameters of the cycle.
-        inch: whether G70 is in force in its block.
-        part: number of its part, from 1.
-        strokes: dtype `STROKE_ROW`, with the infeeds of grooves.
-        increments: additional depth of each stroke over the stroke before it on its part, mm.
-        plunged: whether each stroke is deeper than all before it at some place.
-        dresses: dtype `DRESS_ROW`, but `after` counts `strokes` alone.
-        finished: parts that were taken off the machine, dtype `PART_ROW`.
-        judged: whether a stage of the part has ended, or the part.
-        deepest: depth to which the program has led on the part, mm.
-        seconds: time of the job.
-    """
-
-    plan: CyclePlan
-    inch: bool
-    part: int
-    strokes: Array
-    increments: Array
-    plunged: Array
-    dresses: Array
-    finished: Array
-    judged: bool
-    deepest: float
-    seconds: float
+    plan: CyclePlan  # parameters of the cycle
+    inch: bool  # whether G70 is in force in its block
+    part: int  # number of its part, from 1
+    strokes: Array  # dtype `STROKE_ROW`, with the infeeds of grooves
+    increments: Array  # additional depth of each stroke over the stroke before it on its part, mm
+    plunged: Array  # whether each stroke is deeper than all before it at some place
+    dresses: Array  # dtype `DRESS_ROW`, but `after` counts `strokes` alone
+    finished: Array  # parts that were taken off the machine, dtype `PART_ROW`
+    judged: bool  # whether a stage of the part has ended, or the part
+    deepest: float  # depth to which the program has led on the part, mm
+    seconds: float  # time of the job
 
 
 class Passage(NamedTuple):
@@ -78,12 +64,6 @@ class ProgramEpisode:
         programs: the program.
         job: the job.
         course: values of the unchanged program; empty if unknown.
-
-    Attributes:
-        run: the machine.
-        time: time of the job up to which blocks have been run, s; the first step includes the way to its block.
-        block: the coming cycle block; None at the end of the program.
-        chosen: the finished blocks, with the chosen words.
     """
 
     def __init__(self, programs: Programs, job: Job, course: Sequence[Passage] = ()) -> None:
@@ -91,9 +71,10 @@ class ProgramEpisode:
         self._arguments = (programs, job, course)
         self.course = course
         control = replace(job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True)
-        self.run = GrindingRun(programs, job, control)
-        self.chosen: list[tuple[Block, Words]] = []
-        self.block: Block | None = None
+        self.run = GrindingRun(programs, job, control)  # the machine
+        self.chosen: list[tuple[Block, Words]] = []  # the finished blocks, with the chosen words
+        self.block: Block | None = None  # the coming cycle block; None at the end of the program
+        # time of the job up to which blocks have been run, s; the first step includes the way to its block
         self.time = 0.0
         self._execution = execute(programs, control)
         self.run.tell(self._execution)

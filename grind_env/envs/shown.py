@@ -93,19 +93,12 @@ class StandardMemory:
 
 @dataclass(frozen=True, slots=True)
 class TaskShown:
-    """Description of the observation of a task.
+    """Description of the observation of a task."""
 
-    Attributes:
-        task: name of the task.
-        version: version of the tasks.
-        entries: entries of the environment's own observation.
-        memories: memories added by wrappers, the innermost first.
-    """
-
-    task: str
-    version: int
-    entries: tuple[Reading, ...]
-    memories: tuple[MemoryForm, ...] = ()
+    task: str  # name of the task
+    version: int  # version of the tasks
+    entries: tuple[Reading, ...]  # entries of the environment's own observation
+    memories: tuple[MemoryForm, ...] = ()  # memories added by wrappers, the innermost first
 
 
 if TYPE_CHECKING:

@@ -21,31 +21,21 @@ class EventConsumer(ABC):
     """Consumer of control events of a program on the machine.
 
     `GrindingRun` grinds the results; the writer of a script writes them down.
-
-    Attributes:
-        dressing_speed: wheel speed at the start of the last dress.
-        station_numbers: from 0; none of a job without stations.
-        position: position of the axes, mm.
-        axis: table axis of the last block of strokes.
-        plan: plan of that block; None before the first one.
-        begun: number of blocks of strokes so far: cycles, and feed moves that are strokes.
-        has_ground: whether a block or a groove has begun.
-        found: whether the program has moved the wheel since an operator left it.
-        pending_stop: M00 that removes the part when the table stands.
-        stroked_until: time of the control at which the last stroke ended, s.
-        unloaded_at: time of the job at which the part was removed, s; None during work.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.running, self.station_numbers = Running(job), range(len(job.stations))
-        self.dressing, self.dressing_speed = DressPrograms(programs, job, control), self.running.speed
-        self.position, self.axis, self.begun = control.start, 0, 0
-        self.plan: CyclePlan | None = None
-        self.has_ground = self.found = False
-        self.pending_stop: motions.ProgramStop | None = None
-        self.stroked_until = self._moved_at = 0.0
-        self.unloaded_at: float | None = None
+        self.dressing = DressPrograms(programs, job, control)
+        self.dressing_speed = self.running.speed  # wheel speed at the start of the last dress
+        self.position = control.start
+        self.axis, self.begun = 0, 0  # table axis of the last block of strokes; number of these, feed moves among them
+        self.plan: CyclePlan | None = None  # of the last block of strokes; None before the first one
+        self.has_ground = False  # whether a block or a groove has begun
+        self.found = False  # whether the program has moved the wheel since an operator left it
+        self.pending_stop: motions.ProgramStop | None = None  # M00 that removes the part when the table stands
+        self.stroked_until = self._moved_at = 0.0  # time of the control at which the last stroke or motion ended, s
+        self.unloaded_at: float | None = None  # time of the job at which the part was removed, s; None during work
 
     def take(self, event: motions.Event) -> None:
         happen = self.HAPPENINGS.get(type(event))

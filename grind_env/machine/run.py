@@ -38,21 +38,15 @@ class GrindingError(GrindError):
 
 
 class GrindingRun(EventConsumer):
-    """State of a run; pass every event of the execution to `take`.
-
-    Attributes:
-        drive: true speed and dwell of the table.
-        strokes: rows of the record so far (`record.STROKE_ROW`), like `dresses` and `parts`.
-        plunged: of each stroke, whether it has gone deeper than all before it at some place.
-    """
+    """State of a run; pass every event of the execution to `take`."""
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         super().__init__(programs, job, control)
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
-        self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
+        self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)  # true speed and dwell of the table
         self.watch = RunWatch(programs.name, job, control)
-        self.strokes, self.dresses, self.parts = map(RowLog, (STROKE_ROW, DRESS_ROW, PART_ROW))
-        self.plunged = bytearray()
+        self.strokes, self.dresses, self.parts = map(RowLog, (STROKE_ROW, DRESS_ROW, PART_ROW))  # rows so far
+        self.plunged = bytearray()  # of each stroke, whether it has gone deeper than all before it at some place
         self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}

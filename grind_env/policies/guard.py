@@ -27,16 +27,11 @@ class Guarded:
     An alarm is an unexpected reading beyond its limit, or a run of readings nearer to their limits than forecast. It
     lasts until forecasts hold again, plus a time that grows with every alarm. The rule learns from the first block on.
     When the policy returns, its E rises step by step.
-
-    Attributes:
-        policy: the guarded policy.
-        rule: the rule that replaces it.
-        step: largest rise of E when the policy returns.
     """
 
-    policy: Policy
-    rule: EmpiricalRule = field(default_factory=EmpiricalRule)
-    step: float = STEP
+    policy: Policy  # the guarded policy
+    rule: EmpiricalRule = field(default_factory=EmpiricalRule)  # the rule that replaces it
+    step: float = STEP  # largest rise of E when the policy returns
     PREFIX: ClassVar[str] = "guarded:"
 
     @property

@@ -71,18 +71,11 @@ class Watch:
         simulation: of the model.
         machines: N.
         residual: logarithmic standard deviation of forces that the model does not follow, as a calibration says.
-
-    Attributes:
-        alarm: whether the last block is an alarm, shape (N,).
-        doubt: whether the machine is in doubt to be the model, shape (N,).
-        burn_per_watt: burn ratio of the last block over its peak power, as forecast, 1/W, shape (N,).
-        holds: whether its forecasts hold, shape (N,).
-        seen: readings of the last block beside their forecasts, each of shape (N, readings).
     """
 
-    alarm: NDArray[np.bool_]
-    doubt: NDArray[np.bool_]
-    holds: NDArray[np.bool_]
+    alarm: NDArray[np.bool_]  # whether the last block is an alarm, shape (N,)
+    doubt: NDArray[np.bool_]  # whether the machine is in doubt to be the model, shape (N,)
+    holds: NDArray[np.bool_]  # whether its forecasts hold, shape (N,)
 
     def __init__(self, simulation: Simulation, machines: int, residual: float = 0.0) -> None:
         task, shape = simulation.task, (machines, len(NAMES))
@@ -94,6 +87,7 @@ class Watch:
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
         self.scatter = float(np.linalg.norm(scatter))
         self.alarm, self.doubt = np.zeros((2, machines), bool)
+        # burn ratio of the last block over its peak power, as forecast, 1/W, shape (N,)
         self.burn_per_watt = np.zeros(machines)
         self.holds = np.ones(machines, bool)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
@@ -101,6 +95,7 @@ class Watch:
         self._gauged, self._sized = np.zeros((2, machines))
         self._part = np.full((machines, 1), USUAL_RATIO)
         self._row: KindRow | None = None
+        # readings of the last block beside their forecasts, each of shape (N, readings)
         self.seen = WatchedReading(*np.zeros((len(WatchedReading._fields), *shape)))
 
     def update(self, observation: NDArray[np.float32], law: PowerLaw) -> None:

@@ -13,27 +13,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """Points of a graph, distinguished by more than their colour.
+    """Points of a graph, distinguished by more than their colour."""
 
-    Attributes:
-        name: name in the legend.
-        x: coordinates, in the unit of the axis, shape (N,).
-        y: coordinates, in the unit of the axis, shape (N,); of a graph with rows their numbers, from 0.
-        color: colour of all points.
-        mark: marker of matplotlib; empty for a line alone.
-        size: size of a mark, pt.
-        hollow: whether marks are rings.
-        joined: whether a line joins the points.
-    """
-
-    name: str
-    x: Sequence[float] | Array
+    name: str  # name in the legend
+    x: Sequence[float] | Array  # coordinates, in the unit of the axis, shape (N,)
+    # coordinates, in the unit of the axis, shape (N,); of a graph with rows their numbers, from 0
     y: Sequence[float] | Array
-    color: str
-    mark: str = "o"
-    size: float = 4.0
-    hollow: bool = False
-    joined: bool = False
+    color: str  # colour of all points
+    mark: str = "o"  # marker of matplotlib; empty for a line alone
+    size: float = 4.0  # size of a mark, pt
+    hollow: bool = False  # whether marks are rings
+    joined: bool = False  # whether a line joins the points
 
 
 class RuleLine(NamedTuple):
@@ -47,25 +37,15 @@ class RuleLine(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Graph:
-    """Graph over one pair of axes.
+    """Graph over one pair of axes."""
 
-    Attributes:
-        x: heading of the axis, with its unit.
-        y: heading of the axis, with its unit.
-        series: series; later ones are drawn over earlier ones.
-        rules: dashed lines.
-        rows: names in place of numbers along y, from top to bottom.
-        whole: whether x has whole numbers only.
-        height: height of the figure in a page, px.
-    """
-
-    x: str
-    y: str
-    series: tuple[Series, ...]
-    rules: tuple[RuleLine, ...] = ()
-    rows: tuple[str, ...] = ()
-    whole: bool = False
-    height: int = 380
+    x: str  # heading of the axis, with its unit
+    y: str  # heading of the axis, with its unit
+    series: tuple[Series, ...]  # series; later ones are drawn over earlier ones
+    rules: tuple[RuleLine, ...] = ()  # dashed lines
+    rows: tuple[str, ...] = ()  # names in place of numbers along y, from top to bottom
+    whole: bool = False  # whether x has whole numbers only
+    height: int = 380  # height of the figure in a page, px
 
 
 def draw_graph(axes: "Axes", graph: Graph) -> None:

@@ -21,17 +21,11 @@ PRE_DRESS = "last_pre_dress"
 
 @dataclass(frozen=True, slots=True)
 class ShownForm:
-    """Observations and actions of a model.
+    """Observations and actions of a model."""
 
-    Attributes:
-        shown: description in its observation space.
-        action_space: its action space.
-        name: name of the model, for messages.
-    """
-
-    shown: TaskShown
-    action_space: spaces.Space[Any]
-    name: str
+    shown: TaskShown  # description in its observation space
+    action_space: spaces.Space[Any]  # its action space
+    name: str  # name of the model, for messages
 
     def view(self, simulation: Simulation) -> "ShownView":
         shown, task = self.shown, simulation.task

@@ -54,23 +54,14 @@ class CondemnedError(GrindError):
 
 @dataclass(frozen=True, slots=True)
 class Fleet:
-    """Possible machines of a job.
+    """Possible machines of a job."""
 
-    Attributes:
-        uncertainty: uncertainty that they are drawn from.
-        seed: seed of the draws.
-        numbers: indices of the machines among all draws.
-        drawn: number of draws; 0 without a condition.
-        agree: number of draws that grind good parts with the program as it is.
-        spread: factor on the variation of lots and parts, inferred from good parts.
-    """
-
-    uncertainty: Uncertainty
-    seed: int
-    numbers: tuple[int, ...]
-    drawn: int = 0
-    agree: int = 0
-    spread: float = 1.0
+    uncertainty: Uncertainty  # uncertainty that they are drawn from
+    seed: int  # seed of the draws
+    numbers: tuple[int, ...]  # indices of the machines among all draws
+    drawn: int = 0  # number of draws; 0 without a condition
+    agree: int = 0  # number of draws that grind good parts with the program as it is
+    spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough.

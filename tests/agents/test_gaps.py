@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents import evaluations
-from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
+from agents.evaluations import Evaluations, by_problem, chunks
 from agents.reference.gaps import (
     ADAPTING_D,
     ADAPTING_E,
@@ -128,9 +128,9 @@ def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
     alone = {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
     # the processes import it anew: here nothing is evaluated
     monkeypatch.setattr(evaluations, "run_seeds", None)
-    trials = [chunk for name in PAIR for chunk in chunks(ORACLE, name, 3)]
-    study = Evaluations(name="pair", title="", trials=trials, run=run_chunk)
-    found = by_problem(study.found(replace(asked(tmp_path).options, jobs=2)))[ORACLE]
+    pair = asked(tmp_path, ORACLE, episodes=3)
+    study = Evaluations(name="pair", title="", trials=chunks(pair, lambda problem: PAIR))
+    found = by_problem(study.found(replace(pair.options, jobs=2)))[ORACLE]
     assert list(found) == list(PAIR)
     for name in PAIR:
         np.testing.assert_array_equal(found[name].cost, alone[name].cost)

@@ -19,7 +19,6 @@ from agents.track.study import FILES as TRACK
 from grind_env import examples
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
-from grind_env.scores import FILE, REFERENCES
 from grind_env.terminal import command
 from tests.agents.asking import asked
 
@@ -64,7 +63,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    for own, paths in ((TUNED_FILE, CONFIGS.glob("*.toml")), (REFERENCES, [FILE]), (BENCHMARK, [RESULTS / CSV])):
+    for own, paths in ((TUNED_FILE, CONFIGS.glob("*.toml")), (BENCHMARK, [RESULTS / CSV])):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
     check_tables(DRESSES, "dress-study", {path.name: "task,question,policy," for path in DRESSES.glob("*.csv")})

@@ -47,17 +47,11 @@ class Passed(NamedTuple):
 
 @dataclass(slots=True)
 class GougeCheck:
-    """Compares each element with those along which the wheel has run since the compensation was switched on.
+    """Compares each element with those along which the wheel has run since the compensation was switched on."""
 
-    Attributes:
-        count: of those.
-        passed: the last of them, each at the remainder of its number by `HELD`.
-        boxes: of their paths, mm, shape (4, `HELD`): least coordinates, and greatest ones with the other sign; NaN
-            where there is none.
-    """
-
-    count: int = 0
-    passed: list[Passed] = field(default_factory=list)
+    count: int = 0  # elements so far
+    passed: list[Passed] = field(default_factory=list)  # the last ones, each at the remainder of its number by `HELD`
+    # of their paths, mm, shape (4, `HELD`): least coordinates, and greatest with the other sign; NaN where none is
     boxes: NDArray[np.float64] = field(default_factory=lambda: np.full((4, HELD), math.nan))
 
     def follow(self, place: Place, programmed: Element, centre: tuple[Element, ...], level: float) -> Place | None:

@@ -134,17 +134,11 @@ def polyline(*points: Point) -> tuple[PathSegment, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """Distance and side of the centre path from the programmed path.
+    """Distance and side of the centre path from the programmed path."""
 
-    Attributes:
-        radius: distance, not negative.
-        side: 1 left, -1 right, seen along the motion.
-        swapped: whether the radius table holds the negative of `radius`, which swaps the sides (15-5).
-    """
-
-    radius: float
-    side: int
-    swapped: bool = False
+    radius: float  # distance, not negative
+    side: int  # 1 left, -1 right, seen along the motion
+    swapped: bool = False  # whether the radius table holds the negative of `radius`, which swaps the sides (15-5)
 
     @classmethod
     def of(cls, table_radius: float, code: str) -> "Offset":

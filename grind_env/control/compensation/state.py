@@ -41,21 +41,15 @@ class Piece:
 
 
 class Compensation:
-    """Radius compensation of one execution.
-
-    Attributes:
-        offset: in force where the axes stand; None while it is off or armed.
-        programmed: the programmed point, machine coordinates; None where it is the actual one.
-        plane: in which it differs from the actual one.
-        detect: whether interference and backwards motion are errors (M801) or not (M800).
-    """
+    """Radius compensation of one execution."""
 
     def __init__(self, control: Control) -> None:
         self.control = control
-        self.offset: Offset | None = None
+        self.offset: Offset | None = None  # in force where the axes stand; None while it is off or armed
+        # the programmed point, machine coordinates; None where it is the actual one
         self.programmed: Position | None = None
-        self.plane = "G18"
-        self.detect = True
+        self.plane = "G18"  # in which it differs from the actual one
+        self.detect = True  # whether interference and backwards motion are errors (M801) or not (M800)
         self._gouge_check = GougeCheck()
 
     def position(self, actual: Position) -> Position:

@@ -52,12 +52,10 @@ class MeasuredEpisode:
 
     Args:
         simulation: of the program; its observations are the ones that are made.
-
-    Attributes:
-        simulation: without spread, and with wheels that are changed only when it is said.
     """
 
     def __init__(self, simulation: JobSimulation) -> None:
+        # without spread, and with wheels that are changed only when it is said
         self.simulation = without_wheel_changes(simulation.with_spread(0.0))
         self._episodes = self.simulation.start([np.random.default_rng(0)])
         self._episodes.tape[..., NEW_LOT] = 0.0

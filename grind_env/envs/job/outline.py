@@ -39,33 +39,19 @@ class JobProgramError(GrindError):
 
 @dataclass(frozen=True, slots=True)
 class BlockOutline:
-    """A cycle block as the program has it.
+    """A cycle block as the program has it."""
 
-    Attributes:
-        block: as it was read.
-        plan: its parameters.
-        inch: whether it is read in inches.
-        dress: one execution of its dress program; None if it knows none.
-        depth: by which the part gets deeper from this block to the next one, mm; in a G81 by other blocks.
-        finish: depth of the deepest block of its stage of the part, mm.
-        part: number of its part, from 0.
-        starts_part: whether it is the first one on its part.
-        finished: parts that are taken off before the next block.
-        limits: of its stage of the part.
-        counts_all: whether heat counts over all plunges of that stage.
-    """
-
-    block: Block
-    plan: CyclePlan
-    inch: bool
-    dress: DressPlan | None
-    depth: float
-    finish: float
-    part: int
-    starts_part: bool
-    finished: int
-    limits: Limits
-    counts_all: bool
+    block: Block  # as it was read
+    plan: CyclePlan  # its parameters
+    inch: bool  # whether it is read in inches
+    dress: DressPlan | None  # one execution of its dress program; None if it knows none
+    depth: float  # by which the part gets deeper from this block to the next one, mm; in a G81 by other blocks
+    finish: float  # depth of the deepest block of its stage of the part, mm
+    part: int  # number of its part, from 0
+    starts_part: bool  # whether it is the first one on its part
+    finished: int  # parts that are taken off before the next block
+    limits: Limits  # of its stage of the part
+    counts_all: bool  # whether heat counts over all plunges of that stage
 
     def words(self, choice: JobChoice) -> Words:
         """Return the words that say a choice in this block; a G81, or a block without a dress program, takes no D.

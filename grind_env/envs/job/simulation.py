@@ -90,13 +90,6 @@ class JobSimulation(Simulation):
         script: script of the program, or of more runs of it; None to make it.
         once: the original program, if `programs` is a batch of it.
 
-    Attributes:
-        blocks: the cycle blocks of the program.
-        parts: number of parts.
-        machines: machines of the episodes; only the job's machine, unless made by `on_machines`.
-        why: reason why the control must execute the program; None if it has a script.
-        unread: a sentence for each variable of the job that the program does not read.
-
     Raises:
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
@@ -124,13 +117,13 @@ class JobSimulation(Simulation):
         if plants is not None:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
         self.plants = None  # what the program costs, it costs on the model
-        self.unread = refuse_many(programs, job)
+        self.unread = refuse_many(programs, job)  # a sentence for each variable of the job that the program ignores
         self._grind_with(job.process, gauge, job.own_at_start)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
         self.once = once or programs
         self.barred = barred_factors(spread)
-        self.why: ScriptError | None = None
+        self.why: ScriptError | None = None  # why the control must execute the program; None if it has a script
         self.script: Script | None = None
         try:
             self.script = script_of(programs, job, ranges_of(picks, spark_outs)) if script is None else script

@@ -28,25 +28,15 @@ FILES = "files of catalogue entries, which may name a `base` each and come on to
 
 @dataclass(frozen=True, slots=True)
 class SchemaRow:
-    """Schema of one key.
+    """Schema of one key."""
 
-    Attributes:
-        table: its table; "" above all tables.
-        key: the key.
-        content: legal values.
-        meaning: what it means.
-        default: default value; None for none.
-        derived: keys that decide its default; "" for a key with a fixed default or none.
-        required: whether the key is required.
-    """
-
-    table: str
-    key: str
-    content: Content
-    meaning: str
-    default: Any = None
-    derived: str = ""
-    required: bool = False
+    table: str  # its table; "" above all tables
+    key: str  # the key
+    content: Content  # legal values
+    meaning: str  # what it means
+    default: Any = None  # default value; None for none
+    derived: str = ""  # keys that decide its default; "" for a key with a fixed default or none
+    required: bool = False  # whether the key is required
 
     @property
     def holds(self) -> str:

@@ -20,18 +20,13 @@ class DressPrograms:
     Other modes, tables or values of `#` variables may change a program, so it is run by itself once for each of these.
     A program with the same effect under other modes or values keeps the time of its first run: only its way to the
     diamond begins elsewhere.
-
-    Attributes:
-        plans: effect of each program run by itself.
-        missed: first pass of each that misses the diamond; None if none does.
-        under_way: start of the current execution; None without one.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
-        self.plans: dict[int, dress_program.DressPlan] = {}
-        self.missed: dict[int, Motion | None] = {}
-        self.under_way: DressStart | None = None
+        self.plans: dict[int, dress_program.DressPlan] = {}  # effect of each program run by itself
+        self.missed: dict[int, Motion | None] = {}  # first pass of each that misses the diamond; None if none does
+        self.under_way: DressStart | None = None  # start of the current execution; None without one
         self._runs: dict[tuple[object, ...], list[dress_program.DressRun]] = {}
         self._known: dict[tuple[object, ...], dress_program.DressRun] = {}
         self._found: dict[int, dress_program.DressRun] = {}

@@ -23,20 +23,15 @@ USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 
 
 class Mount:
-    """The wheel of a run, and what its process remembers besides.
-
-    Attributes:
-        wheel: as it is now; None before the first cycle, which mounts it.
-        own: what the process remembers, shape (1, fields of its `own`).
-        lived: time of the job up to which both are as they are, s.
-    """
+    """The wheel of a run, and what its process remembers besides."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self.wheel: WheelState | None = None
+        self.wheel: WheelState | None = None  # None before the first cycle, which mounts it
         self.changes = 0
         self._plan: DressPlan | None = None  # of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
+        # what the process remembers, shape (1, fields of its `own`), and the time of the job up to which, s
         self.own, self.lived = self._row[:, OWN_FROM:], 0.0
         self._known = True  # its wear, until it grinds on
         self._left = dict[int, tuple[Array, float]]()  # what is remembered with the part at a station, and up to when

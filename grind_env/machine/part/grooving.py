@@ -53,20 +53,12 @@ NO_CUT = GrooveCut(IDLE)
 
 
 class Groove:
-    """A groove as one strip of the process model.
-
-    Attributes:
-        strip: shape (1, fields of `Zone`), which the next three are views of.
-        S: depth cut, mm.
-        Rs: roughness of the bottom, um.
-        reached: deepest programmed depth, mm.
-        plunges: depth in mm and temperature rise in K of every infeed.
-    """
+    """A groove as one strip of the process model."""
 
     def __init__(self) -> None:
-        self.strip = strip_zones(np.zeros(1))
-        self.S, self.Rs, self.reached = self.strip.T[:3]
-        self.plunges: list[tuple[float, float]] = []
+        self.strip = strip_zones(np.zeros(1))  # shape (1, fields of `Zone`)
+        self.S, self.Rs, self.reached = self.strip.T[:3]  # depth cut, mm; roughness, um; deepest programmed depth, mm
+        self.plunges: list[tuple[float, float]] = []  # depth in mm and temperature rise in K of every infeed
 
 
 class Grooves:

@@ -50,19 +50,7 @@ class StageResult(NamedTuple):
 
 
 class PartRun:
-    """A part from its loading to the next one.
-
-    Attributes:
-        began: time of the job at which its loading began, s.
-        cutting: whether its first cycle or stroke has begun, which ends the loading.
-        deepest: deepest programmed depth so far, mm.
-        tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
-        ended: the stages that have ended.
-        unjudged: why it is not judged; empty if it is.
-        station: at which it lies, by its number from 0; `ANYWHERE` without stations, or before one is met.
-        met: whether strokes have met that station.
-        spent: time for which it has been worked on before `began`, s, where the program has been at other stations.
-    """
+    """A part from its loading to the next one."""
 
     def __init__(
         self,
@@ -76,17 +64,18 @@ class PartRun:
     ) -> None:
         if conditions.part is not None:
             job = replace(job, part=conditions.part)
-        self.number, self.job, self.began = number, job, began
-        self.station, self.met, self.spent = station, False, 0.0
+        self.number, self.job, self.began = number, job, began  # time of the job at which its loading began, s
+        self.station, self.met = station, False  # from 0, `ANYWHERE` before one is met; whether strokes have met it
+        self.spent = 0.0  # s of work before `began`, where the program has been at other stations
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
         self._new_wheel = new_wheel
         self.p = self.nominal
-        self.cutting = False
-        self.deepest = 0.0
-        self.ended: list[StageResult] = []
-        self.unjudged: tuple[Unjudged, ...] = ()
-        self.infeeds, self.tally = 0, NOTHING
+        self.cutting = False  # whether its first cycle or stroke has begun, which ends the loading
+        self.deepest = 0.0  # deepest programmed depth so far, mm
+        self.ended: list[StageResult] = []  # the stages that have ended
+        self.unjudged: tuple[Unjudged, ...] = ()  # why it is not judged; empty if it is
+        self.infeeds, self.tally = 0, NOTHING  # of strokes, infeeds and dresses; its peak load is since the last stage
         self._centres = strip_centres(job.part.across, job.part.width)
         self._strips = strip_zones(self._centres)
         self._S, self._Rs, self._reached = self._strips.T[:3]

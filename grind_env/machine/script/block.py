@@ -28,43 +28,32 @@ class RestTimes(NamedTuple):
 
 @dataclass(slots=True)
 class ScriptBlock:
-    """A cycle block, or a feed move that is a stroke, with the motions up to the next block.
-
-    Attributes:
-        start: position of the axes at its start, mm.
-        end: position of the axes at the end of the cycle, mm, before any motion beside the table.
-        taken_over: whether it takes over a reciprocating table.
-        reached: depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it.
-        beside: motions of the program beside the table, dwells among them, in their order.
-        to_secondary: whether the table then continues to the secondary point, where the next cycle takes over.
-        at_secondary: whether the table came to rest there before the way to the next block.
-        rest_times: of that way, from secondary and primary point where the crossover begins, then where it ends.
-        gauged: whether the operator gauges or takes off the part before the next block.
-        stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is removed, or strokes move to another station.
-        loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
-        station: station of its part, from 0; None without stations, or if its strokes meet none.
-    """
+    """A cycle block, or a feed move that is a stroke, with the motions up to the next block."""
 
     block: Block
     inch: bool
     plan: CyclePlan
-    start: Position
-    end: Position
-    taken_over: bool
+    start: Position  # position of the axes at its start, mm
+    end: Position  # position of the axes at the end of the cycle, mm, before any motion beside the table
+    taken_over: bool  # whether it takes over a reciprocating table
     dress: DressRun | None
+    # depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it
     reached: float = 0.0
+    # motions of the program beside the table, dwells among them, in their order
     beside: list[Motion] = field(default_factory=list)
+    # whether the table then continues to the secondary point, where the next cycle takes over
     to_secondary: bool = False
-    at_secondary: bool = True
+    at_secondary: bool = True  # whether the table came to rest there before the way to the next block
+    # of that way, from secondary and primary point where the crossover begins, then where it ends
     rest_times: tuple[RestTimes, ...] = ()
-    gauged: bool = False
+    gauged: bool = False  # whether the operator gauges or takes off the part before the next block
     gauged_on_the_way: bool = False
     gauged_at_rest: bool = False
-    stops: int = 0
-    ends_part: bool = False
+    stops: int = 0  # M01 met on the way with the part on the machine
+    ends_part: bool = False  # whether the part is removed, or strokes move to another station
+    # whether it would be the first block on parts that are newly loaded, and not on one at another station
     loads: bool = True
-    station: int | None = None
+    station: int | None = None  # station of its part, from 0; None without stations, or if its strokes meet none
 
     @property
     def strokes_alone(self) -> bool:

@@ -29,19 +29,13 @@ def shows_place(event: Motion) -> bool:
 
 
 class ObstacleWatch:
-    """Tells of moves into what stands in their way, and keeps those that grind the part.
-
-    Attributes:
-        axis: along which the last cycle reciprocates; None before the first one.
-        stroked_until: time of the control at which the last stroke ended, s.
-        other_parts: the parts at the other stations.
-    """
+    """Tells of moves into what stands in their way, and keeps those that grind the part."""
 
     def __init__(self, job: Job, notices: Notices) -> None:
         self.job, self.notices = job, notices
-        self.axis: int | None = None
-        self.stroked_until = -math.inf
-        self.other_parts: Sequence[PartRun] = ()
+        self.axis: int | None = None  # along which the last cycle reciprocates; None before the first one
+        self.stroked_until = -math.inf  # time of the control at which the last stroke ended, s
+        self.other_parts: Sequence[PartRun] = ()  # the parts at the other stations
         self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
         self._moves: list[tuple[Motion, bool]] = []  # not yet judged, and whether it is known where each begins
         # feed moves that grind the part at a station, by line

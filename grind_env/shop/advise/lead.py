@@ -26,24 +26,16 @@ class AdviserPolicy:
 
     The rule leads from the first block on. The model leads after its forecasts of power, size and Ra have held, and
     loses the lead when they fail; it then decides when to dress, and the rule still decides E.
-
-    Attributes:
-        model: a policy that rests on the model; None for a program that only the control can execute.
-        step: most that E rises from block to block of a kind.
-        residual: as of `Watch`.
-        told: what was read of the last block, by machine; from the observation if None.
-        rules: one for each machine.
-        watch: compares readings with forecasts; None without a model.
-        leads: where the model leads, shape (N,).
     """
 
-    model: Policy | None
-    step: float = STEP
-    residual: float = 0.0
+    model: Policy | None  # a policy that rests on the model; None for a program that only the control can execute
+    step: float = STEP  # most that E rises from block to block of a kind
+    residual: float = 0.0  # as of `Watch`
+    # what was read of the last block, by machine; from the observation if None
     told: list[BlockReadings] | None = field(init=False, default=None)
-    rules: list[Rule] = field(init=False, repr=False)
-    watch: Watch | None = field(init=False, repr=False)
-    leads: NDArray[np.bool_] = field(init=False, repr=False)
+    rules: list[Rule] = field(init=False, repr=False)  # one for each machine
+    watch: Watch | None = field(init=False, repr=False)  # compares readings with forecasts; None without a model
+    leads: NDArray[np.bool_] = field(init=False, repr=False)  # where the model leads, shape (N,)
     name: ClassVar[str] = "adviser"
     sees: ClassVar[Sees] = "measurements"
 

@@ -85,14 +85,11 @@ class Rule:
     Args:
         simulation: of the program.
         step: most that E rises from block to block of a kind.
-
-    Attributes:
-        reason: of the last decision.
     """
 
     simulation: JobSimulation
     step: float = STEP
-    reason: str = field(init=False, default="")
+    reason: str = field(init=False, default="")  # of the last decision
 
     def __post_init__(self) -> None:
         """Begin with the E of the program."""

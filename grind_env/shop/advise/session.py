@@ -104,7 +104,7 @@ class Session:
         further = self.source.next("") if self.source.retold and not self.source.patient else None
         if further is not None:
             what = f"{further.place} is of no block of this batch, which is over: nothing is read from there on"
-            self.say(json.dumps({"ignored": what}) if self.as_json else what)
+            self._tell({"ignored": what}, what)
         if not self.as_json:
             self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
 
@@ -120,18 +120,19 @@ class Session:
             readings = self._read(advice)
             if readings is None:
                 return False
-            self._keep(advice, readings)
+            self._pass(advice, readings)
+            write_state(self.files.state, self.origin, self.steps)
+            write_log(self.files.log, self.adviser.simulation, self.steps)
         return True
 
     def _compared(self) -> None:
-        """Return forecasts beside readings, of a shadow."""
-        if self.shadow is None:
-            return
-        if self.as_json:
-            self.say(json.dumps(self.shadow.document()))
-            return
-        for line in self.shadow.lines():
-            self.say(line)
+        """Tell forecasts beside readings, of a shadow."""
+        if self.shadow is not None:
+            self._tell(self.shadow.document(), *self.shadow.lines())
+
+    def _tell(self, data: object, *lines: str) -> None:
+        for text in [json.dumps(data)] if self.as_json else lines:
+            self.say(text)
 
     def _read(self, advice: Advice) -> MachineReadings | None:
         while True:
@@ -142,7 +143,7 @@ class Session:
                 if not self.source.patient:
                     raise
                 self.source.refused()
-                self.say(json.dumps({"refused": str(error)}) if self.as_json else str(error))
+                self._tell({"refused": str(error)}, str(error))
 
     def _checked(self, row: ReadingsRow, number: int) -> MachineReadings:
         readings = readings_of(row.table, row.place)
@@ -169,12 +170,6 @@ class Session:
                 raise StateError(f"{row.place} says something else of block {number + 1} than it did before: {ANEW}")
         return True
 
-    def _keep(self, advice: Advice, readings: MachineReadings) -> None:
-        """Take readings of a block, and of those before it of which there are none; they are then on disk."""
-        self._pass(advice, readings)
-        write_state(self.files.state, self.origin, self.steps)
-        write_log(self.files.log, self.adviser.simulation, self.steps)
-
     def _pass(self, advice: Advice, readings: MachineReadings) -> None:
         self._told(advice, readings)
         now = datetime.now().isoformat(timespec="seconds")
@@ -189,11 +184,7 @@ class Session:
     def _show(self, advice: Advice) -> None:
         if self.files.values is not None:
             write_values(self.files.values, self.adviser.simulation, [*self.given, advice])
-        if self.as_json:
-            self.say(json.dumps(as_data(self.adviser, advice)))
-            return
-        for line in lines_of(self.adviser, advice, why=self.why):
-            self.say(line)
+        self._tell(as_data(self.adviser, advice), *lines_of(self.adviser, advice, why=self.why))
 
 
 def as_data(adviser: Adviser, advice: Advice) -> dict[str, object]:

@@ -35,30 +35,19 @@ class StateError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdviceOrigin:
-    """Inputs behind the advice of a file.
+    """Inputs behind the advice of a file."""
 
-    Attributes:
-        inputs: inputs of the simulation, and the wear of the wheel at the start.
-        policy: its name, and a hash of it.
-    """
-
-    inputs: Mapping[str, float | bool | str]
-    policy: str
+    inputs: Mapping[str, float | bool | str]  # inputs of the simulation, and the wear of the wheel at the start
+    policy: str  # its name, and a hash of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdvisedBlock:
-    """A block that was ground.
+    """A block that was ground."""
 
-    Attributes:
-        time: at which it was told, ISO 8601.
-        words: that were advised, by letter.
-        readings: what was told.
-    """
-
-    time: str
-    words: Words
-    readings: MachineReadings
+    time: str  # at which it was told, ISO 8601
+    words: Words  # that were advised, by letter
+    readings: MachineReadings  # what was told
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:

@@ -107,10 +107,7 @@ def calibrate_table(
         time=np.full(value.size, np.nan),
         judged=judged,
         residual=_missed(fitted, data),
-        remarks=(
-            *sheet.remarks,
-            *overridden(job, fitted, idle=False),
-        ),
+        remarks=(*sheet.remarks, *overridden(job, fitted, idle=False)),
     )
 
 

@@ -51,19 +51,12 @@ Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
 
 @dataclass(frozen=True, slots=True)
 class FitJudgement:
-    """Prediction errors of a fit and of the catalogue, by kind of measurement.
+    """Prediction errors of a fit and of the catalogue, by kind of measurement."""
 
-    Attributes:
-        errors: errors of all used measurements.
-        held_out: errors of parts or settings predicted by a fit to the others; None for a single one.
-        worse: kinds predicted significantly worse than by the catalogue.
-        kept: kinds that keep the catalogue's constants.
-    """
-
-    errors: Errors
-    held_out: Errors | None
-    worse: tuple[str, ...]
-    kept: tuple[str, ...] = ()
+    errors: Errors  # errors of all used measurements
+    held_out: Errors | None  # errors of parts or settings predicted by a fit to the others; None for a single one
+    worse: tuple[str, ...]  # kinds predicted significantly worse than by the catalogue
+    kept: tuple[str, ...] = ()  # kinds that keep the catalogue's constants
 
     def verdict(self, *, tells_nothing: bool) -> "FitVerdict":
         """Return whether the model may be used, and for what; `tells_nothing` of a fit that found no constant."""
@@ -83,17 +76,12 @@ class FitJudgement:
 
 @dataclass(frozen=True, slots=True)
 class FitVerdict:
-    """Verdict on the use of a model.
+    """Verdict on the use of a model."""
 
-    Attributes:
-        level: good, poor for a model without held-out data, or bad for one that must not be used.
-        headline: the verdict as a sentence.
-        uses: permitted uses.
-    """
-
+    # good, poor for a model without held-out data, or bad for one that must not be used
     level: Literal["good", "poor", "bad"]
-    headline: str
-    uses: tuple[str, ...] = ()
+    headline: str  # the verdict as a sentence
+    uses: tuple[str, ...] = ()  # permitted uses
 
 
 def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> FitJudgement:

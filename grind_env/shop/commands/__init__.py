@@ -2,8 +2,6 @@
 
 from collections.abc import Callable
 
-import typer
-
 from grind_env.shop.commands.advise import advise
 from grind_env.shop.commands.calibrate import calibrate
 from grind_env.shop.commands.optimise import optimise
@@ -26,9 +24,3 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     warm_up: ("grind warm-up", "NUMBA_CACHE_DIR=/shared/cache grind warm-up"),
     doctor: ("grind doctor", "grind doctor --json"),
 }
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    for command, examples in EXAMPLES.items():
-        app.command(epilog="\n".join(examples))(command)
