@@ -8,7 +8,7 @@ from grind_env.policies.policy import Policy
 
 ADAPTERS = {
     "calibrated": "agents.track.learning:CalibratedPlanner",
-    "adviser": "agents.track.learning:Adviser",
+    "adviser": "agents.track.learning:LearningRule",
     "rl2": "agents.track.learning:Rl2",
     "rl2_forgets": "agents.track.learning:ForgetfulRl2",
     "fine_tuned": "agents.track.retraining:FineTuned",

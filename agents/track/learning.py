@@ -52,7 +52,7 @@ class CalibratedPlanner:
         self.z = fitted(self.model, self.shifts, self.z)
 
 
-class Adviser(EmpiricalRule):
+class LearningRule(EmpiricalRule):
     """The rule without a model; its laws of power, Ra and size, its E and its volumes outlast a shift."""
 
     name: ClassVar[str] = "adviser"

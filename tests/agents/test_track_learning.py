@@ -9,7 +9,7 @@ import torch
 from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.fitting import CONSTANTS, changed
-from agents.track.learning import Adviser, ForgetfulRl2, Rl2
+from agents.track.learning import ForgetfulRl2, LearningRule, Rl2
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated
 from grind_env.envs.shown import Standard
 from grind_env.envs.simulation import Simulation
@@ -63,7 +63,7 @@ def test_the_recurrent_agent_remembers_all_shifts_on_a_machine_and_none_on_the_n
 
 
 def test_the_adviser_begins_a_shift_with_what_it_has_learned_and_the_first_as_the_rule() -> None:
-    adviser, rule, machine = Adviser(), EmpiricalRule(), TrackMachine("public:1", [0])
+    adviser, rule, machine = LearningRule(), EmpiricalRule(), TrackMachine("public:1", [0])
     other = TrackMachine("public:1", [0])
     (mine,), _ = machine.grind(adviser)
     (theirs,), _ = other.grind(rule)

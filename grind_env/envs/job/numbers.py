@@ -92,7 +92,7 @@ def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
     )
 
 
-class Machines(NamedTuple):
+class JobMachines(NamedTuple):
     """M machines of one process, which may be another one than that of the job."""
 
     jobs: tuple[Job, ...]
@@ -104,11 +104,11 @@ class Machines(NamedTuple):
     """Wheel as the first block finds it, and what the process remembers then, shape (M, fields of both)."""
 
 
-def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> Machines:
+def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> JobMachines:
     """Return the numbers of jobs that differ from a nominal one in their entries, for the program's blocks."""
     limits, first = _rises(nominal, blocks), blocks[0]
     wheels = [first_wheel(job, first.dress, job.of_part(first.part + 1).parameters) for job in jobs]
-    return Machines(
+    return JobMachines(
         jobs=tuple(jobs),
         base=np.array([[each.parameters for each in _by_block(job, blocks)] for job in jobs]),
         cooler=np.array([np.subtract(_rises(job, blocks), limits) for job in jobs]),
