@@ -61,6 +61,7 @@ def train(
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.policies.model_view import machines_name, model_of, on, training_machines
+    from grind_env.policies.problem import JOB
     from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):
@@ -104,7 +105,9 @@ def train(
             for plays in (policy, *rivals(named, on(named, JUDGES)))
         ]
     recommended, verdict = _verdict(*judged)
-    lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds"]
+    use = f"advise {task}" if named.id == JOB else f"evaluate --task {task}"
+    after = f"; next: grind {use} --policy {path}" if recommended else ""
+    lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds{after}"]
     print(printable("\n".join(lines)))
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)

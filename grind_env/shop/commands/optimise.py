@@ -55,6 +55,7 @@ def optimise(
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
+    path = job or job_beside(program)
     seconds, programs = search_options.budget(budget)
     arguments.prepare_report(report)
     if plot is not None:
@@ -88,9 +89,9 @@ def optimise(
     else:
         print_optimised(found, table_console())
         if found.verdict.is_written:
-            print("name a file with -o to have it" if output is None else f"written to {output}")
+            run = f"written to {output}; next: grind run {output} --job {path}"
+            print("next: add -o FILE to write the program" if output is None else run)
     if report is not None:
-        path = job_beside(program) if job is None else job
         files = {"program": program, "job": path}
         write_page(report, optimised_report(found, load_job(path), files))
     if found.verdict is not Verdict.BETTER:

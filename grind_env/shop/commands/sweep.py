@@ -40,6 +40,7 @@ def sweep(
     Exit status 3: with -o no point costs less, or the model scraps the program as it is.
     """
     from grind_env.control.options import variables_of
+    from grind_env.machine.job.file import job_beside
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
     from grind_env.shop.optimise.table import print_result
@@ -74,5 +75,6 @@ def sweep(
     best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()), untried=untried)
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:
-        beyond = "" if best.keeps_limits else ", and its rounded words are beyond a limit"
-        print(f"written to {output}; so it costs {best.cost:.3f} $ a part{beyond}")
+        beyond = "" if best.keeps_limits else ", but with rounded values it exceeds a limit"
+        run = f"grind run {output} --job {job or job_beside(program)}"
+        print(f"written to {output}: {best.cost:.3f} $ a part{beyond}; next: {run}")
