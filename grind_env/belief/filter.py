@@ -138,7 +138,7 @@ def mount(diameter: float, feed: float, depth: float, p: StrokeParameters, wheel
 
 @entry
 def summarise(wheels: Any, hidden: Any, sigmas: Hidden, burnt: float) -> Belief:
-    """Means and spreads over the members of an episode."""
+    """Return means and standard deviations over the members of an episode."""
     members = hidden.shape[0]
     growth, pressure = np.empty(members), np.empty(members)
     for m in range(members):

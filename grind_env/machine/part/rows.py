@@ -16,7 +16,7 @@ class TableStroke(NamedTuple):
     """At its start, s."""
     seconds: float
     E: float
-    """Array speed, mm/min; F of an infeed."""
+    """Table speed, mm/min; F of an infeed."""
     Z: float
     """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
     b: float
