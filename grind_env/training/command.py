@@ -105,12 +105,12 @@ def train(
             for plays in (policy, *rivals(named, on(named, JUDGES)))
         ]
     recommended, verdict = _verdict(*judged)
-    use = f"advise {task}" if named.id == JOB else f"evaluate --task {task}"
-    after = f"; next: grind {use} --policy {path}" if recommended else ""
-    lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds{after}"]
+    lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds"]
     print(printable("\n".join(lines)))
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)
+    if named.id == JOB:
+        print(printable(f"next: grind advise {task} --policy {path}, with the same --job, --parts and --set"))
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":
@@ -184,6 +184,6 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
     if not np.isfinite(min(costs)):
         return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
     chance = " (may be chance)" if own < min(costs) else ""
-    told = f"{own:.2f} $ with it{chance}" if np.isfinite(own) else "and it makes none"
+    told = f"{own:.2f} $ with the agent{chance}" if np.isfinite(own) else "the agent makes none"
     told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
     return False, f"not recommended: {told}, on machines of {found.plant}"

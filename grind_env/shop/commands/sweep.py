@@ -36,8 +36,8 @@ def sweep(
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
-    The last column names the worst limit that more than 5 % of parts exceed, or risk (docs/howto/shop.md).
-    Exit status 3: with -o no point costs less, or the model scraps the program as it is.
+    The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
+    Exit status 3: no cheaper point for -o, or the model scraps the original program.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside

@@ -282,8 +282,7 @@ def on_machines(fleet: Fleet | None) -> list[str]:
         ]
     if not fleet.drawn:
         return []
-    number = len(fleet.numbers)
-    these = "these" if fleet.agree == number else f"the {number} that come nearest to good parts"
+    these = "these" if fleet.agree == len(fleet.numbers) else f"the {len(fleet.numbers)} that come nearest to it"
     alike = f", if parts differ {fleet.spread:g} times as much as the job says" if fleet.spread < 1.0 else ""
     return [
         f"{fleet.agree} of {fleet.drawn} possible machines grind good parts with the program as it is{alike}; programs "

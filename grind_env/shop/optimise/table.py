@@ -43,11 +43,6 @@ def heading(found: Optimised) -> str:
     return f"{found.program}, {known}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
 
 
-def print_optimised(found: Optimised, console: "Console") -> None:
-    """Print the verdict, then what was varied, both programs side by side, and the limits."""
-    print_result(console, tables_of(found), [heading(found), *sentences(found)])
-
-
 def print_result(console: "Console", tables: Iterable[Table], sentences: Iterable[str]) -> None:
     """Print the last sentence, which is the result, then tables and the other sentences."""
     *details, result = sentences
@@ -70,9 +65,7 @@ def sentences(found: Optimised) -> list[str]:
             )
     for each in found.requirements:
         kept = "" if each.kept else ": too much"
-        said.append(
-            f"at most {each.most:g} {each.unit} a part asked: {each.before:.4g} before, {each.after:.4g} after{kept}"
-        )
+        said.append(f"at most {each.most:g} {each.unit} asked: {each.before:.4g} before, {each.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
         said.append("the budget ended the search: a larger --budget may find more, and the next run may differ")
