@@ -40,7 +40,7 @@ FLAT_LIMIT = StrokeParameters._fields.index("Amax")
 
 @inlined
 def mean(values: Any) -> float:
-    """Of members one after the other: NumPy sums in another order than compiled code does."""
+    """Return the mean of members, summed in order: NumPy sums in another order than compiled code."""
     total = 0.0
     for value in values:
         total += value
@@ -49,7 +49,7 @@ def mean(values: Any) -> float:
 
 @inlined
 def deviation(values: Any) -> float:
-    """Standard deviation of members, summed likewise."""
+    """Return the standard deviation of members, summed in the same order."""
     middle, squares = mean(values), 0.0
     for value in values:
         squares += (value - middle) * (value - middle)
