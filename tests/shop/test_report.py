@@ -130,7 +130,7 @@ def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
 
 
 def test_a_machine_that_is_not_the_model_is_named(tmp_path: Path) -> None:
-    assert "not the model" not in page_of("plate_g82")
+    assert "out-of-model machine" not in page_of("plate_g82")
     program, job = tmp_path / "plate.nc", tmp_path / "plate.toml"
     program.write_text((EXAMPLES / "plate_g82.nc").read_text())
     job.write_text('plant = "meter:7"\n' + (EXAMPLES / "plate_g82.toml").read_text())
