@@ -38,7 +38,7 @@ __all__ = [
     "script_of",
     "sweep",
 ]
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 LAZY = {
     "calibrate": ("shop.calls", "calibrate"),

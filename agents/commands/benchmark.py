@@ -118,7 +118,7 @@ def benchmark(
     if full and not failed:
         rebuild(folder, console)
     if failed:
-        print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)
+        print(f"agents: {len(failed)} of {len(cells)} runs failed: {', '.join(map(str, failed))}", file=sys.stderr)
         raise typer.Exit(1)
 
 

@@ -50,7 +50,7 @@ def track(
     adapters: Annotated[
         list[str] | None, typer.Option(help="Adapter, policy, file or module:Class; repeatable."), FILE
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Runs on each machine.")] = 8,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs on each machine.")] = 4,
     submit: Annotated[
         Path | None, typer.Option(help="Write a row for `grind verify` to this .json file."), Writes()
     ] = None,

@@ -10,7 +10,6 @@ from torch import Tensor
 
 from agents.track.fitting import CONSTANTS, changed, fitted
 from agents.track.learning import Trained
-from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.shown import Standard
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -20,8 +19,8 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.track import TrackShift
 from grind_env.training.gru_ppo import Agent, Settings, acting_part, likelihood, policy_of, take_over, train
 
-MOMENTS = (2, 5)
-"""Shifts after which the model is fitted and the agent trained on it."""
+MOMENT = 2
+"""Number of shifts after which the model is fitted and the agent trained on it."""
 FURTHER = Settings(steps=200_000, envs=64, learning_rate=1e-3, critic_first=8, guess=0.0)
 """How it is trained: the critic alone for 31,000 of the steps."""
 GAMMA, CLIP, LEARNING_RATE, GRADIENT_STEPS, BOUND = 0.9, 0.2, 3e-4, 20, 0.1
@@ -45,18 +44,17 @@ class FittedProblem(Problem):
 
 @dataclass
 class RobustCalibrated(Trained):
-    """`robust`, which is trained further on a model that is fitted to all shifts so far."""
+    """`robust`, which is trained further on a model that is fitted to the first shifts."""
 
     name: ClassVar[str] = "robust_calibrated"
     shifts: list[TrackShift] = field(default_factory=list, repr=False)
-    z: Array = field(default_factory=lambda: np.zeros(len(CONSTANTS)), repr=False)
 
     def learn(self, shift: TrackShift) -> None:
         self.shifts.append(shift)
-        if len(self.shifts) in MOMENTS:
-            self.z = fitted(self.model, self.shifts, self.z)
+        if len(self.shifts) == MOMENT:
+            z = fitted(self.model, self.shifts, np.zeros(len(CONSTANTS)))
             usual = find_problem(self.model.task.name)
-            problem = FittedProblem(usual.name, usual.id, usual.arguments, tuple(self.z.tolist()))
+            problem = FittedProblem(usual.name, usual.id, usual.arguments, tuple(z.tolist()))
             actor = self.agent.actor
             settings = replace(FURTHER, units=actor.network.lstm, hidden=actor.network.hidden)
             self.agent = policy_of(*train(problem, settings, 0, actor=actor), problem, "gru")

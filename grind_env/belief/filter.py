@@ -40,7 +40,7 @@ FLAT_LIMIT = StrokeParameters._fields.index("Amax")
 
 @inlined
 def mean(values: Any) -> float:
-    """Of members one after the other: NumPy sums in another order than compiled code does."""
+    """Return the mean of members, summed in order: NumPy sums in another order than compiled code."""
     total = 0.0
     for value in values:
         total += value
@@ -49,7 +49,7 @@ def mean(values: Any) -> float:
 
 @inlined
 def deviation(values: Any) -> float:
-    """Standard deviation of members, summed likewise."""
+    """Return the standard deviation of members, summed in the same order."""
     middle, squares = mean(values), 0.0
     for value in values:
         squares += (value - middle) * (value - middle)
@@ -138,7 +138,7 @@ def mount(diameter: float, feed: float, depth: float, p: StrokeParameters, wheel
 
 @entry
 def summarise(wheels: Any, hidden: Any, sigmas: Hidden, burnt: float) -> Belief:
-    """Means and spreads over the members of an episode."""
+    """Return means and standard deviations over the members of an episode."""
     members = hidden.shape[0]
     growth, pressure = np.empty(members), np.empty(members)
     for m in range(members):

@@ -69,7 +69,7 @@ class Belief(NamedTuple):
     wear_flat_spread: Any
     """Standard deviation, like the next two of that name."""
     growth: Any
-    """Mean log of the factor on wear-flat growth: the severity of the lot and the wheel."""
+    """Mean log of the dulling rate of lot and wheel."""
     growth_spread: Any
     pressure: Any
     """Mean log of the factor on the wear-flat pressure."""

@@ -58,7 +58,7 @@ class Model(Protocol):
         """Return the judgement of such a block, shape (N, fields of `Judged`)."""
 
     def room(self, n: int) -> Any:
-        """Room for N members: episodes of one block, with `wheels` and more."""
+        """Return room for N members: episodes of one block, with `wheels` and more."""
 
     def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
         """Write their factors `FACTORS`, shape (index, factors)."""
@@ -129,7 +129,7 @@ class WheelBelief:
         self.beliefs = np.zeros((n, len(Belief._fields)))
 
     def restart(self, mask: NDArray[np.bool_]) -> None:
-        """The episodes in `mask`, shape (N,), begin anew with their next observation."""
+        """Restart the episodes in `mask`, shape (N,), with their next observation."""
         self.fresh |= mask
 
     @property

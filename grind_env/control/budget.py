@@ -44,7 +44,7 @@ class Rounds:
         self.least, self.began = math.inf, budget.spent
 
     def end_round(self) -> None:
-        """A round has been made; a `ControlError` refuses the others if all of them are too many."""
+        """Count a finished round; raise `ControlError` if all rounds together are too many."""
         self.least, self.began = min(self.least, self.budget.spent - self.began), self.budget.spent
         self.made += 1
         if self.made > 1:

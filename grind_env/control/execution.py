@@ -37,7 +37,7 @@ class Execution(Iterator[Event]):
 
     @property
     def table(self) -> Reciprocation | None:
-        """The reciprocating table; None while none is, and during a dress."""
+        """Return the reciprocating table; None if the table rests, and during a dress."""
         return self._interpreter.timeline.reciprocation
 
     @property
@@ -57,7 +57,7 @@ class Execution(Iterator[Event]):
 
     @property
     def changing_dress(self) -> int | None:
-        """The first dress program that has left offsets, other tables, wheel or coolant not as it has found them."""
+        """Return the first dress program that changed offsets, other tables, wheel or coolant."""
         return self._interpreter.interruptions.changing_dress
 
     @property

@@ -84,7 +84,7 @@ class Variables:
                 held[number] = value
 
     def begin_notes(self) -> None:
-        """A dress begins: from now on, note the values that are read as they were before."""
+        """Begin a dress: note from now on the values that are read, as they were before."""
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:

@@ -150,9 +150,9 @@ def make(
         cycle: that of the blocks, or None; any other is refused.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
-        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
-            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). By default
-            what the task says, which is the model for all of the package.
+        plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;
+            `"module:name"` for your own (`grind_env.plants`). The default is that of the task, for tasks of the
+            package the model.
         info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
         out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
             `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.

@@ -56,7 +56,7 @@ class Branches(ABC):
 
     @abstractmethod
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
-        """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""
+        """Return the row in `Simulation.kinds` of the coming block from the readings, shape (N,)."""
 
     def part_from(self, block: int) -> range:
         """Return a block of the nominal sequence and those after it up to the end of its part."""
@@ -209,5 +209,5 @@ class ProgramBranches(Branches):
 
 
 def coming_kinds(branches: Branches, seen: Mapping[str, Table]) -> Numbers:
-    """Number of the kind of the coming block, from what was read; shape (N,)."""
+    """Return the kind number of the coming block from the readings, shape (N,)."""
     return branches.kind_of_row[branches.coming_rows(seen)]

@@ -89,9 +89,9 @@ class Factor(NamedTuple):
 
 CONTEXT_FACTORS: Mapping[str, Factor] = {
     "stock": Factor(0.3, 3.0, 1.0, "stock of every part over the nominal one"),
-    "kA": Factor(0.05, 20.0, 1.0, "factor of every lot on the wear-flat growth"),
+    "kA": Factor(0.05, 20.0, 1.0, "dulling rate of every lot"),
     "pm": Factor(0.2, 5.0, 1.0, "factor of every lot on the wear-flat pressure"),
-    "wheel_kA": Factor(0.05, 20.0, 1.0, "factor of every wheel on the wear-flat growth"),
+    "wheel_kA": Factor(0.05, 20.0, 1.0, "dulling rate of every wheel"),
     "ra_scale": Factor(0.2, 5.0, 1.0, "factor of every wheel and part on the roughness"),
     "fc": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the fracture force, its grade"),
     "Gref": Factor(0.2, 5.0, 1.0, "factor of the wheel lot on the G-ratio"),

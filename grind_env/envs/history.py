@@ -74,7 +74,7 @@ def booked_diameter(shown: GaugeReadings, shop: Shop, old: History, off: float, 
 
 @inlined
 def truth_of(result: Tally, outcome: Outcome, diameter: float) -> GaugeReadings:
-    """What meter and gauges ought to show after a block, of the wheel its diameter, mm."""
+    """Return the true values that meter and gauges would read after a block; the wheel's diameter in mm."""
     return GaugeReadings(
         mean_power=mean_last_power(result),
         first_power=mean_first_power(result),
@@ -87,7 +87,7 @@ def truth_of(result: Tally, outcome: Outcome, diameter: float) -> GaugeReadings:
 
 @inlined
 def noise_of(row: TapeRow) -> GaugeReadings:
-    """The noise of what they show after a block."""
+    """Return the noise of these readings after a block."""
     return GaugeReadings(
         mean_power=row.mean_noise,
         first_power=row.first_noise,
@@ -100,7 +100,7 @@ def noise_of(row: TapeRow) -> GaugeReadings:
 
 @inlined
 def legible(shown: GaugeReadings, result: Tally, change: float) -> GaugeReadings:
-    """What of it is read: no power where there is none to be read, or the wheel is changed (1) after the block."""
+    """Return the readings that exist: no power if none was drawn or the wheel is changed (1) after the block."""
     # of a new wheel nothing is known yet
     mean = shown.mean_power if result.last_count > 0.0 and change == 0.0 else 0.0
     first = shown.first_power if result.first_count > 0.0 else 0.0

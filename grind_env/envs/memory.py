@@ -33,10 +33,10 @@ class EpisodeMemory(Protocol):
     """Space of one episode."""
 
     def begin(self, n: int) -> None:
-        """N episodes begin with the next observations."""
+        """Begin N episodes with the next observations."""
 
     def restart(self, mask: Flags) -> None:
-        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        """Begin the episodes in `mask`, shape (N,), with their next observation."""
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
         """Take in observations of the episodes in `mask` and the actions that led to them.

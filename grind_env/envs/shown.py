@@ -79,10 +79,10 @@ class StandardMemory:
         self.space = spaces.Box(self._scaled(space.low), self._scaled(space.high), dtype=np.float32)
 
     def begin(self, n: int) -> None:
-        """N episodes begin with the next observations."""
+        """Begin N episodes with the next observations."""
 
     def restart(self, mask: Flags) -> None:
-        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        """Begin the episodes in `mask`, shape (N,), with their next observation."""
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
         return self._scaled(observations)

@@ -187,7 +187,7 @@ class GrindingRecord:
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
         """Return a table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
-        Of a job with stations `frame["station"]` has their names, and on a machine that is not the model
+        Of a job with stations `frame["station"]` has their names, and on an out-of-model machine
         `frame["plant"]` has its name.
 
         Raises:

@@ -158,7 +158,7 @@ class GrindingRun(EventConsumer):
         return bool(stations) and self.part.met and self.part.station not in stations
 
     def expect(self, time: float, sweep: Swept) -> None:
-        """A block will sweep this with a table that is at rest: on the way to another station a worn wheel is changed.
+        """Prepare for a block over this range with the table at rest; a worn wheel is changed between stations.
 
         What runs block by block says so before the words of the block are chosen; otherwise the block itself does it.
         """

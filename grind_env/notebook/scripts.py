@@ -10,7 +10,7 @@ HEADINGS = ("block", "cycle", "depth at end, mm", "E, mm/min", "D", "J, mm", "L"
 
 
 def html(script: Script) -> str:
-    """Its blocks in the order in which they are run."""
+    """Return the blocks of a script as HTML, in the order in which they run."""
     count, parts = len(script.blocks), sum(block.ends_part for block in script.blocks)
     said = f"{_counted(count, 'cycle block')}, {_counted(parts, 'part')}; {script.approach:.1f} s up to the first block"
     rows = [_row(block, script) for block in script.blocks]

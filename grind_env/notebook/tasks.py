@@ -45,7 +45,7 @@ def html(task: Task) -> str:
 
 
 def page(task: Task) -> Page:
-    """Its page; of a user's file what it says with nothing left out."""
+    """Return the page of a task; for a user's file with all defaults."""
     if task.file:
         return Page(f"# {task.name}\n\n```toml\n{toml_text(document(task))}\n```\n")
     return Page(page_of(task.environment_id))

@@ -14,7 +14,7 @@ STATIONS = "stations"
 """A table for each station, headed `[[stations]]`."""
 
 NUMBER, BESIDE = "its number", "beside these any key of [part] in which it differs"
-PLANT = "name of the machine that grinds, where it is not the model: meter:7, foreign:3+meter:7, held-out:5"
+PLANT = "name of the out-of-model machine that grinds: meter:7, foreign:3+meter:7, held-out:5"
 MATERIAL = "work material: the name of an entry of the catalogue"
 
 

@@ -60,7 +60,7 @@ RANGES = (
 
 def plants_page() -> str:
     """Return the page, Markdown."""
-    lines = ["# Machines that are not the model", INTRODUCTION]
+    lines = ["# Out-of-model machines", INTRODUCTION]
     for family in FAMILIES:
         chances = " A seed of its chances is drawn, too." if family.chances else ""
         lines += [f"## {family.name}", f"{family.what[0].upper()}{family.what[1:]}.{chances}"]

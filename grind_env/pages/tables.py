@@ -11,9 +11,9 @@ from grind_env.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
 from grind_env.pages.sheet import TaskSheet
 from grind_env.table import Column, table_of
 
-LOTS = {"lot_growth": "wear-flat growth kA", "lot_pressure": "wear-flat pressure pm"}
+LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
 EPISODE = {
-    "wheel_growth": "wear-flat growth kA, of every wheel",
+    "wheel_growth": "dulling rate kA, of every wheel",
     "wheel_roughness": "roughness scale, of every wheel",
     "fracture_force": "fracture force fc, the grade of the wheels",
     "g_ratio": "G-ratio",

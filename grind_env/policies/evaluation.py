@@ -89,7 +89,7 @@ class Evaluation:
 
     @staticmethod
     def joined(parts: Sequence["Evaluation"]) -> "Evaluation":
-        """Evaluations of different episodes as one."""
+        """Join evaluations of different episodes."""
         return Evaluation(
             *(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Evaluation))
         )
@@ -174,7 +174,7 @@ def steps(
 
 
 def nobody(steps: int) -> None:
-    """Told of steps, and not interested."""
+    """Ignore progress messages."""
 
 
 def roll_out(

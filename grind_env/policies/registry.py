@@ -67,7 +67,7 @@ alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. 
 stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
 UNSCORED = ("empirical_rule", "belief_planner")
 """Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
-on a machine that is not the model, and the planner on the belief."""
+on an out-of-model machine, and the planner on the belief."""
 TRAINED = ("plain_gru", "robust")
 """The bundled agents, trained on the model, or on public machines, one in every episode; each has a folder."""
 RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}

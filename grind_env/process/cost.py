@@ -50,7 +50,7 @@ class Limits(NamedTuple):
 
 @inlined
 def volume_left(diameter: float, width: float) -> float:
-    """What can be worn and dressed off a wheel of that diameter and width, mm, before nothing is left of it, mm3."""
+    """Return the wheel volume that is left at a diameter and width (mm), mm3."""
     ring = max(diameter * diameter - LEAST_DIAMETER * LEAST_DIAMETER, 0.0)
     return 0.25 * math.pi * ring * width
 
@@ -63,7 +63,7 @@ def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) 
 
 @inlined
 def running_cost(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> float:
-    """The sum of the `expenses`, $."""
+    """Return the sum of the `expenses`, $."""
     time_cost, wheel_cost, dress_cost = expenses(seconds, wheel_volume, dresses, rates)
     return time_cost + wheel_cost + dress_cost
 

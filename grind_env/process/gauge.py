@@ -48,7 +48,7 @@ TRUTH = Gauge(_read)
 
 @functools.cache
 def beside(*gauges: Gauge) -> Gauge:
-    """Gauges one after the other: each finds what those before show. The noise is that of the last one."""
+    """Chain gauges: each reads what the one before shows. The noise is that of the last gauge."""
     if not gauges:
         return TRUTH
     *others, shown = gauges

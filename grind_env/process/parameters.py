@@ -24,7 +24,7 @@ def stroke_parameters(
     width: float,
     height: float,
 ) -> StrokeParameters:
-    """Parameters of a set-up.
+    """Return the stroke parameters of a set-up.
 
     Args:
         material: of the part.
@@ -116,14 +116,14 @@ def stroke_parameters(
 
 
 def rates_of(wheel: Wheel, dresser: Dresser, machine: Machine) -> Rates:
-    """Prices of a set-up."""
+    """Return the prices of a set-up."""
     return Rates(machine.hourly_rate, wheel.price, dresser.cost_per_dress)
 
 
 def limits_of(
     material: Material, machine: Machine, *, rise_allowance: float, roughness_limit: float, tolerance: float
 ) -> Limits:
-    """Limits of a good part; that of the power is what the machine's limit leaves above idle.
+    """Return the limits of a good part; the power limit is that of the machine less idle power.
 
     Args:
         material: material of the part.

@@ -200,7 +200,7 @@ HALF = 0.5 + 1e-6
 
 @inlined
 def whole_ms(seconds: float) -> float:
-    """A time in whole ms, s; see `Process`.
+    """Return a time rounded to whole ms, s; see `Process`.
 
     Half a ms, in which an infeed at F30 under 1 m/s2 ends, is a whole one, from whatever sum it comes.
     """

@@ -70,7 +70,7 @@ class GroundBlock:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """The limits that were passed: any of `burn`, `stall`, `Ra` and `size`."""
+        """Return the exceeded limits: any of `burn`, `stall`, `Ra` and `size`."""
         passed = passed_limits(self.rise, self.torque, self.roughness, self.size_error, self.limits)
         return tuple(FAULTS[limit] for limit in passed)
 

@@ -64,7 +64,7 @@ class Fleet:
     spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
-        """Trials on lots and on the machines of a use, other ones for each if there are enough.
+        """Return trials on lots and machines; each use has its own machines if there are enough.
 
         A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it
         finds is compared and judged on all that the machine may be.

@@ -122,7 +122,7 @@ class Trials:
 
     @property
     def machine(self) -> NDArray[np.int64]:
-        """Number of the machine of each lot: as many lots on each, or one more."""
+        """Return the machine number of each lot; lots are spread evenly over the machines."""
         return np.arange(len(self.seeds)) % len(self.simulation.machines.jobs)
 
     def of_one(self, values: Array) -> Interval:
@@ -174,7 +174,7 @@ class Trials:
 
     @property
     def at_once(self) -> int:
-        """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
+        """Return how many candidates run together: one for a program that is executed step by step."""
         rows = len(self.seeds) * len(self.simulation.blocks)
         return CORES * max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
 

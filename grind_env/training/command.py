@@ -61,6 +61,7 @@ def train(
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.policies.model_view import machines_name, model_of, on, training_machines
+    from grind_env.policies.problem import JOB
     from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):
@@ -108,6 +109,8 @@ def train(
     print(printable("\n".join(lines)))
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)
+    if named.id == JOB:
+        print(printable(f"next: grind advise {task} --policy {path}, with the same --job, --parts and --set"))
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":
@@ -181,6 +184,6 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
     if not np.isfinite(min(costs)):
         return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
     chance = " (may be chance)" if own < min(costs) else ""
-    told = f"{own:.2f} $ with it{chance}" if np.isfinite(own) else "and it makes none"
+    told = f"{own:.2f} $ with the agent{chance}" if np.isfinite(own) else "the agent makes none"
     told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
     return False, f"not recommended: {told}, on machines of {found.plant}"

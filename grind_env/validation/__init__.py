@@ -45,7 +45,7 @@ def validate(catalogue: Catalogue | None = None) -> list[Row]:
 
 @cache
 def known_failures() -> Mapping[str, str]:
-    """Why a check is known to fail, by its name."""
+    """Return the known reason of each failing check, by its name."""
     return MappingProxyType(read_toml(Path(__file__).with_name("known_failures.toml"))["reasons"])
 
 

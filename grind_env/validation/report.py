@@ -33,7 +33,7 @@ def verdict(row: Row) -> str:
 
 
 def reason(row: Row) -> str:
-    """Why a row has no number, or fails; "" without a reason."""
+    """Return the reason why a row has no number or fails; "" without a reason."""
     return ". ".join(filter(None, (row.missing, known_failures().get(row.check.name, ""))))
 
 

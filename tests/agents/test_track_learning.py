@@ -133,7 +133,7 @@ def test_a_fitted_problem_is_ground_with_what_was_fitted() -> None:
     assert envs.simulation.entries[:ENTRIES] == MODEL.entries and len(envs.simulation.entries) > ENTRIES
 
 
-def test_the_calibrated_agent_is_trained_after_the_shifts_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_calibrated_agent_is_trained_after_two_shifts(monkeypatch: pytest.MonkeyPatch) -> None:
     fits: list[int] = []
 
     def fitted(model: Simulation, shifts: list[TrackShift], z: np.ndarray) -> np.ndarray:
@@ -141,7 +141,6 @@ def test_the_calibrated_agent_is_trained_after_the_shifts_named(monkeypatch: pyt
         return z
 
     monkeypatch.setattr(retraining, "FURTHER", SHORT)
-    monkeypatch.setattr(retraining, "MOMENTS", (2,))
     monkeypatch.setattr(retraining, "fitted", fitted)
     first, (shift,) = some_agent(), ground(MODEL, "E6000D1", range(1))
     policy = RobustCalibrated(first)

@@ -30,7 +30,7 @@ def jobs(tmp_path: Path) -> tuple[Path, Path]:
 @pytest.mark.nightly
 def test_a_sweep_names_the_machine_that_it_grinds_on(jobs: tuple[Path, Path]) -> None:
     on_model, on_plant = (sweep(PLATE, job, SweepRanges(E=(14_000.0, 16_000.0)), parts=2) for job in jobs)
-    said = f"ground on {PLANT}, a machine that is not the model"
+    said = f"simulated on {PLANT}, an out-of-model machine"
     assert said in sentences(on_plant) and as_data(on_plant)["plant"] == PLANT
     assert said not in sentences(on_model) and "plant" not in as_data(on_model)
     assert on_model.own.cost != on_plant.own.cost

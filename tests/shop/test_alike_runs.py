@@ -158,7 +158,7 @@ def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytes
     assert found.ended_early and found.lots == 256
     assert 1 < found.evaluations < seconds / (16 * PACE)
     assert now[0] <= 1.2 * seconds + 0.1
-    told = [each for each in sentences(found) if "no time to see what words without the limit of" in each]
+    told = [each for each in sentences(found) if "no time to find what the limit of" in each]
     assert bool(told) == any(limit.price is None for limit in found.limits)
 
 

@@ -156,7 +156,7 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
     words = ["calibrate", PROGRAM, "--program", PROGRAM, "--job", JOB, "-o", path]
     status, out, err = grind(*words)
     assert status == 3 and "predicts power better" in err
-    assert out.startswith("Do not use it: the catalogue predicts power better.")
+    assert out.startswith("Do not use the fit: the catalogue predicts power better.")
     assert not path.exists()
     assert grind(*words, "--force")[0] == 0
     assert path.exists()

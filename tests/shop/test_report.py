@@ -130,12 +130,12 @@ def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
 
 
 def test_a_machine_that_is_not_the_model_is_named(tmp_path: Path) -> None:
-    assert "not the model" not in page_of("plate_g82")
+    assert "out-of-model machine" not in page_of("plate_g82")
     program, job = tmp_path / "plate.nc", tmp_path / "plate.toml"
     program.write_text((EXAMPLES / "plate_g82.nc").read_text())
     job.write_text('plant = "meter:7"\n' + (EXAMPLES / "plate_g82.toml").read_text())
-    assert "The machine is not the model but meter:7." in report(program).read_text("utf-8")
-    assert "but meter:8." in report(program, plant="meter:8").read_text("utf-8")
+    assert "Simulated on meter:7, an out-of-model machine." in report(program).read_text("utf-8")
+    assert "Simulated on meter:8, " in report(program, plant="meter:8").read_text("utf-8")
 
 
 def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -191,7 +191,7 @@ def test_a_calibration_from_a_log_is_written_up(
     assert verdict.strip().count(found.verdict.headline) == 1
     assert data["verdict"]["headline"] == found.verdict.headline
     assert found.judged.held_out is not None
-    assert f"{100.0 * found.judged.held_out['power'][2]:.1f} % on parts that are left out in turn" in verdict
+    assert f"{100.0 * found.judged.held_out['power'][2]:.1f} % on left-out parts" in verdict
 
 
 def test_residuals_of_a_part_stand_in_order_of_time(found: Calibration) -> None:

@@ -125,8 +125,8 @@ def test_the_best_row_of_a_sweep_is_no_risk_and_what_is_one_is_told() -> None:
     assert found.best == speeds[1] and found.refused == {"risk": speeds[0]}
     assert tables_of(found)[1].rows[1][-1].text == "risk 110 %"
     said = " ".join(sentences(found))
-    assert "would cost 1.500 $, but on 5 of 100 machines 32 % or more above the program as it is" in said
-    assert "20 % may be risked" in said
+    assert "would cost 1.500 $, but on 5 of 100 machines at least 32 % more than the program as it is" in said
+    assert "20 % is accepted" in said
     data = as_data(found)
     assert data["most_risk"] == 1.2 and not data["speeds"][0]["keeps_limits"]
 

@@ -60,9 +60,9 @@ def test_the_verdict_says_what_the_model_is_for() -> None:
     errors = {"power": (9, 0.2, 0.02), "size": (3, 4.0, 1.0)}
     found = FitJudgement(errors, errors, ()).verdict(tells_nothing=False)
     assert (found.level, found.uses) == ("good", ("E and dressing", "size"))
-    assert found.headline == ("Use it for E and dressing, size; not for roughness, burn, wheel wear: not measured.")
+    assert found.headline == "Use the fit for E and dressing, size; not for roughness, burn, wheel wear (not measured)."
     kept = FitJudgement(errors, errors, (), kept=("size",)).verdict(tells_nothing=False)
-    assert kept.uses == ("E and dressing",) and "for size it keeps the constants of the catalogue" in kept.headline
+    assert kept.uses == ("E and dressing",) and "for size the constants of the catalogue stay" in kept.headline
     assert FitJudgement(errors, None, ()).verdict(tells_nothing=False).level == "poor"
     assert FitJudgement(errors, errors, ("size",)).verdict(tells_nothing=False).level == "bad"
     assert FitJudgement(errors, errors, ()).verdict(tells_nothing=True).level == "bad"

@@ -145,7 +145,7 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     less = "recommended: a good part costs 50 % less than with other (95 % CI 50 to 50) on machines of laws"
     assert _verdict(judged(easy), judged(hard)) == (True, less)
     assert _verdict(judged(easy), judged(hard), judged(easy, "plan")) == (True, less)
-    told = "not recommended: a good part costs {} $ with {}, {} $ with it, on machines of laws"
+    told = "not recommended: a good part costs {} $ with {}, {} $ with the agent, on machines of laws"
     cheap = judged([2.0, 0.25] * 20, "plan")
     assert _verdict(judged(easy), judged(hard), cheap) == (False, told.format("1.12", "plan", "2.25"))
     assert _verdict(judged(hard), judged(hard)) == (False, told.format("4.50", "other", "4.50"))
@@ -154,7 +154,7 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     # without a good part it costs what nobody can say
     spoilt = judged(easy)
     spoilt.evaluation.good[:] = 0.0
-    none = "not recommended: a good part costs 4.50 $ with other, and it makes none, on machines of laws"
+    none = "not recommended: a good part costs 4.50 $ with other, the agent makes none, on machines of laws"
     assert _verdict(spoilt, judged(hard)) == (False, none)
     assert _verdict(spoilt, spoilt)[1].startswith("not recommended: no policy makes a good part: check program and job")
     recommended, said = _verdict(judged(easy), spoilt)

@@ -93,9 +93,8 @@ def make(
         render_mode: as for `GrindEnv`.
         cycle: None; the program says which cycles it runs.
         variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
-        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
-            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). That
-            of the job if not given.
+        plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;
+            `"module:name"` for your own (`grind_env.plants`). The default is that of the job.
         info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
         out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
             `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.

@@ -63,7 +63,7 @@ class MeasuredEpisode:
 
     @property
     def block(self) -> int:
-        """Number of the coming block, from 0."""
+        """Return the number of the coming block, from 0."""
         return int(self._episodes.block[0])
 
     @property
@@ -72,17 +72,17 @@ class MeasuredEpisode:
         return self.block >= len(self.simulation.blocks)
 
     def observation(self) -> NDArray[np.float32]:
-        """Before the coming block, shape (1, entries)."""
+        """Return the observation before the coming block, shape (1, entries)."""
         return self.simulation.observe(self._episodes)
 
     def taken(self, speed: float, executions: float) -> tuple[float, int]:
-        """E, mm/min, and D as the words of the coming block say them."""
+        """Return E, mm/min, and D as the words of the coming block state them."""
         choice = np.array([speed]), np.array([executions])
         speeds, dresses = self.simulation.taken(self._episodes, choice)
         return float(speeds[0]), int(dresses[0])
 
     def take(self, speed: float, executions: int, measured: Measured) -> None:
-        """The coming block was ground with E (mm/min) and D, and this was measured of it."""
+        """Take the readings of the coming block, which was ground with E (mm/min) and D."""
         simulation, episodes = self.simulation, self._episodes
         number, before = episodes.block.copy(), episodes.memory.copy()
         ends = simulation.blocks[int(number[0])].finished > 0

@@ -115,11 +115,11 @@ class Task:
 
     @property
     def environment_id(self) -> str:
-        """The Gymnasium id that makes it: its own, or for a user's file the one of all such tasks."""
+        """Return the Gymnasium id of the task; all task files of users share one id."""
         return ANY_TASK if self.file else environment_id(self.name)
 
     def page(self) -> str:
-        """Its page, Markdown, as `grind tasks` prints it; of a user's file all that it says, defaults included."""
+        """Return the Markdown page of the task, as `grind tasks` prints it; for a user's file with all defaults."""
         text: str = presenter("tasks").page(self)
         return text
 
@@ -128,19 +128,19 @@ class Task:
 
     @property
     def cycle(self) -> str:
-        """The cycle of its blocks."""
+        """Return the grinding cycle of the blocks."""
         return "G81" if self.infeed > 0.0 else "G83" if self.cross_pick > 0.0 else "G82"
 
     @property
     def nominal_sequence(self) -> tuple[str, ...]:
-        """Names of the kinds, to be repeated; with orders, one order of middling size of each kind in turn."""
+        """Return the names of the kinds, to be repeated; with orders, one order of mean size of each kind."""
         if self.orders is None:
             return self.sequence
         parts = (1 + self.orders.most_parts) // 2
         return tuple(kind.name for kind in self.kinds for _ in range(parts))
 
     def numbers(self, sequence: tuple[str, ...], place: str) -> tuple[int, ...]:
-        """Indices into `kinds` of all blocks, if the sequence repeats.
+        """Return the indices into `kinds` of all blocks, if the sequence repeats.
 
         Raises:
             TaskError: at `place`, if a kind is unknown or the blocks do not make whole parts.
@@ -161,35 +161,35 @@ class Task:
 
     @property
     def parts(self) -> int:
-        """Parts of an episode of the nominal sequence."""
+        """Return the number of parts of an episode of the nominal sequence."""
         return sum(self.kinds[number].ends_part for number in self.numbers(self.nominal_sequence, "sequence"))
 
     def kind_of_block(self, block: int) -> int:
-        """Index into `kinds` of a block of the nominal sequence, which repeats; episodes of orders have others."""
+        """Return the index into `kinds` of a block of the nominal sequence; episodes with orders have others."""
         sequence = self.nominal_sequence
         return [kind.name for kind in self.kinds].index(sequence[block % len(sequence)])
 
     @cached_property
     def wheel(self) -> Wheel:
-        """The wheel, with what this task overrides."""
+        """Return the wheel with the overrides of this task."""
         wheel: Wheel = self._entry("wheel", self.setup.wheel, self.setup.wheel_overrides)
         return wheel
 
     @cached_property
     def dresser(self) -> Dresser:
-        """The dresser, likewise."""
+        """Return the dresser with the overrides of this task."""
         dresser: Dresser = self._entry("dresser", self.setup.dresser, self.setup.dresser_overrides)
         return dresser
 
     @cached_property
     def fluid(self) -> Fluid:
-        """The coolant, likewise."""
+        """Return the coolant with the overrides of this task."""
         fluid: Fluid = self._entry("fluid", self.setup.fluid, self.setup.fluid_overrides)
         return fluid
 
     @cached_property
     def machine(self) -> Machine:
-        """The machine, likewise."""
+        """Return the machine with the overrides of this task."""
         machine: Machine = self._entry("machine", self.setup.machine, self.setup.machine_overrides)
         return machine
 
@@ -230,7 +230,7 @@ class Task:
         return {}
 
     def limits(self, kind: Kind) -> Limits:
-        """Limits of a good part of that kind."""
+        """Return the limits of a good part of a kind."""
         return limits_of(
             self.catalogue.materials[kind.material],
             self.machine,

@@ -62,7 +62,7 @@ class Mount:
         self._left[station] = self._row.copy(), self.lived
 
     def come_back(self, station: int, p: StrokeParameters) -> None:
-        """Strokes have come back to the part at a station, which has lain there meanwhile."""
+        """Return to a part at a station that lay there while other parts were ground."""
         row, lived = self._left.pop(station)
         entries_of(self.job.process).pass_time(row, np.array([p]), 0, self.lived - lived, False)
         fields = self.job.process.own._fields
@@ -80,7 +80,7 @@ class Mount:
         return StrokeParameters(*parameters[0].tolist()), drive
 
     def gauge(self) -> None:
-        """The operator measures the part: the wheel wear becomes known and is compensated."""
+        """Gauge the part: the wheel wear becomes known and is compensated."""
         self._known = True
         if self.wheel is not None:
             self.wheel = self.wheel._replace(W=0.0)

@@ -136,7 +136,7 @@ def finished(cycle: Feeding, progress: FeedProgress) -> bool:
 
 @inlined
 def lost(progress: FeedProgress) -> bool:
-    """Whether the coming stroke does not lie in the motion of the one before."""
+    """Return whether the coming stroke lies in another motion than the one before."""
     found = (progress.middle <= progress.end) & (progress.begins < progress.last_begin)
     return (not found) | (progress.ends > progress.gauged_at)
 
@@ -219,7 +219,7 @@ FEED = CycleKernel(
 
 @inlined
 def deepest_pick(stroking: Stroking, cycle: Feeding, reached: float, motions: Any) -> tuple[float, float]:
-    """By how much the strokes go deeper at most than those before, and how deep they are, mm; nothing is ground.
+    """Return the largest step in depth from stroke to stroke and the depth reached, mm; nothing is ground.
 
     Args:
         stroking: the strokes.

@@ -48,7 +48,7 @@ class Loops(NamedTuple):
 
 
 def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
-    """The loops over a cycle on parts that the wheel covers.
+    """Compile the loops over a cycle on parts that the wheel covers.
 
     Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`, `parameters`
     of `StrokeParameters`, `wheels` of `WheelState` and then of `process.own`, `surfaces` of `PartState`, `tallies` of
@@ -60,7 +60,7 @@ def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
 
 
 def zoned_loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
-    """The same on parts whose surface is in zones: `surfaces` has shape (N, zones, fields of `Zone`)."""
+    """Compile the loops over a cycle on parts in zones; `surfaces` has shape (N, zones, fields of `Zone`)."""
     return _loops(course, process, zoned)
 
 

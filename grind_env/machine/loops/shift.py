@@ -24,7 +24,7 @@ class Shift(NamedTuple):
 
 @functools.cache
 def shift_of(process: Process) -> Shift:
-    """What a process does between cycles; where it does nothing, nothing is read or written."""
+    """Compile what a process does between cycles; without such functions nothing is read or written."""
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
     idle, process_before = idle_of(process), process.before
 
@@ -54,7 +54,7 @@ def shift_of(process: Process) -> Shift:
 
 @functools.cache
 def entries_of(process: Process) -> Shift:
-    """The same for Python."""
+    """Return these functions for plain Python."""
     pass_time, before = shift_of(process)
 
     @entry

@@ -72,7 +72,7 @@ left_on = replacer(Zone, "S", "Rs", "S_step", "Rs_step", "reached")
 
 @inlined
 def contact_at(tip: float) -> Contact:
-    """The wheel at a depth, before any zone has been looked at."""
+    """Return the contact of the wheel at a depth before zones are added."""
     return Contact(
         tip=tip,
         strips=0.0,
@@ -102,7 +102,7 @@ def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
 
 @inlined
 def in_cut(contact: Contact, zone: Zone, under: bool) -> bool:
-    """Whether a zone takes part in the cut, once all have been looked at."""
+    """Return whether a zone takes part in the cut, after all zones were added."""
     deepest = contact.tip - contact.S
     return under & ((contact.tip - zone.S > 0.5 * deepest) | (deepest <= 0.0))
 
@@ -141,7 +141,7 @@ def cut_surface(contact: Contact, width: float, Z: float) -> tuple[float, PartSt
 
 @inlined
 def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, taken: Taken, share: float) -> Zone:
-    """A zone after a stroke programmed at depth `Z`, mm.
+    """Return a zone after a stroke programmed at depth `Z`, mm.
 
     `tip` is the depth of the wheel face, mm; `share` that of the slow node.
     """

@@ -226,7 +226,7 @@ class PartRun:
         self.p = self.nominal
 
     def find_wheel(self, diameter: float) -> None:
-        """A part or a cycle begins with a wheel of that diameter, mm: no more can come off than is left of it."""
+        """Begin a part or a cycle with a wheel of this diameter, mm, which limits the wear."""
         self._excess = self._beyond_wheel()
         self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
 
@@ -257,7 +257,7 @@ class PartRun:
 
     @property
     def last_stage(self) -> StageResult:
-        """Its last stage, as it is now; the heat is that of plunges which is not ground off again."""
+        """Return the last stage as it is now, with the heat of plunges that is not ground off again."""
         return self._result(self.job.part, self._surface(self.stock), self.job.limits)
 
     def _result(self, asked: Stage | Part, found: Surface, limits: Limits) -> StageResult:

@@ -16,7 +16,7 @@ class TableStroke(NamedTuple):
     """At its start, s."""
     seconds: float
     E: float
-    """Array speed, mm/min; F of an infeed."""
+    """Table speed, mm/min; F of an infeed."""
     Z: float
     """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
     b: float
@@ -71,8 +71,5 @@ NUMBERS_FROM = len(STROKE_ROW.names or ()) - len(TableStroke._fields) - len(Stro
 
 
 def table_of(rows: Array) -> Array:
-    """Rows of strokes as a table of floats, a view in one piece, so that one stroke is no other type than many.
-
-    Its shape is (strokes, fields); in the columns before `NUMBERS_FROM` lie the bits of whole numbers.
-    """
+    """Return strokes as floats, a view of shape (strokes, fields); columns before `NUMBERS_FROM` hold integer bits."""
     return rows.view(np.float64).reshape(rows.size, -1)

@@ -25,7 +25,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
 from grind_env.machine.part.stations import sweep_of, touched
-from grind_env.machine.script import bounds
+from grind_env.machine.script import refusals
 from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, met_by, script_error
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
@@ -74,7 +74,7 @@ def script_of(
     """
     job = job if variables is None else replace(job, variables=variables)
     refuse_unjudged(programs, job)
-    bounds.refuse_unlike_parts(programs, job)
+    refusals.refuse_unlike_parts(programs, job)
     writer = functools.partial(_Writer, programs, job)
     as_it_is = writer()
     blocks = as_it_is.run()
@@ -89,14 +89,14 @@ def script_of(
         reason = "which of its feed moves are strokes depends on where a cycle has come to its end"
         raise script_error(programs, 0, reason)
     for block, *others in zip(*corners, strict=True):
-        bounds.refuse_led_elsewhere(programs, block, *others)
+        refusals.refuse_led_elsewhere(programs, block, *others)
         across = block.crosses and edge_of(block.end, block.plan) != block.plan.cross_start
         here, rest_times = (not block.at_secondary) + 2 * across, [each.rest_times[0] for each in (block, *others)]
         block.rest_times = rest_times[here], rest_times[here ^ 1], rest_times[here ^ 2], rest_times[here ^ 3]
-        bounds.refuse_slow_picks(programs, job, block, ranges)
+        refusals.refuse_slow_picks(programs, job, block, ranges)
     for block, on_part in zip(blocks, jobs_of(job, blocks), strict=True):
-        bounds.refuse_turns_inside(programs, on_part, block)
-    bounds.refuse_judged_twice(programs, job, blocks)
+        refusals.refuse_turns_inside(programs, on_part, block)
+    refusals.refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
 

@@ -51,7 +51,7 @@ class RunWatch:
     def strokes(
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
-        """Strokes have been made, with wear flats `A` before the first one.
+        """Watch strokes that were made, with wear flats `A` before the first one.
 
         `dressed` is what each dress between them has come to, shape (dresses, fields of `Dressed`); none of one that
         misses the diamond.

@@ -77,7 +77,7 @@ class RunningMeans:
         self.weights = np.zeros((n, len(MEMORIES), 1))
 
     def restart(self, mask: NDArray[np.bool_]) -> None:
-        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        """Begin the episodes in `mask`, shape (N,), with their next observation."""
         self.sums[mask] = 0.0
         self.weights[mask] = 0.0
 
@@ -124,7 +124,7 @@ class LearnerView:
                 memory.begin(n)
 
     def restart(self, mask: Flags) -> None:
-        """The episodes in `mask`, shape (N,), begin anew with their next observation."""
+        """Restart the episodes in `mask`, shape (N,), with their next observation."""
         for memory in (self.estimator, self.belief, self.means, self.stack):
             if memory is not None:
                 memory.restart(mask)
@@ -170,5 +170,5 @@ class LearnerView:
         return np.stack(columns, axis=1).astype(np.float32)
 
     def decide(self, actions: NDArray[np.int64]) -> Decision:
-        """E in mm/min and D of a batch of actions, shape (N, 2)."""
+        """Return E in mm/min and D of a batch of actions, shape (N, 2)."""
         return Decision(*self.codec.decode(actions))

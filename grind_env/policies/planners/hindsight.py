@@ -61,7 +61,7 @@ def cheapest_plans(simulation: Simulation, start: Episodes) -> Decision:
 
 
 def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.random.Generator) -> Decision:
-    """One pass over the blocks: at each, the cheapest of the moves of every episode's plan is kept.
+    """Go once over the blocks and keep the cheapest change of each episode's plan at each block.
 
     Args:
         simulation: of the task.
@@ -136,7 +136,7 @@ def moves(task: Task, plan: Decision, rng: np.random.Generator) -> Decision:
 
 
 def moved(task: Task, speeds: Array, factor: Array) -> Array:
-    """E scaled by `factor`; of a task with levels of E, the next level that way."""
+    """Return E scaled by `factor`; for a task with levels of E, the next level in that direction."""
     if task.action.speed_levels is None:
         return nearest_speed(task, speeds * factor)
     levels = np.array(task.action.speed_levels)

@@ -104,7 +104,7 @@ class Coming(NamedTuple):
     anew: Array
     """Chance that it begins a lot, likewise."""
     growth: Array
-    """Log of the factor on wear-flat growth of lots and wheels, any number."""
+    """Log of the dulling rate of lots and wheels, any number."""
     pressure: Array
     """Log of that on their pressure, likewise."""
     scenarios: Array
@@ -162,7 +162,7 @@ class Worth:
 
     Attributes:
         course: frequencies of coming blocks.
-        growth: nodes of the log of the factor on the dulling rate.
+        growth: nodes of the log of the dulling rate.
         pressure: nodes of the log of the factor on the pressure of wear flats.
         dull: nodes of the log of the dullness.
         margin: spare time before the next due date beyond the nominal work, s; one node in a task without dates.

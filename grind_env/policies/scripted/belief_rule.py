@@ -21,7 +21,7 @@ class BeliefRule(Estimating, SharpnessRule):
 
     A process engineer with the model of the process and the spreads of wheels and lots at hand can follow the wheel
     from power readings (`grind_env.belief`). Sharpness is the believed (A + 0.02 lam) pm; ln E has the
-    further term gK ln kA, the dress criterion wK ln kA, of the believed factor on wear-flat growth.
+    further term gK ln kA, the dress criterion wK ln kA, of the believed dulling rate.
     """
 
     gK: float

@@ -18,12 +18,12 @@ REFERENCE_FRACTION = 0.52
 
 
 def fineness(dg: float) -> float:
-    """How much finer than the reference a grit of `dg` mm is."""
+    """Fineness of a grit of `dg` mm over that of the reference."""
     return REFERENCE_GRIT / dg
 
 
 def density(Vg: float) -> float:
-    """How much denser than the reference a structure with that grain volume fraction is."""
+    """Grain volume fraction of a structure over that of the reference."""
     return Vg / REFERENCE_FRACTION
 
 
@@ -53,7 +53,7 @@ def graded_g_ratio(g: float, hard: float) -> float:
 
 
 def graded_renewal(dr: float, hard: float) -> float:
-    """Wear depth that renews its face, mm: what a harder one holds longer it lets dull longer [likewise; C]."""
+    """Wear depth that renews the face, mm: a harder wheel holds, and dulls, its grains longer [as above; C]."""
     return float(dr * hard**RENEWAL_EXPONENT)
 
 

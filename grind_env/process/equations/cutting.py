@@ -44,7 +44,7 @@ def flat_area(A: float, lam: float, AL: float) -> float:
 
 @inlined
 def freshness(V: float, per_Vr: float) -> float:
-    """What is left of the topography that the last dress made, 1 to 0, after `V` mm3/mm (Verkerk) [C]."""
+    """Share, 1 to 0, of the dressed topography that is left after `V` mm3/mm (Verkerk) [C]."""
     return exp(-V * per_Vr)
 
 
@@ -63,7 +63,7 @@ def ploughing_pressure(C: float, lam: float, kp: float, per_Cref: float) -> floa
 
 @inlined
 def threshold_force(Kn: float, sd: float, sa: float) -> float:
-    """Normal force per width below which nothing is cut, N/mm: of a contact that is left at no depth [C].
+    """Normal force per width below which nothing is cut, N/mm: the contact at depth 0 [C].
 
     Args:
         Kn: normal force per area of rubbing and ploughing contact, N/mm2.
@@ -75,7 +75,7 @@ def threshold_force(Kn: float, sd: float, sa: float) -> float:
 
 @inlined
 def pressed_share(u: float, give: float, F0: float) -> float:
-    """Share of the threshold force that the wheel presses with: 1 where it cuts, less where it only rubs.
+    """Share of the threshold force that presses: 1 where the wheel cuts, less where it only rubs.
 
     Args:
         u: interference, mm.
@@ -112,7 +112,7 @@ def cut_root(u: float, give: float, F0: float, Kn: float, sd: float, sa: float, 
 
 @inlined
 def depth_of_cut(x: float, sa: float) -> float:
-    """Real depth of cut ae, mm, of its root beyond the threshold."""
+    """Real depth of cut ae, mm, from the root of `cut_root`."""
     return x * (x + 2.0 * sa)
 
 

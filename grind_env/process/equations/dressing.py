@@ -35,7 +35,7 @@ def speed_ratio_effect(qd: float, exponent: float) -> float:
 
 @inlined
 def blunting(wd: float, b0: float) -> float:
-    """How much wider than the new one, `b0` mm, a diamond of that wear flat dresses at the reference depth."""
+    """Active width of a worn diamond over that of a new one, `b0` mm, at the reference depth."""
     return 1.0 + wd / b0
 
 
@@ -55,13 +55,13 @@ def severity(ad: float, fd: float, blunt: float, qs: float) -> float:
 
 @inlined
 def restoration(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
-    """Restoration exponent x of a dress: depth dressed off over the depth damaged, more on a dull wheel [C]."""
+    """Restoration exponent x: dressed depth over damaged depth, larger on a dull wheel [C]."""
     return passes * ad / (dd * (1.0 + lam + A / 0.05))
 
 
 @inlined
 def restored_fraction(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
-    """Share of the damaged wheel surface that a dress of that many passes renews [C]."""
+    """Share of the damaged wheel surface that a dress renews [C]."""
     return 1.0 - exp(-restoration(passes, ad, lam, A, dd))
 
 
@@ -113,5 +113,5 @@ def dressed_roughness(
 
 @inlined
 def sharpening_effort(A: float, lam: float, Ad: float) -> float:
-    """Restoration exponent, summed over dresses, that brings a wheel back to within a tenth of its dressed state."""
+    """Sum of restoration exponents that restores a wheel to within a tenth of its dressed state."""
     return max(max(log(max((A - Ad) / (0.1 * Ad), 1e-12)), log(max(lam / 0.05, 1e-12))), 0.0)

@@ -77,7 +77,7 @@ def film_conductance(lc: float, vs: float, lam: float, hf: float) -> float:
 
 @inlined
 def retained_heat(P_width: float, Q: float, e_ch: float) -> float:
-    """Power per width that does not leave with the chips, W/mm; these carry `e_ch` J/mm3 [R]."""
+    """Power per width without the heat of the chips (`e_ch` J/mm3), W/mm [R]."""
     return P_width - min(e_ch * Q, MOST_TO_CHIPS * P_width)
 
 
@@ -125,13 +125,13 @@ def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: f
 
 @inlined
 def burn_ratio(P_width: float, threshold: float) -> float:
-    """Power over the power at which the work burns; 0 of a wheel in the air."""
+    """Power over the power at which the work burns; 0 for a wheel in the air."""
     return P_width / threshold if threshold > 0.0 else 0.0
 
 
 @inlined
 def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
-    """Rise of the mean temperature of the part in a stroke, K: the heat that enters it over what it holds.
+    """Mean temperature rise of the part in a stroke, K: heat input over heat capacity.
 
     Args:
         heat: power that enters the work while the wheel passes over it, W.
@@ -143,11 +143,11 @@ def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
 
 @inlined
 def cooled(dT: float, seconds: float, per_tau: float) -> float:
-    """What is left after a while of the rise `dT` of a mode, K; `per_tau` is the rate of that mode, 1/s."""
+    """Rest of the rise `dT` of a mode after a time, K; `per_tau` is the rate of the mode, 1/s."""
     return dT * exp(-seconds * per_tau)
 
 
 @inlined
 def part_growth(dT: float, swell: float) -> float:
-    """By how much a part stands higher that is `dT` K warmer in the mean, mm; `swell` is alpha H, mm/K."""
+    """Thermal growth of a part with a mean rise of `dT` K, mm; `swell` is alpha H, mm/K."""
     return swell * dT

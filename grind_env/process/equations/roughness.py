@@ -28,7 +28,7 @@ def wheel_roughness(Rd: float, fresh: float, RaRef: float) -> float:
 
 @inlined
 def roughening(breaking: float, chips: float, least: float, gm: float, nr: float) -> float:
-    """Factor of the wheel's wear on the roughness that it leaves: a face that breaks away is a rough one.
+    """Factor of wheel wear on the wheel's roughness: grains that break out roughen the face.
 
     The wear over that of the reference, to the power nr. Measured over the valve alloys: Ra goes with (wheel wear over
     volume ground)^.26 to .32 beside the removal rate [D]. Of fracture the power is its Pade approximant, which is

@@ -14,7 +14,7 @@ LEAST_POWER = 1e-6
 
 @inlined
 def slowing(free: float, rubbing: float, rs: float) -> tuple[float, float]:
-    """The share of its speed that the wheel keeps in a stroke, at least `rs`, and one over it.
+    """Share of its speed that the wheel keeps in a stroke, at least `rs`, and its inverse.
 
     Args:
         free: what chip formation leaves of the power limit, W.

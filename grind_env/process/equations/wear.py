@@ -63,7 +63,7 @@ def steady_wear(dV: float, breaking: float, chips: float, per_G: float, per_ds: 
 
 @inlined
 def early_loss(Cd: float, Cref: float, wi: float) -> float:
-    """Radius, mm, that a dressed face loses before it wears steadily: the grains that its dress has loosened.
+    """Early radial wear of a dressed face, mm: the grains that the dress has loosened.
 
     In proportion to the severity of the dress, which the grain density `Cd` that it left remembers (`dressed_density`)
     [C]; `wi` of a medium one, measured as what wear over volume has at no volume, whatever is ground [D].
@@ -74,7 +74,7 @@ def early_loss(Cd: float, Cref: float, wi: float) -> float:
 
 @inlined
 def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
-    """Radial part of that loss in a stroke, mm: what is left of it dies away with the volume ground.
+    """Early radial wear in a stroke, mm; it decays with the volume ground.
 
     What is left is loss/(1 + V/Vi)^2, so that strokes of whatever depth lose the same in all. Measured is only what is
     lost in the end [D]; how it dies is calibrated [C].
@@ -112,7 +112,7 @@ def wear_flat_growth(sliding: float, T: float, A: float, kA: float, per_Amax: fl
 
 @inlined
 def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: float) -> float:
-    """Wear-flat area after a stroke: what has grown, less what a share `renewal` of fresh grains (area Af) takes away.
+    """Wear-flat area after a stroke: grown area less the share `renewal` of fresh grains (area Af).
 
     A stroke that would wear more than `Amax` flat leaves all of that flat: a whole stroke is one step of the growth.
     """
@@ -121,5 +121,5 @@ def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: flo
 
 @inlined
 def worn_diameter(ds: float, radial: float) -> float:
-    """Wheel diameter after a loss of radius, mm; none gets below `LEAST_DIAMETER`."""
+    """Wheel diameter after a loss of radius, mm; at least `LEAST_DIAMETER`."""
     return max(ds - 2.0 * radial, min(ds, LEAST_DIAMETER))

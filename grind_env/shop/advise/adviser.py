@@ -125,7 +125,7 @@ class Adviser:
         self._decide()
 
     def take(self, readings: MachineReadings) -> None:
-        """The block that was advised on has been ground, and this was read.
+        """Take the readings of the block that the last advice was for.
 
         Raises:
             GrindError: there was none, or the control refuses it.
@@ -146,19 +146,19 @@ class Adviser:
 
     @property
     def power(self) -> float | None:
-        """Highest load that is expected of the coming block, W above idle; None if nothing is known of it."""
+        """Return the expected highest load of the coming block, W above idle; None if unknown."""
         if self.advice is None or not isinstance(self.policy, AdviserPolicy):
             return None
         return self.policy.rules[0].power_at(self.advice.block, JobChoice(self.advice.speed, self.advice.executions))
 
     @property
     def watch(self) -> Watch | None:
-        """Forecasts of the model beside readings; None without them."""
+        """Return the comparison of the model's forecasts with readings; None without forecasts."""
         return self.policy.watch if isinstance(self.policy, AdviserPolicy) else None
 
     @property
     def reason(self) -> str:
-        """Why the advice is what it is, in a few words."""
+        """Return the reason of the advice in a few words."""
         return self.policy.rules[0].reason if isinstance(self.policy, AdviserPolicy) else f"by {self.policy.name}"
 
     def details(self) -> list[str]:

@@ -33,12 +33,12 @@ class BatchResult:
 
     @property
     def mean_cost(self) -> float:
-        """$ a part."""
+        """Return the mean cost, $ a part."""
         return float(self.cost.mean())
 
     @property
     def mean_scrap(self) -> float:
-        """Share of the parts."""
+        """Return the share of scrapped parts."""
         return float(self.scrap.mean())
 
 

@@ -70,7 +70,7 @@ class Shadow:
         return {"compared": rows, "right_from": None if right is None else right + 1}
 
     def lines(self) -> list[str]:
-        """Forecasts beside readings of the last parts, and from when on they were right."""
+        """Return forecasts beside readings of the last parts, and the part from which on they were right."""
         if not self.rows:
             return ["nothing was read that could be compared with a forecast"]
         last = max(row.part for row in self.rows) - LAST

@@ -58,7 +58,7 @@ class ReadingSource(Protocol):
         """Return the next row; None if there is no more. `asked` says what is awaited."""
 
     def refused(self) -> None:
-        """The last row is not taken: the next one is to be of the same block."""
+        """Refuse the last row: the next row must be of the same block."""
         return
 
 

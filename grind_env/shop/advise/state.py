@@ -83,7 +83,7 @@ def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Work with a state file as the only adviser that does, however the ones before have ended."""
+    """Lock a state file, so that one adviser at a time works with it, and release it at the end."""
     place = Path(os.path.realpath(path))
     taken = StateError(
         f"another adviser works with {shown(path)}: go on there, or end it first, or name another file with --state"

@@ -248,7 +248,7 @@ class Likeness:
 def judged(
     begin: Floats, override: Floats, log: Log, pattern: Pattern, expected: Floats, unit: float, *, settled: bool = False
 ) -> Alignment:
-    """Executions that lie in the log at least in part, with their correlations; `settled`, moved to their strokes."""
+    """Return runs that lie at least partly in the log, with correlations; `settled` ones moved to their strokes."""
     like = Likeness(log, pattern, expected, begin, override)
     if settled:
         like.settle()

@@ -48,7 +48,7 @@ def meter_sentences(found: Calibration) -> list[str]:
     idle = found.idle
     said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
     return said + [
-        f"Scale of the meter of {kind}: {value:.3f} ({low:.3f} to {high:.3f})."
+        f"Scale of the {kind} meter: {value:.3f} ({low:.3f} to {high:.3f})."
         for kind, (value, low, high) in found.scales.items()
     ]
 
@@ -56,7 +56,7 @@ def meter_sentences(found: Calibration) -> list[str]:
 def kept_sentences(found: Calibration) -> list[str]:
     """Return sentences on unchanged constants."""
     names = ", ".join(found.not_told)
-    return [f"Kept as they were, because the measurements do not tell them: {names}."] if names else []
+    return [f"Unchanged, because the measurements do not determine them: {names}."] if names else []
 
 
 def error_sentences(found: Calibration) -> list[str]:
@@ -64,9 +64,7 @@ def error_sentences(found: Calibration) -> list[str]:
     held_out, whole = found.judged.held_out or {}, "part" if found.program else "setting"
     said = []
     for kind, (count, before, after) in found.judged.errors.items():
-        without = (
-            f", {_error(kind, held_out[kind][2])} on {whole}s that are left out in turn" if kind in held_out else ""
-        )
+        without = f", {_error(kind, held_out[kind][2])} on left-out {whole}s" if kind in held_out else ""
         said.append(
             f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}{without}; with "
             f"the catalogue {_error(kind, before)}."

@@ -61,16 +61,16 @@ class FitJudgement:
     def verdict(self, *, tells_nothing: bool) -> "FitVerdict":
         """Return whether the model may be used, and for what; `tells_nothing` of a fit that found no constant."""
         if self.worse:
-            return FitVerdict("bad", f"Do not use it: the catalogue predicts {listed(self.worse)} better.")
+            return FitVerdict("bad", f"Do not use the fit: the catalogue predicts {listed(self.worse)} better.")
         if tells_nothing:
-            return FitVerdict("bad", "Do not use it: the measurements tell nothing beyond the catalogue.")
+            return FitVerdict("bad", "Do not use the fit: the measurements determine no constant.")
         seen = {purpose: {*kinds} & {*self.errors} for purpose, kinds in PURPOSES.items()}
         uses = tuple(purpose for purpose, kinds in seen.items() if kinds - {*self.kept})
         unseen = [purpose for purpose, kinds in seen.items() if not kinds]
-        more = [f"not for {listed(unseen)}: not measured"] if unseen else []
-        more += [f"for {kind} it keeps the constants of the catalogue, which predict it better" for kind in self.kept]
-        care = "" if self.held_out else ", with care since nothing could be held out as a test,"
-        headline = "; ".join([f"Use it{care} for {listed(uses)}", *more]) + "."
+        more = [f"not for {listed(unseen)} (not measured)"] if unseen else []
+        more += [f"for {kind} the constants of the catalogue stay, which predict it better" for kind in self.kept]
+        care = "" if self.held_out else " with care, because no data were left for a test,"
+        headline = "; ".join([f"Use the fit{care} for {listed(uses)}", *more]) + "."
         return FitVerdict("good" if self.held_out else "poor", headline, uses)
 
 

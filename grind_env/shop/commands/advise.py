@@ -17,7 +17,7 @@ def advise(
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,
-    rows: Annotated[str, typer.Option(help="A row of readings is a block or a part.")] = "block",
+    rows: Annotated[str, typer.Option(help="A row of readings: block or part.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="Readings (.csv), a row a block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of the file.")] = False,
     plant: Plant = None,
@@ -43,7 +43,7 @@ def advise(
     """Recommend E and D of the next block from measurements.
 
     Readings: mean_power, first_power, peak_power (W above idle), E (mm/min), D; of a finished part size_error, Ra,
-    Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All are optional. Sessions resume.
+    Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All are optional. A stopped session resumes.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse

@@ -29,7 +29,7 @@ Variables = Annotated[
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Simulated machine: meter:7, held-out:5, module:name.")]
+Plant = Annotated[str | None, typer.Option(help="Out-of-model machine: meter:7, held-out:5, module:name.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
 Untried = Annotated[bool, typer.Option("--untried", help="The program has not yet ground good parts here.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="Time of a dress request, s; repeatable.")]

@@ -70,6 +70,8 @@ def calibrate(
         write_page(report, calibrated_report(found, files))
     if output is not None:
         found.write(output, force=force)
+        if not as_json:
+            print(f"written to {output}; next: name it under [catalogue] files in {job}")
     if found.verdict.level == "bad" and not force:
         raise typer.Exit(NOT_TO_USE)
 

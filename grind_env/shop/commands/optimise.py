@@ -50,11 +50,12 @@ def optimise(
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
+    from grind_env.shop.optimise import table
     from grind_env.shop.optimise.outcome import Verdict
-    from grind_env.shop.optimise.table import as_data, draw_optimised, print_optimised, values_table
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
+    path = job or job_beside(program)
     seconds, programs = search_options.budget(budget)
     arguments.prepare_report(report)
     if plot is not None:
@@ -80,17 +81,17 @@ def optimise(
     if found.verdict.is_written and output is not None:
         found.write(output)
     if plot is not None:
-        write_figure(draw_optimised(found), plot)
+        write_figure(table.draw_optimised(found), plot)
     if csv is not None:
-        write_csv(csv, values_table(found).plain())
+        write_csv(csv, table.values_table(found).plain())
     if as_json:
-        print(json.dumps(as_data(found)))
+        print(json.dumps(table.as_data(found)))
     else:
-        print_optimised(found, table_console())
+        table.print_result(table_console(), table.tables_of(found), [table.heading(found), *table.sentences(found)])
         if found.verdict.is_written:
-            print("name a file with -o to have it" if output is None else f"written to {output}")
+            run = f"written to {output}; next: grind run {output} --job {path}"
+            print("next: add -o FILE to write the program" if output is None else run)
     if report is not None:
-        path = job_beside(program) if job is None else job
         files = {"program": program, "job": path}
         write_page(report, optimised_report(found, load_job(path), files))
     if found.verdict is not Verdict.BETTER:

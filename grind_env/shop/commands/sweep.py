@@ -36,10 +36,11 @@ def sweep(
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
-    The last column names the worst limit that more than 5 % of parts exceed, or risk (docs/howto/shop.md).
-    Exit status 3: with -o no point costs less, or the model scraps the program as it is.
+    The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
+    Exit status 3: no cheaper point for -o, or the model scraps the original program.
     """
     from grind_env.control.options import variables_of
+    from grind_env.machine.job.file import job_beside
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls, search_options
     from grind_env.shop.optimise.table import print_result
@@ -74,5 +75,6 @@ def sweep(
     best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()), untried=untried)
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:
-        beyond = "" if best.keeps_limits else ", and its rounded words are beyond a limit"
-        print(f"written to {output}; so it costs {best.cost:.3f} $ a part{beyond}")
+        beyond = "" if best.keeps_limits else ", but with rounded values it exceeds a limit"
+        run = f"grind run {output} --job {job or job_beside(program)}"
+        print(f"written to {output}: {best.cost:.3f} $ a part{beyond}; next: {run}")

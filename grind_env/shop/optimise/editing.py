@@ -106,7 +106,7 @@ def number_text(source: SourceText, word: Word) -> str:
 
 
 def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
-    """Another number in a word; its letter and the blanks around it stay."""
+    """Return a word with another number; the letter and the blanks around it stay."""
     match = _match(source, word)
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
     return WordEdit(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
@@ -131,7 +131,7 @@ def value_text(source: SourceText) -> str | None:
 
 
 def other_value(source: SourceText, number: str) -> WordEdit:
-    """Another number in a block that assigns one to a variable."""
+    """Return a block that assigns another number to its variable."""
     match = _ASSIGNMENT.fullmatch(source.text)
     assert match is not None
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
@@ -181,7 +181,7 @@ class Spot(NamedTuple):
         return f"#{self.variable}, line {self.source.line}"
 
     def change(self, number: str) -> WordEdit:
-        """Another number there, or what stands for one."""
+        """Return the change to another number, or to a variable, at this place."""
         if self.variable is not None:
             return other_value(self.source, number)
         word = word_of(self.source, self.letter)

@@ -191,7 +191,7 @@ def _few(trials: Trials) -> list[str]:
     lots, most = len(trials.seeds), LOTS[LotUse.JUDGEMENT]
     if trials.simulation.compiled or trials.lots == 1 or lots >= most:
         return []
-    return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
+    return [f"judged on {lots} lots, because the time is too short for {most}: raise --budget"]
 
 
 def _require_said(variation: Variation, after: Trials, point: Point) -> None:

@@ -137,16 +137,16 @@ def verdict_of(
         (each for each in requirements if not each.kept), key=lambda each: each.after / each.most, default=None
     )
     one = change.one
-    said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f})"
+    said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f}) against the program as it is"
     if beyond.max() > 0.0 and missed is None and change.is_better and _nearer(limits):
         return Verdict.NEARER, (
-            f"{said} on {on}, the same for both; {stay} {100.0 * worst.after:.0f} % of the limit of {worst.name}, and "
-            f"{100.0 * worst.before:.0f} % with the program as it is"
+            f"{said}, on {on}; {stay} {100.0 * worst.after:.0f} % of the limit of {worst.name}, before "
+            f"{100.0 * worst.before:.0f} %"
         )
     if not feasible and (beyond.max() > 0.0 or missed is None):
         return Verdict.INFEASIBLE, (
             f"the limit of {worst.name} forbids all programs tried: with the nearest one {stay} "
-            f"{100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+            f"{100.0 * worst.after:.0f} % of it, {100.0 * worst.margin:.0f} % is allowed"
         )
     if not feasible and missed is not None:
         return Verdict.INFEASIBLE, (
@@ -155,25 +155,25 @@ def verdict_of(
         )
     if beyond.max() > 0.0:
         return Verdict.NOT_BETTER, (
-            f"the best one is beyond the limit of {worst.name} on {on}: {stay} "
-            f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+            f"the best program exceeds the limit of {worst.name} on {on}: {stay} "
+            f"{100.0 * worst.after:.1f} % of it, {100.0 * worst.margin:.0f} % is allowed"
         )
     if missed is not None:
         return Verdict.NOT_BETTER, (
-            f"the best one takes {missed.after:.4g} {missed.unit} a part on {on}, and {missed.most:g} is asked"
+            f"the best program takes {missed.after:.4g} {missed.unit} a part on {on}, at most {missed.most:g} was asked"
         )
     gained = [each for each in requirements if each.before > each.most]
     if gained:
         told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
-        return Verdict.BETTER, f"{told}, as was asked; {said} on {on}, the same for both"
+        return Verdict.BETTER, f"{told}, as asked; {said}, on {on}"
     if change.mean.high >= 0.0:
-        return Verdict.NOT_BETTER, f"the best one takes {said} more than the program as it is"
+        return Verdict.NOT_BETTER, f"the best program found: {said}, which may be chance"
     if change.risk > change.most_risk:
         return Verdict.NOT_BETTER, (
-            f"the best one takes {said} more than the program as it is, and on {100.0 * (1.0 - confidence):.3g} of 100 "
-            f"machines {100.0 * change.risk - 100.0:.0f} % more or worse"
+            f"the best program found: {said}, but on {100.0 * (1.0 - confidence):.3g} of 100 "
+            f"machines it takes at least {100.0 * change.risk - 100.0:.0f} % more"
         )
-    return Verdict.BETTER, f"{said} on {on}, the same for both"
+    return Verdict.BETTER, f"{said}, on {on}"
 
 
 def _nearer(limits: Sequence[LimitUse]) -> bool:
@@ -217,7 +217,7 @@ def quantities_of(
 
 
 def _shown(once: Trials) -> dict[str, float]:
-    """Means of a part with one run of a program, as `grind run` shows them."""
+    """Return means of a part with one run of a program, as `grind run` prints them."""
     found = once.measure(once.own[None], handover=False)
     return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
 
@@ -274,30 +274,30 @@ def _by_name(limits: Limits) -> dict[str, float]:
 
 
 def on_machines(fleet: Fleet | None) -> list[str]:
-    """On what machines a program was tried, where the program as it is has told which these may be."""
+    """Return a remark on the machines on which programs were tried."""
     if fleet is None:
         return [
-            "the control executes this program, which is slow: it was tried on the machine of the catalogue alone; "
-            "calibrate, or keep a distance to the limits by --margin"
+            "this program is executed step by step, which is slow, so it was tried on the machine of the catalogue "
+            "alone: calibrate, or keep a distance from the limits by --margin"
         ]
     if not fleet.drawn:
         return []
-    these = "these" if fleet.agree == len(fleet.numbers) else f"the {len(fleet.numbers)} that come nearest to that"
-    alike = f", where parts differ {fleet.spread:g} times as much as the job says" if fleet.spread < 1.0 else ""
+    these = "these" if fleet.agree == len(fleet.numbers) else f"the {len(fleet.numbers)} that come nearest to it"
+    alike = f", if parts differ {fleet.spread:g} times as much as the job says" if fleet.spread < 1.0 else ""
     return [
-        f"of {fleet.drawn} machines that this may be, {fleet.agree} grind good parts with the program as it is{alike}, "
-        f"and it was tried on {these}: if that has never been ground here, say --untried"
+        f"{fleet.agree} of {fleet.drawn} possible machines grind good parts with the program as it is{alike}; programs "
+        f"were tried on {these}. If the program as it is has never run on your machine, use --untried"
     ]
 
 
 def not_freed(names: Sequence[str]) -> list[str]:
     """Return a remark if there was no time to look at what some limits cost."""
     said = ", ".join(names)
-    return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
+    return [f"no time to find what the limit of {said} costs: raise --budget"] if said else []
 
 
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
-    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others."""
+    """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
     ranked, end = ("before it", "") if kept else ("next", " either")
     missed = f"{judged - 1} that ranked {ranked} did not keep limits and options on unseen lots{end}"
     said = [missed] if judged > 1 else []

@@ -55,7 +55,7 @@ class Budget:
 
     @property
     def spent(self) -> float:
-        """Time since it began, s."""
+        """Return the time since the search began, s."""
         return monotonic() - self.began
 
     def keep(self, seconds: float) -> None:

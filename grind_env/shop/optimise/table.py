@@ -10,7 +10,7 @@ from grind_env.process.cost import NO_LIMIT
 from grind_env.render.curves import BLUE, GREEN, GREY
 from grind_env.render.figures import new_figure
 from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Verdict
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean
 from grind_env.shop.trials import lots_said
 from grind_env.table import Cell, Column, Kind, Table, table_of
 
@@ -43,19 +43,15 @@ def heading(found: Optimised) -> str:
     return f"{found.program}, {known}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
 
 
-def print_optimised(found: Optimised, console: "Console") -> None:
-    """Print what was varied, both programs side by side, the limits, and the verdict."""
-    console.print(heading(found), highlight=False)
-    print_result(console, tables_of(found), sentences(found))
-
-
 def print_result(console: "Console", tables: Iterable[Table], sentences: Iterable[str]) -> None:
-    """Print tables, and sentences below them."""
+    """Print the last sentence, which is the result, then tables and the other sentences."""
+    *details, result = sentences
+    console.print(result, highlight=False, soft_wrap=True)
     for shown in tables:
         console.print()
         shown.print(console)
     console.print()
-    for sentence in sentences:
+    for sentence in details:
         console.print(sentence, highlight=False, soft_wrap=True)
 
 
@@ -68,20 +64,18 @@ def sentences(found: Optimised) -> list[str]:
                 f"{word.place}: {word.name} {word.after} is its {word.at_bound} value that was tried (--bounds)"
             )
     for each in found.requirements:
-        kept = "" if each.kept else ", which is missed"
-        said.append(f"asked: {each.most:g} {each.unit} a part; {each.before:.4g} before, {each.after:.4g} after{kept}")
+        kept = "" if each.kept else ": too much"
+        said.append(f"at most {each.most:g} {each.unit} asked: {each.before:.4g} before, {each.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
-        said.append("the budget ended the search: --budget gives it more, and the next run may differ")
+        said.append("the budget ended the search: a larger --budget may find more, and the next run may differ")
     programs = "program" if found.evaluations == 1 else "programs"
     if found.promised is not None:
         unit, one = objective_unit(found), found.quantity(found.objective).after
-        low, high, within = found.promised.low, found.promised.high, "" if found.is_as_promised else ", which it is not"
-        said.append(f"promised {low:.3f} to {high:.3f} {unit} a part, and there it takes {one.value:.3f}{within}")
+        low, high, off = found.promised.low, found.promised.high, "" if found.is_as_promised else ": promise not kept"
+        said.append(f"promised {low:.3f} to {high:.3f} {unit} a part; on this machine {one.value:.3f}{off}")
     said.append(f"{found.evaluations} {programs} tried, {found.judged} judged, seed {found.seed}")
-    verdict = found.verdict.value
-    said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
-    return said
+    return [*said, f"{found.verdict.value}: {found.reason}"]
 
 
 def as_data(found: Optimised) -> dict[str, Any]:
@@ -176,7 +170,7 @@ def limit_table(found: Optimised, after: str = "after") -> Table:
         Column("asked", "margin", ".0f", "%", right=True, factor=100.0),
         Column("before", "before", ".0f", "%", right=True, factor=100.0),
         Column(after, lambda each: Cell(f"{100.0 * each.after:.0f}", "" if each.kept else "bad"), unit="%", right=True),
-        Column("change without it", price_text, unit=objective_unit(found), right=True),
+        Column("change without limit", price_text, unit=objective_unit(found), right=True),
     )
     return table_of(columns, [each for each in found.limits if each.limit > 0.0])
 
@@ -197,7 +191,7 @@ def limit_text(limit: LimitUse) -> str:
 def price_text(limit: LimitUse) -> str:
     """Return the objective with and without a limit, $ or s, and whether the limit binds."""
     if limit.price is None:
-        return "binds" if limit.binds else "not sought"
+        return "binds" if limit.binds else "unknown"
     if limit.price.value == 0.0:
         return "0"
     return f"{negative(limit.price):+.3f} {'binds' if limit.binds else ''}".rstrip()
@@ -211,8 +205,8 @@ def negative(change: Interval) -> Interval:
 def binding(limit: LimitUse) -> str:
     """Return the sign that a limit binds."""
     if limit.without is None:
-        return f"parts come to {100.0 * limit.after:.0f} % of it, and {100.0 * limit.margin:.0f} % is asked"
-    return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
+        return f"parts reach {100.0 * limit.after:.0f} % of it, {100.0 * limit.margin:.0f} % is allowed"
+    return f"cheaper settings reach {100.0 * limit.without:.0f} % of it"
 
 
 def draw_optimised(found: Optimised) -> "Figure":

@@ -100,7 +100,7 @@ class Variation(NamedTuple):
 
     @property
     def reading(self) -> float:
-        """Time that it takes to execute another text of the program for all runs, s, which may count them."""
+        """Return the time, s, to execute a changed text of the program for all runs."""
         same = is_straight(self.programs) and len(self.choices.intervals) == 1
         return self.base.execution * (min(FEW, self.runs) if same else self.runs)
 
@@ -127,7 +127,7 @@ class Variation(NamedTuple):
         return (*(each.start for each in self.choices.variables), 0)
 
     def steps_to(self, point: Point) -> list[Point]:
-        """Points on the way from the program as it is to another one, safe steps first.
+        """Return points between the program as it is and another one, safe steps first.
 
         The interval between dresses goes its way by itself, for it and E are unsure in different things.
         """

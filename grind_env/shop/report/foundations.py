@@ -73,7 +73,7 @@ def assumptions(job: Job) -> list[str]:
         f"Loading takes {times.load:g} s {loaded}, the set-up of a dress {times.dress_setup:g} s beside its motions.",
     ]
     if job.plant:
-        found.append(f"The machine is not the model but {job.plant}.")
+        found.append(f"Simulated on {job.plant}, an out-of-model machine.")
     if times.gauge > 0.0:
         found.append(f"Gauging takes {times.gauge:g} s at every M01 at which the table stands.")
     if job.diamond is None:

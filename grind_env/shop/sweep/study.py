@@ -101,7 +101,7 @@ class SweepPoint:
 
     @property
     def worst_limit(self) -> str:
-        """The limit to which parts come nearest, or which they pass by most; `risk` among them."""
+        """Return the limit with the highest share used, `risk` among them."""
         shares = self.of_limits
         return max(shares, key=shares.__getitem__)
 
@@ -148,7 +148,7 @@ class Sweep:
 
     @property
     def refused(self) -> dict[str, SweepPoint]:
-        """The cheapest point beyond each limit, risk among them, that is cheaper than the best one: these bind."""
+        """Return for each limit (or risk) the cheapest point that exceeds it and is cheaper than the best point."""
         best, found = self.best, {}
         points = [point for point in (*self.speeds, *self.dresses) if point.cost.value < best.cost.value]
         for name in (*LIMITS, RISK):
@@ -164,7 +164,7 @@ class Sweep:
 
     @property
     def valley(self) -> tuple[int, int]:
-        """The intervals around the best one that cost little more, the first and the last of them."""
+        """Return the first and the last interval around the best one that cost little more."""
         points = self.intervals
         best = cheapest(points)
         most, first, last = (1.0 + VALLEY) * best.cost.value, points.index(best), points.index(best)

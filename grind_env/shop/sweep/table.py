@@ -69,28 +69,28 @@ def sentences(found: Sweep) -> list[str]:
     """Return the best setting, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
     if found.plant:
-        said.append(f"ground on {printable(found.plant)}, a machine that is not the model")
+        said.append(f"simulated on {printable(found.plant)}, an out-of-model machine")
     if found.calibration is None:
-        said.append("not calibrated: costs and limits are those of machines that the catalogue allows")
+        said.append("not calibrated: the machines are drawn from the uncertainty of the catalogue")
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=lambda each: each.cost, default=None)
         first, last = found.valley
         if point is not None:
-            valley = f"{first} to {last}" if first != last else f"{first} alone"
+            valley = f"{first} to {last}" if first != last else f"only {first}"
             said.append(
                 f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
-                f"{point.cost.value:.3f} $ a part; its valley, up to 2 % dearer: {valley}"
+                f"{point.cost.value:.3f} $ a part; at most 2 % dearer: {valley}"
             )
     for name, point in found.refused.items():
         cost, share = f"{_settings(point, found)} would cost {point.cost.value:.3f} $", point.of_limits[name]
         if name == RISK:
             allowed, more = (100.0 * (each * found.most_risk - 1.0) for each in (1.0, share))
             said.append(
-                f"too risky: {cost}, but on 5 of 100 machines {more:.0f} % or more above the program as it is; "
-                f"{allowed:.0f} % may be risked"
+                f"too risky: {cost}, but on 5 of 100 machines at least {more:.0f} % more than the program as it is; "
+                f"{allowed:.0f} % is accepted"
             )
         else:
-            said.append(f"the limit of {name} binds: {cost} and come to {100.0 * share:.0f} % of it")
+            said.append(f"the limit of {name} binds: {cost}, but parts reach {100.0 * share:.0f} % of it")
     if not best.keeps_limits:
         said.append("no point of the sweep keeps all limits without too much risk")
     saved = found.own.cost.value - best.cost.value
