@@ -9,15 +9,7 @@ import pytest
 
 from agents.cells import RESULTS
 from agents.dressing import unknowns
-from agents.dressing.unknowns import (
-    ALL,
-    NOMINAL,
-    PICTURE,
-    UnknownTrial,
-    answers,
-    find,
-    trials,
-)
+from agents.dressing.unknowns import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
 from agents.tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.worlds import USUAL_SPREADS
