@@ -1,4 +1,4 @@
-"""The foreign machines are machines: they grind what they are told, and share no physics with the package."""
+"""Foreign machines share no physics with the package, and `grind optimise` makes no dearer program for them."""
 
 import subprocess
 import sys
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.foreign.shop import SHOPS, Shop, cost, depths_of, plans, run, shift, trace, volumes_of
+from tests.foreign.tools import calibrated, optimised
 
 each_shop = pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 
@@ -46,3 +47,26 @@ def test_a_shift_and_a_program_of_the_same_words_cost_the_same(shop: Shop, tmp_p
     planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k)])
     assert planned.each == pytest.approx(program.each, rel=0.1)
     assert planned.scrap == program.scrap == 0.0
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
+def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop, tmp_path: Path) -> None:
+    """Not calibrated, where the promise holds as well, and with a fit that is forced, however wrong it is."""
+    job = shop.write(tmp_path)
+    found = optimised(shop, tmp_path, job)
+    assert found is not None and found.after <= found.before
+    assert found.low <= found.after <= found.high
+    fitted = calibrated(tmp_path, job, "--force")
+    assert fitted is not None
+    again = optimised(shop, tmp_path, fitted)
+    assert again is None or again.after <= again.before
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
+def test_the_truth_lies_in_what_a_calibrated_search_promises(shop: Shop, tmp_path: Path) -> None:
+    fitted = calibrated(tmp_path, shop.write(tmp_path))
+    assert fitted is not None
+    found = optimised(shop, tmp_path, fitted)
+    assert found is not None and found.low <= found.after <= found.high
