@@ -25,7 +25,6 @@ def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
 BAD_ACTIONS: list[tuple[Any, str]] = [
     (np.zeros(3), "shape"),
     (0.5, "shape"),
-    (None, "shape"),
     ([0.1, [0.2]], "numbers"),
     (["fast", "often"], "numbers"),
     ({"E": 0.1, "D": 0.0}, "numbers"),

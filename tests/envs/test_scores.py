@@ -1,4 +1,3 @@
-import math
 from pathlib import Path
 
 import pytest
@@ -91,9 +90,3 @@ def test_a_damaged_file_is_named_with_the_remedy(text: str, tmp_path: Path) -> N
 def test_an_id_without_scores_is_refused() -> None:
     with pytest.raises(ScoreError, match=r"'grind/Nothing-v0' has no reference scores: choose from .*grind/Rush-v0"):
         normalise("grind/Nothing-v0", -1.0)
-
-
-def test_a_worse_return_scores_less() -> None:
-    for name in SCORED:
-        a, b = (normalise(name, value) for value in (-50.0, -60.0))
-        assert math.copysign(1.0, a - b) == (-1.0 if reference(name).ratio else 1.0)
