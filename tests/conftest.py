@@ -27,7 +27,7 @@ ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}
 """One environment of each form."""
 
 
-FIRST_HALF = {"agents", "control", "machine", "shop", "soak"}
+FIRST_HALF = {"agents", "control", "machine", "pages", "shop", "soak"}
 """Folders of the first of two processes; the second one has all others. Each takes half of the time."""
 
 
