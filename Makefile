@@ -76,9 +76,8 @@ hours: $(AGENTS)
 results: hours
 	set -e; for each in $(RESULTS); do $(BIN)/python -m agents $$each; done
 
-# `make speed BASE=<commit>` measures beside an older commit.
 speed: setup
-	$(BIN)/python -m $(if $(BASE),tests.speed_base $(BASE),tests.speed)
+	$(BIN)/python -m tests.speed
 
 # Only the ratios of tests/speed/ratios.toml, in a minute; fails if one is beyond its tolerance.
 ratios: setup

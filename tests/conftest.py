@@ -8,8 +8,10 @@ from hypothesis import HealthCheck, settings
 
 from grind_env.envs.names import environment_id, task_names
 from grind_env.kernel.tiers import Entry
+from grind_env.shop.machines import fleet_of
 from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise import variables, variation
+from grind_env.shop.sweep import study
 from tests.command import Grind, status
 from tests.examples import ALL
 
@@ -25,7 +27,7 @@ ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}
 """One environment of each form."""
 
 
-FIRST_HALF = {"agents", "control", "machine", "shop", "soak"}
+FIRST_HALF = {"agents", "control", "machine", "pages", "shop", "soak"}
 """Folders of the first of two processes; the second one has all others. Each takes half of the time."""
 
 
@@ -69,8 +71,13 @@ def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
+    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is.
+
+    Nor are more machines drawn that agree with good parts than are drawn at once.
+    """
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+    for module in (variation, study):
+        monkeypatch.setattr(module, "fleet_of", lambda *given, needed=0, **named: fleet_of(*given, needed=1, **named))
 
 
 @pytest.fixture

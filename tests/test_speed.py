@@ -1,13 +1,11 @@
 """The measurements of speed run to their end, with next to nothing measured."""
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests import speed_base, speed_envs, speed_public
+from tests import speed_envs
 from tests.speed import __main__ as speed
 from tests.speed import kernel, others, ratios, starts
 from tests.speed.c_reference import compiler
@@ -58,21 +56,3 @@ def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:
     measured = ratios.measured(kernel.strokes())
     assert {*ratios.known()} - {*measured} == (set() if compiler() else of_c)
     assert {*measured} <= {*ratios.known()}
-
-
-@pytest.mark.parametrize("measure", [lambda: speed_public.vector("Oracle6", 2, 7), speed_public.control])
-def test_what_users_wait_for_is_a_positive_number(
-    measure: Callable[[], dict[str, float]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(speed_public, "BLOCKS", 50)
-    assert all(value > 0.0 for value in measure().values())
-
-
-def test_a_commit_is_measured_beside_this_tree(monkeypatch: pytest.MonkeyPatch) -> None:
-    def measured(tree: Path, *arguments: str) -> dict[str, float]:
-        return {"cold" if arguments else "warm": 2.0 if tree == speed_base.ROOT else 1.0}
-
-    monkeypatch.setattr(speed_base, "measured", measured)
-    shown = speed_base.table("HEAD")
-    cells = [list(column.cells) for column in shown.columns]
-    assert cells == [["warm", "cold"], ["1", "1"], ["2", "2"], ["0.50", "0.50"]]

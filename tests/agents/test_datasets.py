@@ -38,7 +38,11 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
     assert make_dataset(make_policy(policy, simulation), problem, SEEDS).id == name
     assert (folder / name).is_dir()
     loaded = minari.load_dataset(name)
-    steps = np.count_nonzero(~np.isnan(run_seeds(make_policy(policy, simulation), simulation, SEEDS).speeds))
+    run = run_seeds(make_policy(policy, simulation), simulation, SEEDS)
+    rewards, scrap = np.array([(each.rewards.sum(), each.infos["cost"].sum()) for each in loaded.iterate_episodes()]).T
+    assert -simulation.task.reference_cost * rewards == pytest.approx(run.cost)
+    assert scrap == pytest.approx(run.finished - run.good)
+    steps = np.count_nonzero(~np.isnan(run.speeds))
     assert (loaded.total_episodes, loaded.total_steps) == (3, steps)
     assert steps == 3 * simulation.task.blocks
     env = loaded.recover_environment()
@@ -55,20 +59,6 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
             assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
         assert np.array_equal(observation, episode.observations[-1])
         assert terminated
-
-
-def test_a_dataset_is_what_the_evaluation_of_its_policy_was() -> None:
-    problem = find_problem("power_limited")
-    simulation = problem.simulation()
-    policy = make_policy("adaptive_rule", simulation)
-    episodes = list(make_dataset(policy, problem, SEEDS).iterate_episodes())
-    run = run_seeds(policy, simulation, SEEDS)
-    rewards, scrap = (
-        np.array([each.sum() for each in values])
-        for values in zip(*((each.rewards, each.infos["cost"]) for each in episodes), strict=True)
-    )
-    assert -simulation.task.reference_cost * rewards == pytest.approx(run.cost)
-    assert scrap == pytest.approx(run.finished - run.good)
 
 
 def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored() -> None:

@@ -100,18 +100,18 @@ def test_a_table_is_read_as_it_was_written(tmp_path):
     assert read_study(path) == DressStudy(FOUND, 64)
 
 
-@pytest.mark.parametrize("text", ["", "task\nrush\n", "task,every\nrush,often\n"])
-def test_a_damaged_table_is_an_error(text, tmp_path):
+WITHOUT_PLAN = csv_text([each for each in FOUND if each.question != "plan"], range(2))
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [("", ""), ("task\nrush\n", ""), ("task,every\nrush,often\n", ""), (WITHOUT_PLAN, ".it does not answer 'plan'.:")],
+)
+def test_a_damaged_table_is_an_error(text, why, tmp_path):
     path = tmp_path / "rush.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"rush\.csv is damaged .*: run `python -m agents dress-study --task rush`"):
-        read_study(path)
-
-
-def test_a_table_without_an_answer_is_an_error(tmp_path):
-    path = tmp_path / "rush.csv"
-    path.write_text(csv_text([each for each in FOUND if each.question != "plan"], range(2)), encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"rush\.csv is damaged .it does not answer 'plan'.: run"):
+    remedy = "run `python -m agents dress-study --task rush`"
+    with pytest.raises(ConfigError, match=rf"rush\.csv is damaged .*{why}.* {remedy}"):
         read_study(path)
 
 

@@ -54,12 +54,9 @@ def rows(task="rush"):
 def test_results_of_fewer_episodes_are_compared_on_those_that_all_have():
     full = rows()
     short = [replace(each, cost=each.cost[:20], good=each.good[:20], episodes=20) for each in full]
-    mixed = Sampled([*full[:-1], short[-1]])
-    alone = Sampled(short)
+    every, mixed, alone = Sampled(full), Sampled([*full[:-1], short[-1]]), Sampled(short)
     for name in ("scores", "ratios", "costs"):
-        for whole, part, both in zip(
-            getattr(Sampled(full), name)(), getattr(alone, name)(), getattr(mixed, name)(), strict=True
-        ):
+        for whole, part, both in zip(*(getattr(each, name)() for each in (every, alone, mixed)), strict=True):
             assert both[..., :-1] == pytest.approx(whole[..., :-1])
             assert both[..., -1] == pytest.approx(part[..., -1])
     assert mixed.gain("plain_gru", "constant") == alone.gain("plain_gru", "constant")

@@ -158,6 +158,7 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
     assert plants_figure({PlantsTrial("calibrate", soft): {}}) is None
 
 
+@pytest.mark.nightly
 def test_what_is_found_stands_on_the_code_that_is_run() -> None:
     """All that a process has loaded to answer a question, but for what makes packages and what the whole one loads."""
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"

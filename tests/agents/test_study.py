@@ -103,10 +103,22 @@ def test_files_of_somebody_else_are_told_before_any_work(tmp_path: Path, ran: li
     assert not ran and (tmp_path / "squares.md").read_text() == "mine"
 
 
-def test_the_study_of_the_docs_is_short_and_runs(tmp_path: Path) -> None:
+def code_of_the_docs() -> str:
     (code,) = PAGE.read_text(encoding="utf-8").split("```python\n")[1:]
-    code = code.partition("```")[0]
+    return code.partition("```")[0]
+
+
+def test_the_study_of_the_docs_is_short_and_a_trial_of_it_runs() -> None:
+    code = code_of_the_docs()
     assert code.count("\n") <= 60
+    named: dict[str, Any] = {"__name__": "depths"}
+    exec(code.partition("if __name__")[0], named)
+    assert named["run"](named["Trial"]("power_limited", 0.02, 2))["cost"] > 0.0
+
+
+@pytest.mark.nightly
+def test_the_study_of_the_docs_is_written(tmp_path: Path) -> None:
+    code = code_of_the_docs()
     (tmp_path / "depths.py").write_text(code.replace("episodes: int = 64", "episodes: int = 2"), encoding="utf-8")
     words = [sys.executable, tmp_path / "depths.py", "--jobs", "1"]
     environment = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"}

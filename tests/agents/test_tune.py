@@ -1,4 +1,5 @@
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -6,7 +7,7 @@ import pytest
 from agents.runner import run_all
 from agents.tuning import rules as tune
 from agents.tuning.coefficients import RULES, vector_size
-from agents.tuning.search import CachedCosts, evolve
+from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import HEADING, ConfigError, read_tuned, write_tuned
 from tests.agents.asking import run_here
@@ -169,3 +170,37 @@ def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):
     monkeypatch.setattr(tune, "tune_policy", lambda name, *rest: (tuned.append(name), plain(name, *rest))[1])
     assert tune.tune(ORACLE, ["constant", "interval"], **places) == first
     assert tuned == ["constant"]
+
+
+def test_grid_search_finds_the_least_and_counts():
+    found = grid_search(lambda points: [(x - 2) ** 2 + y for x, y in points], itertools.product(range(20), (3, 1)))
+    assert found == ((2, 1), 1, 40)
+    # of equals the first one is taken
+    assert grid_search(lambda points: [0.0] * len(points), iter(range(40))).point == 0
+
+
+def test_refine_finds_a_minimum_to_one_percent_and_stays_within_its_bounds():
+    for least in (7.3, 12.0, 19.1):
+        start = BestPoint(10.0, abs(np.log(10.0 / least)), 0)
+        found = refine(lambda x, least=least: abs(np.log(x / least)), start, 1.0, 30.0)
+        assert found.point == pytest.approx(least, rel=0.01)
+    assert 19.0 < refine(lambda x: -x, BestPoint(10.0, -10.0, 0), 1.0, 20.0).point <= 20.0
+
+
+def test_evolve_finds_a_minimum_within_its_budget_and_repeats_it():
+    target = np.array([1.0, -2.0, 0.5])
+
+    def cost(x):
+        return float(((x - target) ** 2 * [1.0, 10.0, 100.0]).sum())
+
+    def costs(points):
+        return [cost(point) for point in points]
+
+    np.random.seed(1)
+    first = evolve(costs, np.zeros(3), 600, seed=3)
+    np.random.seed(2)
+    again = evolve(costs, np.zeros(3), 600, seed=3)
+    assert first.point == pytest.approx(target, abs=1e-3)
+    assert first.evaluations <= 610
+    assert np.array_equal(first.point, again.point)
+    assert first.cost == cost(first.point)

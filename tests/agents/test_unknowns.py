@@ -3,28 +3,18 @@
 import math
 import shutil
 from dataclasses import astuple
-from pathlib import Path
 
 import pytest
 
 from agents.cells import RESULTS
 from agents.dressing import unknowns
-from agents.dressing.unknowns import (
-    ALL,
-    NOMINAL,
-    PICTURE,
-    UnknownTrial,
-    answers,
-    find,
-    trials,
-)
+from agents.dressing.unknowns import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
 from agents.tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.shop import calls
 from grind_env.shop.sweep.study import SweepRanges
 from grind_env.task_version import TASK_VERSION
-from tests.agents.asking import status
 
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
 
@@ -72,10 +62,3 @@ def test_the_table_in_the_repository_is_of_the_present_numbers():
     ], "run `python -m agents intervals`"
     assert {row["task_version"] for row in rows} == {str(TASK_VERSION)}
     assert (RESULTS / PICTURE).read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_command_says_its_hours(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert status(monkeypatch, "intervals", "--hours", "--cache", tmp_path) == 0
-    assert "96 runs" in capsys.readouterr().out

@@ -6,7 +6,6 @@ from grind_env.control import Control, Dwell, Hold, Infeed, Motion, Rapid, execu
 from tests.control.harness import ends, motions, refusal
 
 START = "G00 X25. Z-10.\n"
-DEPTHS = [23.0, 23.5, 21.0, 21.5, 20.0, 25.0]
 
 
 def test_retracts_and_shifts_are_rapid() -> None:

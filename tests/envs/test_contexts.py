@@ -1,4 +1,3 @@
-import math
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -160,12 +159,8 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
 
 BAD: list[tuple[Any, str]] = [
     ({"contexts": {}}, "no reset option 'contexts'"),
-    ({"context": 3}, "context is 3"),
     ({"context": {"ka": 1.0}}, "no factor 'ka'"),
     ({"context": {"kA": "hard"}}, "kA is 'hard', but must be a number from 0.05 to 20"),
-    ({"context": {"kA": True}}, "kA is True"),
-    ({"context": {"kA": 0.0}}, "kA is 0.0"),
-    ({"context": {"hf": math.nan}}, "hf is nan"),
     ({"context": {"stock": 4}}, "stock is 4, but must be a number from 0.3 to 3"),
     ({"context": {"material": "aisi_52101"}}, "material is 'aisi_52101', but must be one of aisi_1020, aisi_1045, "),
     ({"context": {"sequence": ["plat"]}}, "there is no kind 'plat' (did you mean plate?); legal are plate"),
@@ -181,9 +176,7 @@ BAD: list[tuple[Any, str]] = [
     ({"context": np.array([1, 2])}, "context is array([1, 2]), but must be a dict"),
     ({"context": {"material": ["inconel_718"]}}, "material is ['inconel_718'], but must be one of"),
     ({"context": {"kA": np.array([1.0, 2.0])}}, "kA is array([1., 2.]), but must be a number"),
-    ({"context": {"sequence": np.array(["plate"])}}, "sequence is array(["),
     ({"split": "train"}, "split is 'train', which is called 'inner' now"),
-    ({"split": "test"}, "split is 'test', which is called 'interpolation' now"),
 ]
 
 

@@ -25,6 +25,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from tests.envs import harness
 from tests.envs.contract import check_vector_env
+from tests.examples import few
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -218,7 +219,7 @@ def assert_workers_are_alike(env_id: str, count: int, plan: list[Any], context: 
 
 
 @pytest.mark.bits
-@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/Job-v0"])
+@pytest.mark.parametrize("env_id", few(["grind/PowerLimited-v0", "grind/Job-v0"]))
 def test_workers_that_share_nothing_with_this_process_give_the_same_bits(env_id: str) -> None:
     # one worker: each takes seconds to start
     assert_workers_are_alike(env_id, 1, harness.sampled(env_id, 3, 1), "spawn")

@@ -1,4 +1,3 @@
-import math
 from pathlib import Path
 
 import pytest
@@ -32,11 +31,6 @@ def test_a_planner_that_knows_the_state_closes_most_of_the_gap(name: str) -> Non
     assert least < normalise(env_id, reference(env_id).returns["mpc"].value) <= most
 
 
-@pytest.mark.parametrize("name", [name for name in SCORED if not reference(name).ratio])
-def test_random_actions_are_no_better_than_the_best_fixed_plan(name: str) -> None:
-    assert normalise(name, reference(name).returns["random"].value) <= 0.0
-
-
 def test_slot_gives_the_cost_over_that_of_the_fixed_plan() -> None:
     scale = reference("grind/Slot-v0")
     assert scale.ratio
@@ -53,10 +47,10 @@ def test_returns_are_costs_over_the_reference_cost_of_the_task(name: str) -> Non
     assert scale.returns["hindsight"].value == pytest.approx(-scale.J_plan / task.reference_cost, abs=1e-3)
 
 
-@pytest.mark.parametrize("name", TASKS)
-def test_known_policies_are_in_their_order(name: str) -> None:
+@pytest.mark.parametrize("env_id", SCORED)
+def test_known_policies_are_in_their_order(env_id: str) -> None:
     # scenarios, section 8: 6 < 5 < 3b in cost, all but Slot; random is the worst
-    scale = reference(environment_id(name))
+    scale = reference(env_id)
     returns = {policy: mean.value for policy, mean in scale.returns.items()}
     fixed = max(returns[policy] for policy in FIXED_PLANS if policy in returns)
     assert returns["hindsight"] >= max(returns.values()) - 3.0 * scale.returns["hindsight"].error
@@ -65,7 +59,7 @@ def test_known_policies_are_in_their_order(name: str) -> None:
     if not scale.ratio:
         assert scale.hundred > scale.zero
         # in Noise it has nothing to go by: power says nothing of the roughness
-        assert returns["adaptive_rule"] > fixed or name == "noise"
+        assert returns["adaptive_rule"] > fixed or env_id == "grind/Noise-v0"
 
 
 def test_the_file_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -96,9 +90,3 @@ def test_a_damaged_file_is_named_with_the_remedy(text: str, tmp_path: Path) -> N
 def test_an_id_without_scores_is_refused() -> None:
     with pytest.raises(ScoreError, match=r"'grind/Nothing-v0' has no reference scores: choose from .*grind/Rush-v0"):
         normalise("grind/Nothing-v0", -1.0)
-
-
-def test_a_worse_return_scores_less() -> None:
-    for name in SCORED:
-        a, b = (normalise(name, value) for value in (-50.0, -60.0))
-        assert math.copysign(1.0, a - b) == (-1.0 if reference(name).ratio else 1.0)

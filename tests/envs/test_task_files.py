@@ -9,6 +9,7 @@ import pytest
 from grind_env.envs import any_task, tasks
 from grind_env.envs.any_task import simulation_of
 from grind_env.envs.blocks.job import check_task
+from grind_env.envs.ids import wide_plates
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
@@ -151,7 +152,6 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("speed_range = [3000, 30000]", "speed_range = [3000, 3000]", "action.speed_range", ["leave a choice"]),
         ("speed_range = [3000, 30000]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
         ("speed_range", "speed_levels = [3000]\nspeed_range", "action.speed_levels", ["give one of the two"]),
-        ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "pick = 2.0", "kind.pick", ["half a stroke", "take less"]),
@@ -167,7 +167,6 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("[spread]", "[orders]\nmost_parts = 2\n\n[spread]", "sequence", ["sequence", "[orders]"]),
         ('sequence = ["plate"]', "orders = {most_parts = 0}", "orders.most_parts", ["1 to 1000"]),
         ('name = "plate"', 'name = "plate"\nends_part = false', "sequence", ["whole parts"]),
-        ('name = "plate"', 'name = "plate"\nstarts_part = false', "sequence", ["whole parts"]),
         ('name = "plate"', 'name = "plate"\nends_part = 0', "kind.ends_part", ["true or false"]),
         ("[spread]", DUE.replace("blocks = 6", "blocks = 7"), "due.blocks", ["7", "60"]),
         ("[spread]", DUE.replace("late = 1.0", ""), "due.late", ["due.late is missing"]),
@@ -268,3 +267,32 @@ def test_a_task_that_all_environments_share_cannot_be_changed(name: str) -> None
         assert not hasattr(table, "update") and dict(table) == table
     for twin in (copy.deepcopy(task), pickle.loads(pickle.dumps(task))):
         assert twin == task and twin.wheel == task.wheel and repr(twin) == repr(task)
+
+
+def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
+    task = read_task("wide_plates")
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 60 mm wide, the wheel 25 mm: a G82 .*cross_pick"):
+        replace(task, cross_pick=0.0)
+    with pytest.raises(TaskError, match=r"^a plate of wide_plates is 25 mm wide, the wheel 25 mm: .*leave out cross"):
+        replace(task, kinds=(replace(task.kinds[0], width=25.0),))
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TaskError, match=r"^cycle is 'G82', but the blocks of wide_plates are G83"):
+            make("grind/WidePlates-v0", cycle="G82")
+        with pytest.raises(TaskError, match=r"^cycle is 'G83', but the blocks of wide_rails are G82"):
+            make("grind/WideRails-v0", cycle="G83")
+    with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G81, G82, G83"):
+        wide_plates.make(cycle="G84")
+    assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.task.cycle == "G82"
+
+
+def test_a_task_that_no_g83_can_grind_is_refused() -> None:
+    task = read_task("wide_plates")
+    with pytest.raises(TaskError, match=r"several kinds"):
+        replace(task, kinds=(*task.kinds, replace(task.kinds[0], name="rail")))
+    for pick in (0.1, 26.0):
+        with pytest.raises(
+            TaskError, match=r"^cross_pick is .*from 0.175 mm \(200 strokes\) to the width of the wheel, 25"
+        ):
+            replace(task, cross_pick=pick)
+    with pytest.raises(TaskError, match=r"does not make 16 blocks of whole parts"):
+        replace(task, kinds=(replace(task.kinds[0], ends_part=False),), sequence=("plate",))

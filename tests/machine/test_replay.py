@@ -21,10 +21,6 @@ from grind_env.machine.run import GrindingRun
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job, machine_after
 
-SPEEDS = (3000.0, 30_000.0)
-"""Lowest and highest E, mm/min."""
-
-
 START = WheelStart(wear_flat_area=0.02, volume_since_dress=50.0)
 
 

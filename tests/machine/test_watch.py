@@ -1,11 +1,13 @@
 import dataclasses
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from grind_env.control import Control
 from grind_env.machine.job import WheelStart
+from grind_env.render.reasons import reason
 from tests.machine.harness import CATALOGUE, CYCLE, HEAD, job, run
 
 
@@ -217,3 +219,14 @@ def test_a_cycle_that_goes_on_from_another_is_not_in_the_air() -> None:
     assert warnings_of(CYCLE + "G82 Y-.05 J-.005 L4 E9000.\n") == ()  # sparks out once more
     assert warnings_of(CYCLE + "G82 Y-.055 J-.005 L4 E9000.\n") == ()
     assert warnings_of(CYCLE + "G80\nG00 Y0\nG00 X-30.\n" + CYCLE.replace("Y-.05", "Y-.06")) == ()
+
+
+def test_what_is_too_much_of_one_deep_pass_is_said_of_its_F() -> None:
+    machine = replace(CATALOGUE.machine("default"), power_limit=2000.0)
+    shop = job(stock=0.5, tolerance=20.0, roughness_limit=0.1, setup={"machine": machine})
+    record = run(f"{HEAD}G01 Y-0.5 F500.\nX230. F600.\nG00 Y20.\nM30\n", shop)
+    said = {cause: reason(cause, [1], record, shop) for cause in ("power", "rise", "roughness", "size")}
+    assert said["power"].startswith("line 4: ") and said["power"].endswith("; go less deep or lower F")
+    assert said["rise"].endswith("; go less deep or lower F, or dress before")
+    assert said["roughness"].endswith("; dress finer, lower F, or add strokes at full depth")
+    assert said["size"].endswith("; add strokes at full depth, or end with less deep ones")

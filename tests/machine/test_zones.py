@@ -175,10 +175,6 @@ def in_lanes(cases: list[Case], surfaces: Array, dress_seconds: float = 30.0) ->
     return Ground(wheels, surfaces, tallies)
 
 
-def strokes_of(found: Ground) -> Any:
-    return found.tallies.view(TALLY)["strokes"][:, 0]
-
-
 @pytest.mark.bits
 @examples(25)
 @given(many=st.lists(cases(), min_size=1, max_size=20), joined=st.booleans())

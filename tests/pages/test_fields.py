@@ -1,16 +1,20 @@
-"""The page of all fields, against the dataclasses."""
+"""The page of all fields, against the dataclasses, and the figure of published series, against its data."""
 
 import re
 from dataclasses import fields
 
+import numpy as np
 import pytest
 
 from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.pages.fields import fields_page
+from grind_env.pages.series import MACHINES, PublishedSeries, by_machine, plot_series
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import Quantity, quantities
+from grind_env.validation import data
 
 PAGE = fields_page()
 JOB, CATALOGUE, TASK = (re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:])[:3]
@@ -63,3 +67,34 @@ def test_every_field_of_a_task() -> None:
     for name, table in {**TABLES, "kind": Kind}.items():
         found = rows(TASK, f"[[{name}]]" if name == "kind" else f"[{name}]")
         assert {field.name for field in fields(table)} <= set(found)
+
+
+def test_a_band_is_of_machines_that_differ_by_the_usual_spreads():
+    stiffness = by_machine([lambda rig: rig.catalogue.machine("default").stiffness])[:, 0]
+    assert stiffness[0] == load_catalogue().machine("default").stiffness
+    assert len(stiffness) == 1 + MACHINES
+    # the standard error of a standard deviation of 40 draws is 11 %
+    assert np.std(np.log(stiffness[1:])) == pytest.approx(USUAL_SPREADS["machine.stiffness"], rel=0.25)
+    assert np.ptp(by_machine([lambda rig: rig.catalogue.wheel("b126").g_ratio], wheel="a60j")) == 0.0
+
+
+def test_a_name_says_level_and_trend():
+    x = np.array([1.0, 2.0, 4.0])
+    assert PublishedSeries("half", x, 3.0 * x[np.newaxis] ** 0.6).judged().name == "half: × 2.3, 23 % (57 %)"
+    assert PublishedSeries("flat", x, np.ones((1, 3))).over_mean().judged().name == "flat: 57 % (57 %), against"
+
+
+def test_the_picture_is_drawn_and_its_caption_names_data_that_ship(tmp_path):
+    caption = plot_series(tmp_path / "series.png")
+    assert (tmp_path / "series.png").read_bytes().startswith(b"\x89PNG")
+    assert all((data.DATA / name).exists() for name in re.findall(r"`(\w+\.csv)`", caption))
+    Ra = [float(run["Ra_um"]) for run in data.rows("flat_grinding_L8_dressing")]
+    assert f"Ra: 11 % ({100 * np.std(np.log(Ra)):.0f} %)." in caption
+    assert "force, power: NOT measured" in caption
+    assert caption.count("against") == 6  # five series, and the note
+
+
+def test_chip_thickness_of_the_bearing_steel_follows_from_speeds_and_depth():
+    for row in data.rows("aisi52100_cbn_conditions"):
+        depth, table, wheel = (float(row[name]) for name in ("downfeed", "table_speed", "wheel_speed"))
+        assert depth * table / wheel == pytest.approx(float(row["heq_um"]), rel=1e-3)

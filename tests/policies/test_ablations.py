@@ -44,15 +44,7 @@ def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() ->
 
 
 def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
-    terms = {
-        "E": (9e3, 14e3, 20e3),
-        "A_dress": (0.011, 0.013, 0.016),
-        "gA": -0.5,
-        "gF": 0.1,
-        "gH": -0.2,
-        "wV": 0.2,
-    }
-    terms |= {"wH": 0.4, "gP": 0.3, "wP": -0.1}
+    terms = {name: value for name, value in (SPEED | DRESS).items() if not name.endswith("S")}
     known = {"growth_rule": {"gK": 0.4, "wK": 0.6}, "roughness_rule": {"gR": -0.8}, "dullness_rule": {}}
     full = FullStateRule(**terms, gK=0.4, gR=-0.8, wK=0.6)
     all_zero = {"gK": 0.0, "gR": 0.0, "wK": 0.0}

@@ -17,6 +17,7 @@ PAGE = Path(grind_env.__file__).parents[1] / "docs" / "benchmark" / "submit.md"
 POLICY = PAGE.read_text(encoding="utf-8").partition("%%writefile my_rule.py\n")[2].partition("```")[0]
 
 
+@pytest.mark.nightly
 def test_the_example_of_the_page_is_put_beside_published_rows_and_its_rows_hold(
     grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

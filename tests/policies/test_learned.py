@@ -13,6 +13,7 @@ from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
+from tests.examples import few
 from tests.policies.untrained import KINDS, recurrent, save
 from tests.policies.untrained import untrained as built
 
@@ -39,7 +40,7 @@ def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy
     return load_policy(path)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS))
 def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
     model, form = untrained(kind), KINDS[kind]
     policy = saved(tmp_path, kind)

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 from gymnasium import spaces
+from hypothesis import given
+from hypothesis import strategies as st
 
 from grind_env.envs import any_task
 from grind_env.envs.memory import BeliefMemory, belief_entries
-from grind_env.policies.learned.view import STACKED, LearnerView, MemoryKind
+from grind_env.policies.learned.view import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from tests.policies.harness import simulated
 
@@ -12,7 +14,7 @@ pytestmark = pytest.mark.bits
 
 PLATES = simulated("power_limited")
 ENTRIES = len(PLATES.entries)
-MEMORIES: tuple[MemoryKind, ...] = ("belief", "stack", "estimates", "none")
+KINDS: tuple[MemoryKind, ...] = ("belief", "stack", "estimates", "none")
 
 ESTIMATES = 4
 
@@ -27,7 +29,7 @@ def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
     return seen
 
 
-@pytest.mark.parametrize("memory", MEMORIES)
+@pytest.mark.parametrize("memory", KINDS)
 def test_features_do_not_depend_on_the_episodes_beside(memory: MemoryKind):
     seen = observations(3, 12)
     together = LearnerView(PLATES, memory)
@@ -41,7 +43,7 @@ def test_features_do_not_depend_on_the_episodes_beside(memory: MemoryKind):
             assert alone.observation_space.contains(features[i])
 
 
-@pytest.mark.parametrize("memory", MEMORIES)
+@pytest.mark.parametrize("memory", KINDS)
 def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: MemoryKind):
     seen, later = observations(2, 6), observations(2, 4, seed=8)
     view, plain, fresh = (LearnerView(PLATES, memory) for _ in range(3))
@@ -58,7 +60,7 @@ def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memo
         assert np.array_equal(shown[1], plain.features(each)[1])
 
 
-@pytest.mark.parametrize("memory", MEMORIES)
+@pytest.mark.parametrize("memory", KINDS)
 def test_episodes_outside_the_mask_take_nothing_in(memory: MemoryKind):
     seen, strange = observations(2, 6), observations(2, 6, seed=9)
     view, plain = LearnerView(PLATES, memory), LearnerView(PLATES, memory)
@@ -104,3 +106,30 @@ def test_the_grid_of_a_task_with_levels_is_the_levels():
     levels = np.arange(len(task.action.speed_levels or ()))
     decision = view.decide(np.stack([levels, np.zeros_like(levels)], axis=1))
     assert decision.speeds.tolist() == [*(task.action.speed_levels or ())]
+
+
+@given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=30), st.integers(0, 2**32 - 1))
+def test_a_mean_weighs_what_was_seen_k_blocks_ago_by_a_power_of_k(first: list[float], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    seen = np.stack([np.array(first), rng.normal(size=len(first))], axis=1).astype(np.float32)
+    means = RunningMeans(2)
+    means.begin(3)
+    now = np.ones(3, bool)
+    for row in seen:
+        found = means.take(np.tile(row, (3, 1)), now)
+    ages = np.arange(len(seen))[::-1]
+    wanted = [np.average(seen, axis=0, weights=memory**ages) for memory in MEMORIES]
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found, np.tile(np.concatenate(wanted), (3, 1)), rtol=1e-5, atol=1e-5)
+
+
+def test_episodes_begin_anew_alone_and_only_those_asked_take_in() -> None:
+    means = RunningMeans(1)
+    means.begin(3)
+    means.take(np.full((3, 1), 4.0, np.float32), np.ones(3, bool))
+    means.restart(np.array([False, True, False]))
+    found = means.take(np.full((3, 1), 2.0, np.float32), np.array([True, True, False]))
+    long = MEMORIES[1]
+    assert found[0, 1] == np.float32((long * 4.0 + 2.0) / (long + 1.0))
+    assert found[1].tolist() == [2.0, 2.0]
+    assert found[2].tolist() == [4.0, 4.0]

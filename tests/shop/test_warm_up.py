@@ -48,6 +48,7 @@ def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.nightly
 def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
     def run(code: str) -> str:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}

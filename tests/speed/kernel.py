@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import process_time
 
 import llvmlite.binding
 import numpy as np
@@ -24,7 +25,8 @@ from grind_env.machine.loops.rows import RULES_FROM
 from grind_env.machine.loops.zones import strip_centres, strip_zones
 from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
-from tests.speed.turns import Ratios, in_turns, over, seconds_of
+from tests.speed.turns import Ratios, in_turns, over
+from tests.speed_envs import seconds
 
 TURN = 2048
 """Machines of one turn, about."""
@@ -134,7 +136,7 @@ def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
     tallies, spent, strokes = np.empty(machines, TALLY), 0.0, 0.0
     for _ in range(-(-TURN // machines)):
         tallies[:] = 0.0
-        spent += seconds_of(loop, *(as_table(each.copy()) for each in tables), as_table(tallies))
+        spent += seconds(process_time, loop, *(as_table(each.copy()) for each in tables), as_table(tallies))
         strokes += tallies["strokes"].sum()
     return 1e9 * spent / strokes
 

@@ -1,11 +1,13 @@
 """Speed of the environments beside those of others, in turns: part of `make speed`."""
 
+from time import process_time
+
 import gymnasium as gym
 import numpy as np
 
 import grind_env
-from tests.speed.turns import Ratios, in_turns, over, seconds_of
-from tests.speed_envs import over_kernel, single_step
+from tests.speed.turns import Ratios, in_turns, over
+from tests.speed_envs import over_kernel, seconds, single_step
 
 N, MANY = 256, 1024
 """Environments beside each other, and those that are timed beside their kernel."""
@@ -33,7 +35,7 @@ class Native:
 
     def step(self) -> float:
         """CPU time of a step of one environment, s."""
-        return seconds_of(lambda: [self.envs.step(action) for action in self.actions]) / (N * STEPS)
+        return seconds(process_time, lambda: [self.envs.step(action) for action in self.actions]) / (N * STEPS)
 
 
 def ratios() -> Ratios:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,10 +28,3 @@ def over(one: Sequence[float] | Array, other: Sequence[float] | Array) -> Array:
     """One over the other round by round, of as many rounds as both have."""
     count = min(len(one), len(other))
     return np.asarray(one[:count]) / np.asarray(other[:count])
-
-
-def seconds_of(call: Callable[..., object], *arguments: Any) -> float:
-    """CPU time of one call, s."""
-    begin = time.process_time()
-    call(*arguments)
-    return time.process_time() - begin

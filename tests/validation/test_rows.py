@@ -22,6 +22,7 @@ from grind_env.validation import (
 )
 from grind_env.validation.check import Band, band_of
 from grind_env.validation.entry_fields import idle_fields
+from grind_env.validation.rig import NO_GROWTH, Grinder, RigError
 from grind_env.validation.slopes import exponent, exponents, largest_step, smallest_step
 
 COUNTS = (
@@ -195,3 +196,116 @@ def test_a_field_that_does_nothing_is_found():
 @pytest.mark.parametrize("check", [check for check in CHECKS if check.group < 10], ids=lambda check: check.name)
 def test_the_model_shows_every_trend_within_its_band(check: Check, rows: dict[str, Row]) -> None:
     assert rows[check.name].passed, f"{check.what}, {check.at}: {rows[check.name].value}"
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return Rig(load_catalogue())
+
+
+def states(grinder: Grinder) -> tuple[float, ...]:
+    return (*grinder.wheel, grinder.S, grinder.Rs, grinder.Z)
+
+
+def test_strokes_in_one_call_are_those_made_one_by_one(rig):
+    one, many = rig.fresh(), rig.fresh()
+    for _ in range(7):
+        one.grind()
+    many.grind(7)
+    assert states(one) == states(many)
+    assert one.worn == pytest.approx(many.worn, rel=1e-12)
+
+
+def test_stock_is_what_the_wheel_went_down_less_wear_and_what_is_left(rig):
+    grinder = rig.fresh(changes=NO_GROWTH)
+    grinder.grind(10)
+    before, wear = grinder.S, grinder.wheel.W
+    done = grinder.trial(grinder.Z - wear - before)
+    again = grinder.grind(1, 0.0)
+    assert again.ae == pytest.approx(done.ae, rel=1e-9)
+    assert pytest.approx(before + again.ae, rel=1e-12) == grinder.S
+
+
+@pytest.mark.parametrize("depth", [1e-4, 0.010, 0.080])
+def test_the_stroke_of_a_depth_is_found(rig, depth):
+    assert rig.sharp(width=5.0).cut(depth).ae == pytest.approx(depth, rel=1e-6)
+
+
+def test_a_trial_changes_nothing(rig):
+    grinder = rig.sharp()
+    before = states(grinder)
+    grinder.trial(0.02)
+    grinder.threshold()
+    assert states(grinder) == before
+
+
+def test_g_ratio_is_work_over_wheel_volume(rig):
+    grinder = rig.sharp()
+    done = grinder.grind(5)
+    assert grinder.g_ratio() == pytest.approx(done.G, rel=0.05)
+
+
+def test_a_field_that_an_entry_lacks_is_refused(rig):
+    with pytest.raises(RigError, match="wheel 'a60j' has no colour"):
+        rig.fresh(changes={"wheel": {"colour": 1.0}})
+
+
+def taken(measure) -> Row:
+    return row_of(replace(made(0.0), measure=measure), Rig(load_catalogue()))
+
+
+@pytest.mark.parametrize(
+    ("setup", "found"),
+    [
+        ({}, []),
+        ({"wheel_speed": 35.0, "width": 25.0}, []),
+        ({"wheel_speed": 35.1}, ["wheel speed 35.1 m/s (a60j: at most 35)"]),
+        ({"wheel": "b126", "wheel_speed": 60.0}, []),
+        ({"wheel": "b126", "diameter": 280.0}, ["wheel diameter 280 mm (b126: at least 290)"]),
+        ({"width": 40.0}, ["width 40 mm (a60j: at most 25)"]),
+        ({"table_speed": 1000.0}, ["table speed 60 m/min (default: at most 40)"]),
+        ({"changes": {"wheel": {"maximum_speed": 50.0}}, "wheel_speed": 45.0}, []),
+        # a wheel that is worn keeps its revolutions, or its surface speed
+        ({"wheel_speed": 40.0, "diameter": 250.0}, []),
+        (
+            {"wheel_speed": 36.0, "diameter": 250.0, "constant_surface_speed": True},
+            ["wheel speed 36 m/s (a60j: at most 35)"],
+        ),
+    ],
+)
+def test_what_lies_beyond(setup, found):
+    assert [str(each) for each in taken(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
+
+
+@pytest.mark.nightly
+def test_the_speed_of_a_spindle_follows_from_the_wheel():
+    (row,) = (row for row in validate() if row.check.name == "valve cBN 80 Ra on removal rate")
+    (only,) = row.outside
+    assert only.what == "spindle speed"
+    assert only.value == pytest.approx(80.0 * 60.0 / (math.pi * 0.3))
+
+
+def test_the_farthest_of_several_set_ups_is_kept_and_none_of_another_row():
+    rig = Rig(load_catalogue())
+
+    def measure(own: Rig) -> float:
+        wheel = own.fresh(wheel_speed=40.0)
+        own.set_up_anew(wheel, wheel_speed=45.0)
+        return own.set_up_anew(wheel, wheel_speed=36.0).wheel.A
+
+    check = Check(name="made up", group=1, what="a number", at="anywhere", band=Band(0.0, 1.0), measure=measure)
+    assert [each.value for each in row_of(check, rig).outside] == [45.0]
+    assert rig.outside == {}
+
+
+def test_the_rows_that_a_wheel_of_35_m_per_s_is_asked_for_45_and_80_are_marked():
+    marked = {row.check.name: row.outside for row in validate() if row.outside}
+    fast = {name for name, found in marked.items() if any(each.what == "wheel speed" for each in found)}
+    valve = {
+        f"valve 3NQ {speed} {response} on {factor}"
+        for speed in (45, 80)
+        for response in ("wear", "Ra")
+        for factor in ("removal rate", "volume removed")
+    }
+    optima = {check.name for check in CHECKS if check.name.startswith("optimum ")}
+    assert fast == valve | optima | {"roughness on wheel speed"} and len(optima) == 5

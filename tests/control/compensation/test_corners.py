@@ -9,10 +9,6 @@ from tests.control.compensation.chain import element_from, lines, swept
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 
 
-def near(expected: Point) -> object:
-    return pytest.approx(expected, abs=1e-4)
-
-
 def turned(first: Element, degrees: float, length: float = 50.0) -> PathSegment:
     """A line that leaves the end of a first one along +u at an angle."""
     u, v = first.end
