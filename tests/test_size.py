@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 66_400,
-    ("tests/*.py",): 51_000,
+    ("grind_env/*.py", "agents/*.py"): 66_250,
+    ("tests/*.py",): 50_850,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 
