@@ -3,6 +3,7 @@
 import math
 import shutil
 from dataclasses import astuple
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.shop import calls
 from grind_env.shop.sweep.study import SweepRanges
 from grind_env.task_version import TASK_VERSION
+from tests.agents.asking import status
 
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
 
@@ -62,3 +64,10 @@ def test_the_table_in_the_repository_is_of_the_present_numbers():
     ], "run `python -m agents intervals`"
     assert {row["task_version"] for row in rows} == {str(TASK_VERSION)}
     assert (RESULTS / PICTURE).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_command_says_its_hours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status(monkeypatch, "intervals", "--hours", "--cache", tmp_path) == 0
+    assert "96 runs" in capsys.readouterr().out
