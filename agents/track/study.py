@@ -74,7 +74,8 @@ def study(
     for plant in plants:
         if not find_plants(plant, modules=True).one:
             raise GrindError(f"{plant!r} is the name of many machines: give a seed, as '{plant}:1'")
-    made = {name: make_adapter(name, model_of(find_problem(TASK))) for name in (BASELINE, *names)}
+    model = model_of(find_problem(TASK))
+    made = {name: make_adapter(name, model) for name in (BASELINE, *names)}
     for policy in made.values():
         check_policy(policy)
     if submit is not None and (machines or adapters is None or len(names) != 1 or names[0] in ADAPTERS):
@@ -100,6 +101,8 @@ def study(
         trials=trials,
         run=run,
         decides=decides,
+        # `rl2` is trained once, before processes run side by side
+        prepare=lambda: [policy.begin(model, 1) for policy in made.values()],
         seconds=lambda trial: SECONDS.get(trial.adapter, 1.0),
         columns=COLUMNS,
         rows=lambda found: rows(ground_of(found)),
