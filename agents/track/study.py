@@ -92,6 +92,10 @@ def study(
             one_by_one = hasattr(made[name], "learn")
             trials += [TrackTrial(plant, name, of) for of in ([(seed,) for seed in seeds] if one_by_one else [seeds])]
 
+    def prepare() -> None:
+        for policy in made.values():
+            policy.begin(model, 1)  # trains the agent of `rl2`, before trials run side by side
+
     def anchors(ground: Ground) -> Mapping[str, Anchors]:
         return {plant: frozen.get(plant) or anchors_of(runs) for plant, runs in ground.items()}
 
@@ -101,8 +105,7 @@ def study(
         trials=trials,
         run=run,
         decides=decides,
-        # `rl2` is trained once, before processes run side by side
-        prepare=lambda: [policy.begin(model, 1) for policy in made.values()],
+        prepare=prepare,
         seconds=lambda trial: SECONDS.get(trial.adapter, 1.0),
         columns=COLUMNS,
         rows=lambda found: rows(ground_of(found)),
