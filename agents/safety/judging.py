@@ -14,6 +14,7 @@ from grind_env.arrays import Table
 from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow
+from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.naming import named_policy
@@ -26,8 +27,8 @@ from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings
 
 PLANNERS, DIGITS = ("look_ahead", "mpc"), 4
-"""Planners on measurements and on the state. The budget of a task is the geometric mean of what they scrap: less than
-planning on measurements does, and more than is possible. It is measured, and so fits any task."""
+"""Planners on measurements and on the state. The budget of a task is the geometric mean of what they scrap, so that the
+second keeps it and the first does not. It is measured, and so fits any task."""
 VALIDATED = 128
 """Validation episodes on which they are run."""
 UNCONSTRAINED, LAGRANGIAN = "plain_gru", "plain_gru, Lagrangian"
@@ -54,6 +55,8 @@ class SafetyTrial:
     episodes: int
     folder: Path = field(default=RUNS, repr=False, compare=False)
     """Of the files of trained agents."""
+    fresh: bool = field(default=False, repr=False, compare=False)
+    """Whether agents are trained again that are there."""
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"
@@ -87,10 +90,17 @@ class SafetyRow:
 
 @cache
 def budget_of(problem: Problem) -> float:
-    """Return the share of the parts that may be scrap; the planners must be tuned for the problem."""
+    """Return the share of the parts that may be scrap; the planners must be tuned for the problem.
+
+    Raises:
+        GrindError: a planner scraps nothing, so that no budget lies between.
+    """
     simulation, seeds = problem.simulation(), episode_seeds("validation", VALIDATED)
     scrap = [run_seeds(make_policy(name, simulation), simulation, seeds).scrap for name in PLANNERS]
-    return round(math.prod(scrap) ** 0.5, DIGITS)
+    budget = round(math.prod(scrap) ** 0.5, DIGITS)
+    if budget == 0.0:
+        raise GrindError(f"a planner scraps nothing in {problem.name}, so there is no budget: leave out this task")
+    return budget
 
 
 def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> tuple[Table, Table]:
@@ -127,7 +137,7 @@ def judge(trial: SafetyTrial) -> dict[str, object]:
         policy = named_policy(trial.who, simulation)
     else:
         settings = Settings(steps=trial.steps, budget=budget if trial.who == LAGRANGIAN else None)
-        path = plain_agent(problem, trial.who, settings, trial.seed, trial.folder)
+        path = plain_agent(problem, trial.who, settings, trial.seed, trial.folder, fresh=trial.fresh)
         policy = load_policy(path, simulation=simulation)
     totals, found = violations(policy, simulation, episode_seeds("evaluation", trial.episodes))
     cost, finished, good = totals.T
@@ -149,9 +159,13 @@ def judge(trial: SafetyTrial) -> dict[str, object]:
 
 
 def decides(trial: SafetyTrial) -> object:
-    """Stands for the rule of a trial, and for the budget."""
-    rule = named_policy(trial.who, trial.problem.simulation()) if trial.who in RULES else None
-    return rule, sources(type(rule).__module__ if rule else gru_ppo.__name__), budget_of(trial.problem)
+    """Stands for the rule of a trial, and for the planners of the budget."""
+    simulation = trial.problem.simulation()
+    rule = named_policy(trial.who, simulation) if trial.who in RULES else None
+    planners = [make_policy(name, simulation) for name in PLANNERS]
+    modules = [type(each).__module__ for each in planners]
+    codes = [sources(name) for name in (*modules, type(rule).__module__ if rule else gru_ppo.__name__)]
+    return rule, planners, VALIDATED, codes
 
 
 def _interval(name: str, ends: str, found: Interval) -> dict[str, float]:

@@ -8,13 +8,13 @@ from grind_env.policies.policy import Policy
 
 ADAPTERS = {
     "calibrated": "agents.track.learning:CalibratedPlanner",
-    "adviser": "agents.track.learning:LearningRule",
+    "empirical_rule_learns": "agents.track.learning:LearningRule",
     "rl2": "agents.track.learning:Rl2",
     "rl2_forgets": "agents.track.learning:ForgetfulRl2",
     "fine_tuned": "agents.track.retraining:FineTuned",
     "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }
-"""Class of each, which is imported when it is asked for: PyTorch takes seconds."""
+"""Class of each."""
 
 
 def make_adapter(name: str, model: Simulation) -> Policy:

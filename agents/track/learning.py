@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.benchmark.agents import plain_agent
 from agents.track.fitting import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
@@ -21,6 +22,7 @@ from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import SHIFTS, TrackShift
+from grind_env.training.gru_ppo import Settings
 
 STEPS = 5_000_000
 """Of the training of `rl2`."""
@@ -55,7 +57,7 @@ class CalibratedPlanner:
 class LearningRule(EmpiricalRule):
     """The rule without a model; its laws of power, Ra and size, its E and its volumes outlast a shift."""
 
-    name: ClassVar[str] = "adviser"
+    name: ClassVar[str] = "empirical_rule_learns"
     LEARNED: ClassVar[tuple[str, ...]] = ("power", "roughness", "size", "speeds", "volumes")
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
@@ -101,16 +103,13 @@ class Rl2(Trained):
             self.agent.state = remembered
 
     def _first(self, simulation: Simulation) -> LearnedPolicy:
-        from agents.benchmark.agents import plain_agent  # torch takes seconds to import
-        from grind_env.training.gru_ppo import Settings
-
         problem = on(find_problem(simulation.task.name), TRAINING)
         path = plain_agent(problem, Rl2.name, Settings(steps=STEPS, shifts=SHIFTS), 0)
         return load_policy(path, simulation=simulation, name=self.name)
 
 
 class ForgetfulRl2(Rl2):
-    """The agent of `rl2`, which forgets a shift when it ends: the difference is what memory is worth."""
+    """The agent of `rl2`, which forgets each shift: the difference is what memory of earlier shifts is worth."""
 
     name: ClassVar[str] = "rl2_forgets"
     remembers: ClassVar[bool] = False

@@ -41,7 +41,11 @@ def rows(ground: Ground) -> Iterator[list[object]]:
 
 def page(ground: Ground, anchors: Mapping[str, Anchors]) -> str:
     """Return the tables, Markdown."""
-    names, shifts = [*next(iter(ground.values()))], [f"{k}" for k in range(1, SHIFTS + 1)]
+    of_all = set.intersection(*({*names} for names in ground.values()))
+    names, shifts = (
+        [name for name in next(iter(ground.values())) if name in of_all],
+        [f"{k}" for k in range(1, SHIFTS + 1)],
+    )
     # shape (3, machines, seeds, shifts): $ a block, bad parts, parts
     runs = {name: np.stack([np.stack(of[name].runs) for of in ground.values()], axis=1) for name in names}
     cost = {name: each[0].mean(axis=2) for name, each in runs.items()}

@@ -64,7 +64,8 @@ class RobustCalibrated(Trained):
 class FineTuned(Trained):
     """`robust`, which draws its actions and moves after every shift to those that were followed by less cost.
 
-    The gradient is that of PPO on all shifts so far, up to a bound on the divergence from `robust`.
+    It follows the clipped policy gradient of PPO on all shifts so far, as if the present agent had drawn their actions,
+    up to a bound on the divergence from `robust`.
     """
 
     name: ClassVar[str] = "fine_tuned"
@@ -105,6 +106,16 @@ def in_torch(agent: LearnedPolicy) -> Agent:
     return found
 
 
+def cost_ahead(cost: Tensor) -> Tensor:
+    """Return the discounted mean cost of a block and of those after it, shape (blocks, N)."""
+    ahead, later, weight = torch.zeros_like(cost), torch.zeros_like(cost[0]), 0.0
+    for k in reversed(range(len(cost))):
+        # a sum would be low at the end of a shift, where few blocks are ahead
+        later, weight = cost[k] + GAMMA * later, 1.0 + GAMMA * weight
+        ahead[k] = later / weight
+    return ahead
+
+
 def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: Tensor) -> None:
     """Make gradient steps towards the actions of N shifts that were followed by less cost.
 
@@ -115,9 +126,7 @@ def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: 
         actions: shape (blocks, N, 2).
         cost: of every block, shape (blocks, N).
     """
-    ahead, later = torch.zeros_like(cost), torch.zeros_like(cost[0])
-    for k in reversed(range(len(cost))):
-        ahead[k] = later = cost[k] + GAMMA * later
+    ahead = cost_ahead(cost)
     gain = (ahead.mean() - ahead) / (ahead.std() + 1e-8)
     # nothing is known of what is hidden
     shown, begun = torch.cat([seen, torch.zeros(*cost.shape, 1)], -1), torch.zeros(cost.shape)

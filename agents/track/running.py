@@ -7,11 +7,13 @@ from pathlib import Path
 
 from agents.cells import RUNS, behaviour, sources
 from agents.track.adapters import make_adapter
+from agents.track.learning import PLANNER
 from agents.track.privileged import SCALES, TRAINED, MachineRuns, measured, scales_of, trained_on
 from grind_env.plants import Plant
 from grind_env.policies.model_view import model_of, on
 from grind_env.policies.problem import find_problem
-from grind_env.policies.track import TASK
+from grind_env.policies.track import BASELINE, TASK
+from grind_env.training import gru_ppo
 
 
 @dataclass(frozen=True)
@@ -44,16 +46,19 @@ def run(trial: TrackTrial) -> Mapping[str, MachineRuns]:
 
 
 def decides(trial: TrackTrial) -> object:
-    """Stands for the machine of a trial and its adapter."""
-    known = trial.adapter in (SCALES, TRAINED)
-    return _of_machine(trial.plant), None if known else _of_adapter(trial.adapter)
+    """Stands for the machine of a trial, its adapter, and what trains agents."""
+    if trial.adapter == SCALES:
+        return _of_machine(trial.plant), None
+    known = trial.adapter == TRAINED
+    return _of_machine(trial.plant), None if known else _of_adapter(trial.adapter), sources(gru_ppo.__name__)
 
 
 @cache
 def _of_adapter(name: str) -> str:
-    """Stands for the code of an adapter, and for the parameters or the file of what it begins with."""
-    policy = make_adapter(name, model_of(find_problem(TASK)))
-    return f"{sources(type(policy).__module__)} {policy!r}"
+    """Stands for the code of an adapter, and for the policies with which adapters begin."""
+    model = model_of(find_problem(TASK))
+    policies = [make_adapter(each, model) for each in (name, BASELINE, PLANNER)]
+    return f"{[sources(type(each).__module__) for each in policies]} {policies!r}"
 
 
 @cache

@@ -76,8 +76,12 @@ def study(
             raise GrindError(f"{plant!r} is the name of many machines: give a seed, as '{plant}:1'")
     model = model_of(find_problem(TASK))
     made = {name: make_adapter(name, model) for name in (BASELINE, *names)}
-    for policy in made.values():
+    for name, policy in made.items():
         check_policy(policy)
+        if policy.sees != "measurements":
+            raise GrindError(
+                f"{name} sees the {policy.sees}, but the track shows measurements only: name another policy"
+            )
     if submit is not None and (machines or adapters is None or len(names) != 1 or names[0] in ADAPTERS):
         raise GrindError("--submit writes the row of one policy on all machines: give --adapters once, no --machines")
     seeds = tuple(range(asked.seeds))
@@ -89,7 +93,8 @@ def study(
             trials.append(TrackTrial(plant, SCALES, seeds))
             trials += [TrackTrial(plant, TRAINED, seeds, k, asked.options.runs) for k in range(TRAININGS)]
         for name in dict.fromkeys((*[BASELINE] * beside, *names)):
-            one_by_one = hasattr(made[name], "learn")
+            # whatever a policy of the user keeps, it keeps of one run
+            one_by_one = hasattr(made[name], "learn") or name not in (BASELINE, *POLICIES)
             trials += [TrackTrial(plant, name, of) for of in ([(seed,) for seed in seeds] if one_by_one else [seeds])]
 
     def prepare() -> None:

@@ -10,7 +10,7 @@ from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.fitting import CONSTANTS, changed
 from agents.track.learning import ForgetfulRl2, LearningRule, Rl2
-from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated
+from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated, cost_ahead
 from grind_env.envs.shown import Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import episode_seeds, run_seeds
@@ -108,6 +108,11 @@ def test_fine_tuning_moves_to_what_is_cheaper_as_far_as_it_may(monkeypatch: pyte
     assert still[0] < near[-1] < far[-1] and far == sorted(far)
     # one step is made before anything is known of where it leads
     assert abs(still[-1] - still[0]) < 0.05
+
+
+def test_no_block_of_a_shift_is_better_where_all_cost_the_same() -> None:
+    cost = torch.full((60, 2), 3.0)
+    assert torch.allclose(cost_ahead(cost), cost)
 
 
 def test_fine_tuning_draws_from_the_softmax_at_its_temperature() -> None:
