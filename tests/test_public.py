@@ -44,6 +44,25 @@ def test_a_command_imports_nothing_heavy_that_it_does_not_need(
     ]
 
 
+USE_ALL = """
+import sys, types
+tried = []
+sys.meta_path.insert(0, types.SimpleNamespace(find_spec=lambda name, *_: tried.append(name.partition(".")[0])))
+import gymnasium, grind_env
+for name in [name for name in gymnasium.registry if name.startswith("grind/")]:
+    for env in gymnasium.make(name), gymnasium.make_vec(name, num_envs=2):
+        env.reset(seed=0)
+        env.step(env.action_space.sample())
+print(*tried)
+"""
+
+
+def test_every_env_loads_and_needs_no_optional_package() -> None:
+    tried = subprocess.run([sys.executable, "-c", USE_ALL], capture_output=True, text=True, check=True).stdout.split()
+    optional = {"torch", "stable_baselines3", "matplotlib", "pandas", "pyarrow", "cma", "typer", "rich"}
+    assert "grind_env" in tried and not optional & {*tried}
+
+
 @pytest.mark.parametrize(
     "imports",
     [

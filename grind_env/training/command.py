@@ -1,6 +1,7 @@
 """The command `grind train`: train an agent for a task or a part program, and compare it with untrained policies."""
 
 import re
+import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -110,7 +111,8 @@ def train(
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)
     if named.id == JOB:
-        print(printable(f"next: grind advise {task} --policy {path}, with the same --job, --parts and --set"))
+        words = shlex.join(["grind", "advise", task, "--policy", str(path)])
+        print(printable(f"next: {words}, with the same --job, --parts and --set"))
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":

@@ -1,3 +1,4 @@
+from datetime import timedelta
 from typing import Any
 
 import gymnasium as gym
@@ -35,7 +36,10 @@ BAD_ACTIONS: list[tuple[Any, str]] = [
     ([10**400, 10**400], "numbers"),
     ([0.5 + 0.0j, 0.0], "numbers"),
     (np.zeros(2, "m8[s]"), "numbers"),
+    ([timedelta(0), 0.0], "numbers"),
+    (["0", "0"], "numbers"),
     (np.array(["0", 0], object), "numbers"),
+    ([b"0", b"0"], "numbers"),
 ]
 
 

@@ -23,7 +23,9 @@ def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) 
     return err
 
 
-@pytest.mark.parametrize("bounds", [("nan", "20"), ("inf", "inf"), ("-5", "20"), ("10", "10"), ("1e400", "2")])
+@pytest.mark.parametrize(
+    "bounds", [("nan", "20"), ("inf", "inf"), ("-5", "20"), ("10", "10"), ("20", "10"), ("1e400", "2")]
+)
 def test_bounds_that_are_none(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
     said = refused(grind, tmp_path, "--bounds", *bounds)
     assert "--bounds are" in said and "must lie between 3000 and 30000 mm/min, in order" in said

@@ -21,7 +21,7 @@ from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
 from grind_env.process.state import FORCES
 from grind_env.shop.calls import optimise, sweep
-from grind_env.shop.machines import Fleet, fleet_of
+from grind_env.shop.machines import NEEDED, Fleet, fleet_of
 from grind_env.shop.optimise import table, variation
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.search import Budget
@@ -155,7 +155,7 @@ def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
     as_it_is = trials("plate_g82", job, 50)
     fleet, every = (fleet_of(as_it_is, 1, untried=untried) for untried in (False, True))
     assert fleet is not None and every is not None
-    assert 0 < len(fleet.numbers) < fleet.drawn and every.drawn == 0
+    assert NEEDED <= len(fleet.numbers) < fleet.drawn and every.drawn == 0
     lots = lots_of(9, LotUse.JUDGEMENT, 128)
     scrap = []
     for each in (fleet, every):

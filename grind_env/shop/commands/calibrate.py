@@ -71,7 +71,8 @@ def calibrate(
     if output is not None:
         found.write(output, force=force)
         if not as_json:
-            print(f"written to {output}; next: name it under [catalogue] files in {job}")
+            to_do = "" if found.verdict.level == "bad" else f"; next: name it under [catalogue] files in {job}"
+            print(f"written to {output}{to_do}")
     if found.verdict.level == "bad" and not force:
         raise typer.Exit(NOT_TO_USE)
 

@@ -1,6 +1,7 @@
 """`grind optimise`: a cheaper version of a program."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -89,8 +90,8 @@ def optimise(
     else:
         table.print_result(table_console(), table.tables_of(found), [table.heading(found), *table.sentences(found)])
         if found.verdict.is_written:
-            run = f"written to {output}; next: grind run {output} --job {path}"
-            print("next: add -o FILE to write the program" if output is None else run)
+            run = f"grind run {shlex.quote(str(output))} --job {shlex.quote(str(path))}"
+            print("next: add -o FILE to write the program" if output is None else f"written to {output}; next: {run}")
     if report is not None:
         files = {"program": program, "job": path}
         write_page(report, optimised_report(found, load_job(path), files))

@@ -1,6 +1,7 @@
 """`grind sweep`: a dress study of a user's part."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -76,5 +77,5 @@ def sweep(
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:
         beyond = "" if best.keeps_limits else ", but with rounded values it exceeds a limit"
-        run = f"grind run {output} --job {job or job_beside(program)}"
+        run = f"grind run {shlex.quote(str(output))} --job {shlex.quote(str(job or job_beside(program)))}"
         print(f"written to {output}: {best.cost:.3f} $ a part{beyond}; next: {run}")

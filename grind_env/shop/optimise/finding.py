@@ -127,7 +127,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         feasible or kept, QUANTITIES[objective], change, limits, beyond, requirements, variation.options.confidence, on
     )
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
-        enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
+        enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     elif not verdict.is_written and (search.ended_early or untold):
         reason = f"{reason}; the budget ended the search, and with more of it one may be found"
