@@ -1,6 +1,7 @@
 """First commands: a folder to start from, a job template, the catalogue, and a check of the installation."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +25,7 @@ def init(
 
     program, *others = start_folder(folder)
     print(printable(f"written: {program}, {', '.join(path.name for path in others)}"))
-    print(printable(f"next: grind run {program}"))
+    print(printable(f"next: grind run {shlex.quote(str(program))}"))
 
 
 def job(template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False) -> None:
