@@ -35,15 +35,17 @@ def advise(
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E, mm/min.")
     ] = None,
-    shadow: Annotated[bool, typer.Option("--shadow", help="Only compare forecasts with readings.")] = False,
+    shadow: Annotated[
+        bool, typer.Option("--shadow", help="You decide E and D; compare forecasts with readings.")
+    ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Discard the state and start again.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON objects, one a line.")] = False,
 ) -> None:
     """Recommend E and D of the next block from measurements.
 
-    Readings: mean_power, first_power, peak_power (W above idle), E (mm/min), D; of a finished part size_error, Ra,
-    Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All are optional. A stopped session resumes.
+    Readings, all optional. Of a block: mean_power, first_power, peak_power (W above idle), E (mm/min), D. Of a part:
+    size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. A stopped session resumes.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse

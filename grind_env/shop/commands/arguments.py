@@ -21,7 +21,7 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write a table for s
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-MaxBlocks = Annotated[int | None, typer.Option(help="Most blocks and strokes to execute; default 500000.")]
+MaxBlocks = Annotated[int | None, typer.Option(help="Stop after so many blocks and strokes; default 500000.")]
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
 Variables = Annotated[
     list[str] | None, typer.Option("--set", help="# variable at the start: '#101=15000'; repeatable.")
@@ -29,7 +29,7 @@ Variables = Annotated[
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Out-of-model machine: meter:7, held-out:5, module:name.")]
+Plant = Annotated[str | None, typer.Option(help="Machine with other physics: meter:7, held-out:5, module:name.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
 Untried = Annotated[bool, typer.Option("--untried", help="The program has not yet ground good parts here.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="Time of a dress request, s; repeatable.")]

@@ -28,9 +28,7 @@ def calibrate(
     gauge: Annotated[Path | None, typer.Option(help="Measurements of parts, a row each (.csv)."), FILE] = None,
     map_file: Annotated[Path | None, typer.Option("--columns", help="Names of the columns (.toml)."), FILE] = None,
     names: Annotated[str, typer.Option("--fit", help="Constants to fit, with commas between.")] = "auto",
-    force: Annotated[
-        bool, typer.Option("--force", help="Write it even where the old catalogue predicts better.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write it even if the old catalogue is better.")] = False,
     plan: Annotated[
         Path | None, typer.Option(help="Write a test program, made of --program, to this file."), Writes()
     ] = None,

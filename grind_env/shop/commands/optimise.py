@@ -25,9 +25,7 @@ def optimise(
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
     untried: arguments.Untried = False,
     fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
-    constraint: Annotated[
-        list[str] | None, typer.Option(help="Highest mean of a part, s or $: seconds=75,cost=2.5.")
-    ] = None,
+    constraint: Annotated[list[str] | None, typer.Option(help="Limit of a part's mean: seconds=75,cost=2.5.")] = None,
     objective: Annotated[str, typer.Option(help="What to minimise: cost or time.")] = "cost",
     parts: arguments.Runs = 50,
     budget: Annotated[str, typer.Option(help="60s, 2min or '2000 programs'.")] = "60s",

@@ -17,7 +17,7 @@ def sweep(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
     speed: Annotated[
-        str | None, typer.Option("--E", help="E range of first block, mm/min; default half to twice.")
+        str | None, typer.Option("--E", help="E range of first block, mm/min; default: half to twice its E.")
     ] = None,
     every: Annotated[
         str | None, typer.Option("--dress-every", help="Range of parts from dress to dress; default 1..20.")
