@@ -56,7 +56,7 @@ class SafetyTrial:
     folder: Path = field(default=RUNS, repr=False, compare=False)
     """Of the files of trained agents."""
     fresh: bool = field(default=False, repr=False, compare=False)
-    """Whether agents are trained again that are there."""
+    """Whether to train again an agent whose file exists."""
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"

@@ -143,5 +143,5 @@ def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: 
         ratio = (likelihood(logs, actions) - chances).exp()
         loss = -torch.minimum(ratio * gain, ratio.clamp(1.0 - CLIP, 1.0 + CLIP) * gain).mean()
         optimiser.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
+        torch.autograd.backward(loss)
         optimiser.step()

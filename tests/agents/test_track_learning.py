@@ -41,7 +41,7 @@ def some_agent() -> LearnedPolicy:
 
 
 def logits(policy: Any, seen: np.ndarray) -> np.ndarray:
-    """What the network of a policy says next."""
+    """Return the outputs of the policy's network for the next observation."""
     said: np.ndarray = policy.agent.actor.outputs(seen[None], policy.agent.state)[0]
     return said
 

@@ -34,12 +34,12 @@ def same(one: Any, other: Any) -> bool:
 
 
 def test_ppo_is_the_recipe_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = variant(recipe(SOURCE.read_text(encoding="utf-8")), RecipeTrial(PLATES, "belief", 3, ROLLOUT))
+    lines = variant(recipe(SOURCE.read_text(encoding="utf-8")), RecipeTrial(PLATES, "belief", 3, 2 * ROLLOUT))
     monkeypatch.chdir(tmp_path)
     theirs = run(lines.partition("judged =")[0])["model"]
-    assert same(train(PLATES, "ppo", 3, ROLLOUT, tmp_path / "ours.zip"), theirs)
+    assert same(train(PLATES, "ppo", 3, 2 * ROLLOUT, tmp_path / "ours.zip"), theirs)
     steps, cpu_seconds = trained(tmp_path / "ours.zip")
-    assert steps == ROLLOUT and cpu_seconds > 0.0
+    assert steps == 2 * ROLLOUT and cpu_seconds > 0.0
 
 
 @pytest.mark.parametrize("algorithm", [pytest.param(name, marks=pytest.mark.nightly) for name in RECIPES][1:])

@@ -1,4 +1,4 @@
-"""What a wheel loses and costs up to its end, in the environment and on the machine."""
+"""Wear and cost of a wheel until it is worn away, in the environment and on the machine."""
 
 from dataclasses import replace
 from itertools import product
