@@ -29,7 +29,7 @@ TRAINS = "model.learn("
 """By which the block is known."""
 BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
 SEED, STEPS, TASK = "seed=0", "1_000_000", '"grind/PowerLimited-v0"'
-WAYS = {"measurements": "measurements alone", "belief": "with the belief"}
+WAYS = {"measurements": "measurements", "belief": "measurements and belief"}
 EPISODES = 128
 CSV, PAGE = "recipe.csv", "recipe.md"
 TITLE = "# The training recipe"
@@ -180,11 +180,11 @@ def scores(runs: Sequence[RecipeRow]) -> list[float]:
 COLUMNS = tuple(each.name for each in fields(RecipeRow))
 SHOWN = (
     Column("task", lambda runs: runs[0].task),
-    Column("what it sees", lambda runs: WAYS[runs[0].sees]),
+    Column("observation", lambda runs: WAYS[runs[0].sees]),
     Column("mean score", lambda runs: mean(scores(runs)), ".1f"),
     Column("standard deviation", lambda runs: stdev(scores(runs)) if len(runs) > 1 else None, ".1f"),
-    Column("least", lambda runs: min(scores(runs)), ".1f"),
-    Column("most", lambda runs: max(scores(runs)), ".1f"),
+    Column("lowest", lambda runs: min(scores(runs)), ".1f"),
+    Column("highest", lambda runs: max(scores(runs)), ".1f"),
     Column("seeds", len, "d"),
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
     Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
@@ -197,6 +197,6 @@ def page(found: Sequence[RecipeRow]) -> str:
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (
-        f"{TITLE}\n\n`python -m agents recipe`: {found[0].steps:,} steps of each, {found[0].episodes} evaluation"
-        f" episodes.\n\n{table_of(SHOWN, rows).markdown()}\n"
+        f"{TITLE}\n\n`python -m agents recipe`: {found[0].steps:,} steps a training, judged on {found[0].episodes}"
+        f" evaluation episodes.\n\n{table_of(SHOWN, rows).markdown()}\n"
     )

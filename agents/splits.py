@@ -41,7 +41,7 @@ def study(asked: StudyOptions) -> Study:
     """Return the study."""
     return Evaluations(
         name="splits",
-        title="Contexts that were held out, and some beyond the task",
+        title="Scores on held-out contexts",
         trials=chunks(asked, lambda problem: [*plans_of(problem), *judged(problem), REFERENCE], SHOWN),
         columns=COLUMNS,
         rows=lambda found: [(*each[:3], *each.score, *each.cost, each.scrap) for each in all_lines(found)],
@@ -96,16 +96,16 @@ def page(lines: Sequence[SplitScore], episodes: int) -> str:
         scores.append((task, split, *(f"{of[who].score:.1f}" if who in of else NONE for who in WHO)))
         costs.append((task, split, plan, *(_cost(of.get(who)) for who in (plan, *WHO, REFERENCE))))
     return (
-        f"`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
-        " what a task draws, and what rules are tuned on; `interpolation` are contexts that no agent was trained on;"
-        " `extrapolation` has wear and pressure beyond all that a task draws, another wheel and another material, half"
-        " as much stock again and readings that are three times as noisy. Score (95 % over episodes): 0 is the fixed"
-        " plan that is best on all contexts, 100 is hindsight; `mpc` knows the state.\n\n"
-        + "".join(f"In `{split}`, of those that see measurements, {leading(lines, split)}. " for split in SHOWN).strip()
+        f"`python -m agents splits`: {episodes} evaluation episodes, with the same seeds in every"
+        " [split](../../docs/howto/evaluate.md#seeds). Rules are tuned on `all`, agents are trained on `inner`."
+        " `extrapolation` has more wear and pressure than the task, another wheel and material, 1.5 times the stock and"
+        " three times the noise. Score 0 is the fixed plan that is best on `all`, 100 is hindsight; 95 % intervals over"
+        " episodes. `mpc` sees the true state.\n\nBest policy on measurements:\n\n"
+        + "\n".join(f"- `{split}`: {leading(lines, split)}" for split in SHOWN)
         + "\n\n"
         + table_of(("task", "split", *WHO), scores).markdown()
         + "\n\n$ per good part, and scrap:\n\n"
-        + table_of(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs).markdown()
+        + table_of(("task", "split", "best fixed plan", "its cost", *WHO, REFERENCE), costs).markdown()
     )
 
 
@@ -120,8 +120,7 @@ def leading(lines: Sequence[SplitScore], split: str) -> str:
         first[best.who] += 1
         clear[best.who] += all(best.score[1] > each.score[2] for each in of if each is not best)
     said = [
-        f"`{who}` leads in {count} of {first.total()} tasks"
-        + (f" ({clear[who]} clear of all others)" if clear[who] else "")
+        f"`{who}` on {count} of {first.total()} tasks" + (f" ({clear[who]} significantly)" if clear[who] else "")
         for who, count in first.most_common()
     ]
     return ", ".join(said) or "nobody was run"

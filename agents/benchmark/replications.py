@@ -27,22 +27,21 @@ from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """First seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
-PLACES = {"": "the model", PLANTS: "machines that are not the model"}
+PLACES = {"": "the model", PLANTS: "held-out machines"}
 """What is ground, by what the columns of a result begin with."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
 COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", "found", "holds")
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
 
 HEAD = """\
-`python -m agents replicate`: {policies} rules, planners and agents of [the results](README.md), all but variants and
-agents that are no longer kept, on {sets} sets of {episodes} other episodes, of seeds by which nothing was tuned,
-trained or chosen. Told is how many mean costs lie where the published row has the mean of so many others with 95 %
-([the prediction interval](../../docs/benchmark/protocol.md#verify-a-row)). Policies of a task grind the same episodes,
-so that one hard set moves many of them. {total}."""
+`python -m agents replicate` runs {policies} rules, planners and agents of [the results](README.md) on {sets} new sets
+of {episodes} episodes. No policy was tuned, trained or chosen on these seeds. The table counts the mean costs inside
+the 95 % [prediction interval](../../docs/benchmark/protocol.md#verify-a-row) of their published row: {total}. All
+policies of a task grind the same episodes, so one hard set moves many rows. Variants (`@12`) and agents that are no
+longer in the cache are left out."""
 CHOSEN = """\
-The best learned agent from measurements and the best rule of these published results, not chosen anew; points are
-paired. The agent beats the rule, the interval of the difference apart from 0, in {beaten} of {tasks} tasks, set by
-set."""
+The best agent on measurements and the best rule are those of the published results. On the new sets the agent beats
+the rule (the interval of the paired difference is above 0) in {beaten} of {tasks} tasks."""
 
 
 class Replication(NamedTuple):
@@ -102,10 +101,10 @@ def replicate(
     gone = [cell for cell in cells if cell.trains and not known[cell]]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
-        options.console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)
+        options.console.print(f"left out, because their agents are not in the cache: {', '.join(names)}", markup=False)
     cells = [cell for cell in cells if cell not in gone]
     if not cells:
-        raise ConfigError("there are no such results to be replicated: run `python -m agents benchmark` first")
+        raise ConfigError("no published results to replicate: run `python -m agents benchmark` first")
     request = Request(
         episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=options.runs, configs=configs
     )
@@ -182,7 +181,7 @@ def page(
         for first, *later in zip(known, *others, strict=True)
         for row in (
             (first.task, f"{first.agent}, score", *(shown(each.score, ratio=False) for each in (first, *later))),
-            (first.task, f"its points over {first.rule}", *(shown(each.over, ratio=False) for each in (first, *later))),
+            (first.task, f"points over {first.rule}", *(shown(each.over, ratio=False) for each in (first, *later))),
         )
     ]
     head = HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total)

@@ -73,8 +73,8 @@ def _calibrate(others: Rows, own: Rows) -> list[Bound]:
         return _mean(column(rows, "error")) / _mean(column(rows, "regression"))
 
     return [
-        Bound("error over that of a regression, worst family", _worst(by_family(others, over)), 1.0),
-        Bound("the same where the machine is the model", over(own) if own else np.nan, 0.5),
+        Bound("error over the error of the power law, worst family", _worst(by_family(others, over)), 1.0),
+        Bound("error over the error of the power law, machine is the model", over(own) if own else np.nan, 0.5),
     ]
 
 
@@ -88,32 +88,32 @@ def _optimise(others: Rows, own: Rows) -> list[Bound]:
     own_best = column(own, "original") - column(own, "known_cost")
     return [
         Bound(
-            "calibrated: cost within the promised interval, share",
+            "calibrated: share of costs within the promised interval",
             _mean(((cost >= low) & (cost <= high))[known]),
             0.8,
             True,
         ),
         Bound("calibrated: width of the interval over the cost, median", _median(((high - low) / cost)[known]), 0.25),
         Bound(
-            "calibrated: scrap beyond 1 % or the original's, worst, %",
+            "calibrated: scrap above 1 % and above the original program, worst, %",
             100.0 * _most(scrap - np.maximum(scrap_before, 0.01)),
             0.0,
         ),
-        Bound("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
-        Bound("calibrated: the same, mean", _mean((cost / original)[known]), 1.0),
+        Bound("calibrated: cost over the original program, worst", _most(cost / original), 1.05),
+        Bound("calibrated: cost over the original program, mean", _mean((cost / original)[known]), 1.0),
         # where the program at hand scraps all parts, one machine outweighs all others
-        Bound("calibrated: of the $ that a search on the machine itself wins", _mean(gain) / _mean(best), 0.5, True),
-        Bound("the same, mean of the machines' shares", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
-        Bound("calibrated, machine is the model: of the $", _mean(own_gain) / _mean(own_best), 0.9, True),
+        Bound("calibrated: saving over that with the machine as model, sums", _mean(gain) / _mean(best), 0.5, True),
+        Bound("calibrated: the same ratio, mean", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
+        Bound("calibrated, machine is the model: the same ratio, sums", _mean(own_gain) / _mean(own_best), 0.9, True),
         Bound("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
         Bound(
-            "uncalibrated: scrap beyond 2 % or the original's, worst, %",
+            "uncalibrated: scrap above 2 % and above the original program, worst, %",
             100.0 * _most(column(others, "uncalibrated_scrap") - np.maximum(scrap_before, 0.02)),
             0.0,
         ),
-        Bound("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
-        Bound("uncalibrated: the same, mean", _mean(plain / original), 1.0),
-        Bound("uncalibrated: machines on which it is higher by 5 %, share", _mean(plain > 1.05 * original), 0.0),
+        Bound("uncalibrated: cost over the original program, worst", _most(plain / original), 1.5),
+        Bound("uncalibrated: cost over the original program, mean", _mean(plain / original), 1.0),
+        Bound("uncalibrated: share of machines with a cost 5 % higher", _mean(plain > 1.05 * original), 0.0),
     ]
 
 
@@ -128,26 +128,26 @@ def _advise(others: Rows, own: Rows) -> list[Bound]:
         return 100.0 * _most((adviser - trusting) / (program - trusting))
 
     return [
-        Bound("over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
-        Bound("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
-        Bound("the same, worst machine", _most(cost / plan), 1.5),
+        Bound("cost over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
+        Bound("cost over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
+        Bound("cost over the best of 15 fixed plans, worst machine", _most(cost / plan), 1.5),
         Bound("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
-        Bound("blocks beyond the power after one that was read so", _most(column(others, "adviser_in_a_row")), 0.0),
+        Bound("blocks above the power limit after a reading above it", _most(column(others, "adviser_in_a_row")), 0.0),
         Bound(
-            "parts beyond size or Ra after one that was read so, worst machine",
+            "parts beyond size or Ra after a reading beyond it, worst machine",
             _most(column(others, "adviser_parts_in_a_row")),
             0.0,
         ),
-        Bound("given away on the model, %", given_away("cost"), 10.0),
-        Bound("the same from part 15 on, %", given_away("late"), 3.0),
+        Bound("saving lost by the guard on the model, %", given_away("cost"), 10.0),
+        Bound("saving lost by the guard on the model from part 15 on, %", given_away("late"), 3.0),
     ]
 
 
 def _robust(others: Rows, own: Rows) -> list[Bound]:
     over = column(others, "robust_cost") / column(others, "plan_cost")
     return [
-        Bound("over the best of 15 fixed plans, mean", _mean(over), 1.15),
-        Bound("the same, worst machine", _most(over), 1.5),
+        Bound("cost over the best of 15 fixed plans, mean", _mean(over), 1.15),
+        Bound("cost over the best of 15 fixed plans, worst machine", _most(over), 1.5),
         Bound("scrap, worst machine, %", 100.0 * _most(column(others, "robust_scrap")), 3.0),
     ]
 
@@ -170,6 +170,6 @@ def family_rows(found: Mapping[PlantsTrial, Found], question: str) -> list[tuple
         values = [_mean(column(mine, name)) for name in COLUMNS[question]]
         # a robust agent is trained, and a search without a calibration judged, on machines of all families
         out = family in KEPT_OUT and question in ("calibrate", "advise")
-        name = f"{family} (kept out)" if out else family
+        name = f"{family} (held out)" if out else family
         lines.append((name, f"{len(mine)}", *(f"{value:.3g}" for value in values)))
     return lines

@@ -177,7 +177,7 @@ PROMISES = (
     ),
 )
 
-VERDICTS = ("promise", "held", "by", "not by")
+VERDICTS = ("promise", "holds", "on", "not on")
 
 
 def study(asked: StudyOptions) -> Study:
@@ -208,13 +208,12 @@ def study(asked: StudyOptions) -> Study:
 def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
     """Return the tables and the promises as Markdown."""
     lines = [
-        "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
-        f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
-        " of a paired bootstrap over episodes.",
+        f"`python -m agents gaps`: what adapting E (table speed), D (dresses) or both saves, on {episodes} evaluation"
+        " episodes, the same for all policies. ± is half a 95 % interval of a paired bootstrap over episodes.",
     ]
     for shown in tables(tasks):
         lines += ["", f"{shown.title}:", "", shown.markdown()]
-    lines += ["", "What the tasks are to hold:", "", table_of(VERDICTS, verdicts(tasks)).markdown()]
+    lines += ["", "Promises of the tasks:", "", table_of(VERDICTS, verdicts(tasks)).markdown()]
     return "\n".join(lines)
 
 
@@ -241,11 +240,11 @@ def tables(tasks: Sequence[TaskGaps]) -> list[Table]:
     known = (task, *(gap(what, "score", "±.1f") for what in (BEST, *KNOWN, PLANNER)))
     titles = {
         "Cost, $ per block": costs,
-        "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting D, on"
-        " E alone": savings,
+        "Saving, % of the mean cost of an episode. *Adapting E*: both against D alone; *adapting D*: both against E"
+        " alone; all others against the best fixed plan": savings,
         "Score: 0 is the best fixed plan, 100 hindsight": scores,
-        "What measuring would be worth: score of the best rule on what is measured, and of the rule on the state that"
-        " knows before every block how dull the wheel is, how fast the lot dulls it (growth), which Ra wheel and part"
-        " give, or all": known,
+        "What more measurements are worth: score of the best rule on measurements, and of a rule that also knows how"
+        " dull the wheel is (dullness), how fast the lot dulls it (growth), which Ra wheel and part give, or the full"
+        " state": known,
     }
     return [table_of(columns, tasks, title) for title, columns in titles.items()]

@@ -82,12 +82,13 @@ def page(found: Sequence[SafetyRow]) -> str:
     """Return the table, Markdown; means over seeds, and behind them what the seeds gave."""
     of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
-        "`python -m agents safety`: return of an episode (minus its cost over the reference cost of a block; from the"
-        " lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts, and violations, of"
-        f" the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is the geometric mean of what"
-        f" `{PLANNERS[0]}` and `{PLANNERS[1]}`, which sees the state, scrap on {VALIDATED} validation episodes: by"
-        " construction the first exceeds it and the second keeps it. *Within budget*, in brackets, by the upper end of"
-        f" the interval of the scrap, too.\n\n{verdict(of)}{table_of(COLUMNS, of.values()).markdown()}"
+        f"`python -m agents safety`: {found[0].episodes} evaluation episodes. *Return*: minus the cost of an episode"
+        " over the reference cost of a block; its interval spans those of all seeds. *Scrap*: share of the parts (each"
+        " seed in brackets). *Within budget*: seeds whose scrap is below the budget, and in brackets those with the"
+        " whole interval below it. The other columns are shares of the blocks beyond a limit.\n\nThe budget of a task"
+        f" is the geometric mean of the scrap of `{PLANNERS[0]}` and `{PLANNERS[1]}` (which sees the state) on"
+        f" {VALIDATED} validation episodes. So the first planner exceeds the budget and the second keeps it."
+        f"\n\n{verdict(of)}{table_of(COLUMNS, of.values()).markdown()}"
     )
 
 
@@ -105,6 +106,6 @@ def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
         for task in tasks
     ]
     return (
-        f"Runs within the budget, of all tasks: {', '.join(told)}. With its multiplier an episode of `plain_gru` costs"
-        f" {min(more):.1f} to {max(more):.1f} % more than without, by task.\n\n"
+        f"Runs within the budget on all tasks: {', '.join(told)}. The budget changes the cost of an episode"
+        f" of `plain_gru` by {min(more):+.1f} to {max(more):+.1f} %, depending on the task.\n\n"
     )

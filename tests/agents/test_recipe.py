@@ -79,11 +79,11 @@ def test_the_tables_are_of_all_trainings(
         (task, way, str(seed)) for task in ("power_limited", "rush") for way in WAYS for seed in range(3)
     ]
     assert {"commit", "task_version", "torch"} <= set(rows[0])
-    assert "| rush | measurements alone | 81.0 | 1.0 | 80.0 | 82.0 | 3 |" in text and "1,000 steps of each, 128" in text
+    assert "| rush | measurements | 81.0 | 1.0 | 80.0 | 82.0 | 3 |" in text and "1,000 steps a training" in text
     run("--tasks", "power_limited", "--seeds", 1, "--steps", 1000)
     after = list(csv.DictReader((tmp_path / CSV).read_text(encoding="utf-8").splitlines()))
     assert [row for row in after if row["task"] == "rush"] == rows[6:] and len(after) == 2 + 6
-    assert "| rush | measurements alone | 81.0 |" in (tmp_path / PAGE).read_text(encoding="utf-8")
+    assert "| rush | measurements | 81.0 |" in (tmp_path / PAGE).read_text(encoding="utf-8")
     run("--tasks", "power_limited", "--seeds", 1, "--steps", 2000)
     assert "rush" not in (tmp_path / CSV).read_text(encoding="utf-8")
 

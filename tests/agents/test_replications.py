@@ -75,7 +75,7 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
     words = ("replicate", *again)
     said = agents(*words)
     # no agent was trained
-    assert "## Learned against scripted" not in said and "| oracle6 | machines that are not the model |" in said
+    assert "## Learned against scripted" not in said and "| oracle6 | held-out machines |" in said
     with (tmp_path / "replications.csv").open(encoding="utf-8", newline="") as file:
         rows = {(each["policy"], each["on"]): each for each in csv.DictReader(file)}
     simulation = ORACLE.simulation()
@@ -97,7 +97,7 @@ def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: P
     options = Options(runs=tmp_path, console=Console(file=out, width=200))
     study = replicate(published, [ORACLE], [FIRST], 2, None, options)
     assert [trial.cell.policy for trial in study.trials] == ["handbook"]
-    assert "left out, because no agent of theirs is kept: oracle6 plain_belief" in out.getvalue()
+    assert "left out, because their agents are not in the cache: oracle6 plain_belief" in out.getvalue()
     assert not list(tmp_path.rglob("*.safetensors"))
 
 

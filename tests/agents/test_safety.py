@@ -74,8 +74,8 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
     ]
     text = page(found)
     assert "`plain_gru` 1 (0) of 4, `plain_gru, Lagrangian` 3 (2) of 4." in text
-    assert "costs -1.0 to 5.0 % more than without" in text
-    assert "of all tasks" not in page(found[:4])
+    assert "by -1.0 to +5.0 %" in text
+    assert "on all tasks" not in page(found[:4])
 
 
 @pytest.mark.nightly

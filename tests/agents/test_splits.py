@@ -47,8 +47,8 @@ def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interva
     lines = [line(*each) for each in both]
     lines += [line("c", "robust", 9.0), line("c", "look_ahead", 3.0), line("c", "mpc", 50.0)]
     one, other = leading(lines, EVERY).split(", ")
-    assert one == "`robust` leads in 2 of 3 tasks (1 clear of all others)"
-    assert other == "`plain_gru` leads in 1 of 3 tasks (1 clear of all others)"
+    assert one == "`robust` on 2 of 3 tasks (1 significantly)"
+    assert other == "`plain_gru` on 1 of 3 tasks (1 significantly)"
 
 
 def test_what_was_run_is_cached_and_written(
