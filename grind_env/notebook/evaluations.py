@@ -15,7 +15,7 @@ def html(found: Evaluation | Judgement) -> str:
     if found.score is not None:
         how = "score" if found.paired else "score, unpaired"
         rows.append([how, f"{found.score.value:.1f}", f"{found.score.low:.1f} to {found.score.high:.1f}"])
-    return fragment(found.title, table(HEADINGS, rows))
+    return fragment(f"{found.title}, {found.basis}", table(HEADINGS, rows))
 
 
 def _rows(run: Evaluation) -> list[list[str]]:

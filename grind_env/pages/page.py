@@ -131,8 +131,8 @@ def _discount(about: TaskSheet) -> str:
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
     return (
-        f"{KEPT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every}, and"
-        f" what a dress saves just before the next one still counts {KEPT:g}"
+        f"{KEPT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every};"
+        f" at the next dress rewards still count {KEPT:g}"
     )
 
 

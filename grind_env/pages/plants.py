@@ -17,13 +17,13 @@ are drawn by a seed. Its name says which:
 | `foreign:3+meter:7` | a mix of several, in any order; at most one of *foreign*, *bursts*, *textbook*, which grind |
 | `held-out:5` | one of a set that nothing is trained or tuned on: two to four families without *textbook* |
 | `public:5` | one that is drawn likewise, to train and tune on |
-| `held-out-laws:5` | one of a set that nothing is trained or tuned on: *textbook*, and one to three other families |
-| `laws:5` | one that is drawn likewise, to train and tune on |
-| `training:5` | one of `public` or of `laws`, one half each: what `grind train` trains on |
+| `held-out-laws:5` | a machine for judging only: *textbook*, and one to three other families |
+| `laws:5` | a machine of the same kind to train and tune on |
+| `training:5` | a machine of `public` or `laws`, half each: `grind train` trains on these |
 | `meter`, `foreign+meter:7`, `public` | without a seed, in environments: another one in every episode |
-| `module:name` | a `Plant` of one's own, in a module that can be imported |
-| `module:name:7` | a member of a `Family` of one's own, alone or in a mix |
-| `model` | the machine that is the model |
+| `module:name` | your own `Plant`, in a module that can be imported |
+| `module:name:7` | a member of your own `Family`, alone or in a mix |
+| `model` | the model itself |
 
 ```python
 from grind_env.plants import find_plant
@@ -35,19 +35,18 @@ Environments take a name as `plant` (`make`, `make_vec`, `reset(options=...)`), 
 tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `evaluate` as an argument
 ([how to](howto/evaluate.md)). A file must not name a module, the code of which would be run.
 
-A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly
-or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that
-has none in common with that of the others: two to four of the families, with at most one of *foreign* and *bursts*,
-and then their numbers. Exponents of *textbook* that are held out lie outside the range of those to train on. A number
-at which nothing differs is neutral: with neutral numbers a family changes no bit of what the model does. So the
-machines of a set share one process, that of all its families, and stand side by side in a batch.
+A name draws the same numbers on every computer. Each number is drawn uniformly between the ends of its range, or
+uniformly in its logarithm where the range says *factor*. **Held-out** machines have two to four of the families, with
+at most one of *foreign* and *bursts*. Families and numbers come from random numbers that no other set uses; held-out
+exponents of *textbook* lie outside the range of the exponents for training. Each number has a neutral value, at which
+the machine behaves as the model, bit by bit. So the machines of a set share one process and can stand in one batch.
 
-What is random in a shift (walks, chips, bursts) follows from a seed that the machine remembers and from the number of
-the block: the written program of an episode gives in `machine.grind` what the episode gave.
+The random numbers of a shift (walks, chips, bursts) follow from the seed of the machine and the number of the block.
+So `machine.grind` repeats an episode from its written program.
 
-Before the name of a source stands what it is worth, as in [the validation](validation.md): *measured*; *drawn* from
-data or tables that were seen; *remembered*, of a page that was not opened; *own*, what this project expects. The
-ranges are frozen: a change would make what has been scored on them another thing."""
+The source of a range says how far it can be trusted, as in [the validation](validation.md): *measured*; *drawn* from
+data or tables that were seen; *remembered*, not looked up; *own*, this project's estimate. The ranges are frozen: a
+change would invalidate published costs."""
 
 RANGES = (
     Column("number", lambda each: f"`{each.field}`"),

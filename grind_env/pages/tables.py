@@ -88,7 +88,7 @@ def setup_table(task: Task) -> str:
         ),
         ("dresser, fluid", f"{setup.dresser}, {setup.fluid}"),
         ("machine", setup.machine + (f" with {machine}" if machine else "")),
-        ("loading", f"{setup.load:g} s a part"),
+        ("part change", f"{setup.load:g} s a part"),
         ("prices", f"{task.rates.hourly:g} $/h, {task.rates.wheel:g} $/mm3 of wheel, {task.rates.dress:g} $ a dress"),
     ]
     if task.wheel_change is not None:

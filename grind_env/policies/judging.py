@@ -71,12 +71,17 @@ class Judgement:
 
     @property
     def title(self) -> str:
-        """Return what was run, and on which episodes."""
+        """Return the names of policy, problem and machine."""
+        where = f" on {self.plant} (policy assumes: {self.model})" if self.plant else ""
+        return f"{self.policy} in {self.problem}{where}"
+
+    @property
+    def basis(self) -> str:
+        """Return the episodes, and what the policy sees and was trained on."""
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
-        count = len(self.evaluation.cost)
-        where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
-        sees = f"sees {self.sees}" + (f", trained on {self.trained_on}" if self.trained_on else "")
-        return f"{self.policy} ({sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
+        machines = "the model" if self.trained_on == MODEL.name else f"{self.trained_on} machines"
+        trained = f", trained on {machines}" if self.trained_on else ""
+        return f"{len(self.evaluation.cost)} episodes, {seeds}, split {self.split}; sees {self.sees}{trained}"
 
     def numbers(self) -> dict[str, Any]:
         """Return the figures by name, for JSON; a cost is None where no part is good."""
@@ -114,16 +119,13 @@ class Judgement:
     def __str__(self) -> str:
         cost, run = self.evaluation.cost_per_good_part, self.evaluation
         price = f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f})"
-        lines = [
-            f"{self.title}:",
-            f"{price if math.isfinite(cost.value) else 'no good part'}, {100 * run.scrap:.2f} % scrap,"
-            f" E {run.speed:.0f} mm/min, D {run.dresses:.2f}",
-        ]
+        lines = [f"{self.title}: {price if math.isfinite(cost.value) else 'no good part'}"]
         if self.score is not None:
-            others = f"unpaired: an anchor is of other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
+            others = f"unpaired: 0 or 100 is of other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
             how = "paired" if self.paired else others
             lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
-        return "\n".join(lines)
+        lines.append(f"{100 * run.scrap:.2f} % scrap, E {run.speed:.0f} mm/min, D {run.dresses:.2f}")
+        return "\n".join([*lines, self.basis])
 
     def _repr_html_(self) -> str:
         return html("evaluations", self)

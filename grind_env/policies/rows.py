@@ -211,15 +211,15 @@ def verify(
     known = np.array([row.costs, row.robust] if row.robust else [row.costs])
     again = _costs(row, name)
     unit = "runs" if row.robust else "episodes"
-    found = f"re-run: its {known.shape[1]} {unit} cost {_said(again)}, and it says {_said(known)}"
+    found = f"re-run of {known.shape[1]} {unit}: {_said(again)}; row: {_said(known)}"
     holds = np.allclose(again.mean(axis=1), known.mean(axis=1), rtol=NEAR, atol=0.0)
     if seed is None or not holds:
         return holds, found
     drawn = _costs(row, name, fresh_seeds(seed, episodes or known.shape[1]))
     _, low, high = prediction(_compared(known), drawn.shape[1])
     value, what = _compared(drawn).mean(), f"times the cost of {BASELINE}" if row.robust else "$ each"
-    said = f"{drawn.shape[1]} drawn {unit} cost {_said(drawn)}"
-    return low <= value <= high, f"{found}\n{said}: {value:.5g} {what}, and {low:.5g} to {high:.5g} are predicted"
+    said = f"{drawn.shape[1]} drawn {unit}: {_said(drawn)}"
+    return low <= value <= high, f"{found}\n{said}: {value:.5g} {what}; predicted: {low:.5g} to {high:.5g}"
 
 
 def _said(costs: Array) -> str:

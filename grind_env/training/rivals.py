@@ -47,7 +47,7 @@ class Programmed:
     def name(self) -> str:
         if self.every is None:
             return "the program as it is"
-        return f"fixed plan: {self.ratio:g} times E, a dress in every {self.every}. part"
+        return f"fixed plan: {self.ratio:g} times E, a dress every {self.every} parts"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         assert isinstance(simulation, JobSimulation)
@@ -76,7 +76,7 @@ def fixed_plans(simulation: Simulation) -> list[Policy]:
         return [Programmed(*plan) for plan in product(RATIOS, EVERY)] if simulation.compiled else []
     speeds = speed_grid(simulation.task, len(RATIOS)).tolist()
     return [
-        Fixed(E=speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 in every {every}. block")
+        Fixed(E=speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 every {every} blocks")
         for speed, every in product(speeds, EVERY)
     ]
 

@@ -42,7 +42,7 @@ def test_the_example_of_the_page_is_put_beside_published_rows_and_its_rows_hold(
     middle = sorted(max(found["my_rule"][task]["value"], -100.0) for task in CORE)[1:-1]
     assert found["my_rule"]["IQM"]["value"] == pytest.approx(np.mean(middle))
     status, out, err = grind("verify", "rows.json", "--policy", "my_rule:MyRule")
-    assert (status, err) == (0, "") and out.count("re-run: its 2 episodes cost") == len(CORE)
+    assert (status, err) == (0, "") and out.count("re-run of 2 episodes: ") == len(CORE)
 
 
 def test_the_interval_of_the_mean_is_that_of_independent_tasks() -> None:

@@ -119,4 +119,4 @@ def test_a_policy_of_ones_own_is_found_where_the_command_runs(
     monkeypatch.setattr("sys.path", [each for each in sys.path if each])  # as for the command that pip installs
     monkeypatch.chdir(tmp_path)
     status, out, _ = grind("evaluate", "--policy", "policy_of_ones_own:own", "--task", "oracle6", "--episodes", 2)
-    assert status == 0 and out.startswith("own (sees measurements)")
+    assert status == 0 and out.startswith("own in oracle6")

@@ -67,9 +67,9 @@ def test_a_judgement_names_seeds_and_split_and_says_whether_it_is_paired(
     found = judged("handbook", **asked)
     numbers = found.numbers()
     assert (found.paired, numbers["paired"]) == (paired, paired)
-    first, *_, line = str(found).splitlines()
-    assert first == f"handbook (sees measurements) in power_limited, {EPISODES} episodes, {title}:"
-    assert found.title in found._repr_html_() and f"{found.title}:" == first
+    first, line, _, last = str(found).splitlines()
+    assert first.startswith("handbook in power_limited: ") and found.title in found._repr_html_()
+    assert last == found.basis == f"{EPISODES} episodes, {title}; sees measurements"
     seeds, _, split = title.rpartition(", split ")
     assert (
         (numbers["seeds"], numbers["split"])
@@ -77,7 +77,7 @@ def test_a_judgement_names_seeds_and_split_and_says_whether_it_is_paired(
         == (seeds.replace("seeds", "").strip(), split)
     )
     assert line.startswith("score ")
-    assert ("unpaired: an anchor is of other episodes (evaluation seeds, split all)" in line) == (not paired)
+    assert ("unpaired: 0 or 100 is of other episodes (evaluation seeds, split all)" in line) == (not paired)
 
 
 def test_a_split_is_judged_on_the_evaluation_seeds_with_contexts_of_its_own() -> None:
@@ -144,6 +144,6 @@ def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object
 def test_no_good_part_is_said_so_and_is_null_in_json(grind: Grind) -> None:
     words = ("evaluate", "--policy", "E30000D0", "--task", "power_limited", "--episodes", "2")
     status, said, error = grind(*words)
-    assert (status, error) == (0, "") and "\nno good part, 100.00 % scrap" in said
+    assert (status, error) == (0, "") and ": no good part\n" in said and "\n100.00 % scrap" in said
     found = json.loads(grind(*words, "--json")[1], parse_constant=pytest.fail)
     assert [found[name] for name in ("cost_per_good_part", "low", "high")] == [None] * 3

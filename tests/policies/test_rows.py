@@ -52,7 +52,7 @@ def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) ->
     path = submit("--env", env, "--policy", "E12000D1")
     status, out, err = grind("verify", path)
     assert (status, err) == (0, "")
-    assert "re-run: its 3 episodes cost" in out
+    assert "re-run of 3 episodes: " in out
 
 
 def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit:
     # what it costs there is what the policy as it was named costs there
     policy = named_policy(says or str(AGENT), PLATES.simulation())
     mean = run_seeds(policy, PLATES.simulation(), fresh_seeds(SEED, 4)).cost.mean()
-    assert f"\n4 drawn episodes cost {mean:.5g} $ each" in out
+    assert f"\n4 drawn episodes: {mean:.5g} $ each" in out
 
 
 @pytest.mark.nightly
@@ -180,7 +180,7 @@ def test_a_policy_of_ones_own_is_run_if_it_is_named(
     status, out, err = grind("verify", path, "--seed", SEED)
     assert (status, out) == (2, "") and f"it is of the policy file '{said}' with the SHA-256" in err
     status, out, err = grind("verify", path, "--seed", SEED, "--policy", said)
-    assert (status, err) == (0, "") and "drawn episodes cost" in out
+    assert (status, err) == (0, "") and "drawn episodes: " in out
     with (own / "my_policy.py").open("a") as file:
         file.write("\n")
     assert grind("verify", path, "--policy", said)[0] == 2
@@ -265,7 +265,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
 def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
     write_rows(tmp_path / "row.json", [replace(plates_row("look_ahead", 6), policy="E3000D0")])
     status, out, _ = grind("verify", tmp_path / "row.json", "--seed", SEED)
-    assert status == 1 and "re-run: its 6 episodes cost" in out and "drawn" not in out
+    assert status == 1 and "re-run of 6 episodes: " in out and "drawn" not in out
 
 
 @pytest.mark.nightly
@@ -279,7 +279,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     write_rows(tmp_path / "row.json", [row])
     assert grind("verify", "row.json", "--policy", "knows:Knows")[0] == 0
     status, out, _ = grind("verify", "row.json", "--policy", "knows:Knows", "--seed", SEED)
-    assert status == 1 and "6 drawn episodes cost" in out
+    assert status == 1 and "6 drawn episodes: " in out
 
 
 def test_drawn_seeds_are_those_that_the_page_says_and_none_that_anyone_trains_on() -> None:

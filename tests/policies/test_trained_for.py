@@ -251,7 +251,7 @@ def test_commands_refuse_it_and_accept_it_when_told_to(grind: Grind, agent: Path
 def test_evaluation_shows_the_machines_that_an_agent_was_trained_on(grind: Grind, tmp_path: Path) -> None:
     saved_agent(tmp_path / "a.safetensors", find_problem("oracle6"), machines="public")
     words = ("evaluate", "--env", "oracle6", "--policy", tmp_path / "a.safetensors", "--episodes", 2)
-    assert grind(*words)[1].startswith("ppo (sees measurements, trained on public) in oracle6, 2 episodes")
+    assert grind(*words)[1].strip().endswith("; sees measurements, trained on public machines")
     assert '"trained_on": "public"' in grind(*words, "--json")[1]
 
 
