@@ -18,7 +18,7 @@ from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
 """On which programs are tried for each use; on fewer where there are fewer lots."""
-FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 0}
+FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 160}
 """Place of the first of them: those of a search are no other's, if there are enough."""
 NEEDED = 416
 

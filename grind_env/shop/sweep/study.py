@@ -26,7 +26,8 @@ from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOTS = 96
+LOTS, JUDGED_LOTS = 96, 256
+"""Lots of every point, and new lots on which the cheapest point must keep the limits, too."""
 RISK = "risk"
 """Its name among the limits."""
 POINTS = 9
@@ -76,7 +77,8 @@ class SweepPoint:
         size_error: um.
         scrap: share of the parts.
         shares: shares of the limits power, rise, Ra and size that 95 of 100 parts keep, on any machine.
-        risk: risk as in `trials.risk`, as a share of the permitted risk.
+        risk: risk as in `trials.risk`, as a share of the permitted risk. Both are the higher ones of all lots and of
+            new lots where a point was judged on those.
     """
 
     E: float
@@ -234,15 +236,17 @@ def sweep(
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
+    judge = study.on(judged_on(study.trials, fleet, seed))
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
         grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
-        speeds = study.points("speeds and intervals", grid)
+        speeds = judge.best_of(study.points("speeds and intervals", grid), grid, [own])
     if ranges.lead is not None or ranges.depth is not None:
         best = cheapest([own, *speeds])
         at = _Setting(E=best.E, every=best.every or None)
         pairs = [(lead, depth) for lead in _values(ranges.lead) for depth in _values(ranges.depth)]
-        dresses = study.points("leads and depths", [at._replace(lead=lead, depth=depth) for lead, depth in pairs])
+        grid = [at._replace(lead=lead, depth=depth) for lead, depth in pairs]
+        dresses = judge.best_of(study.points("leads and depths", grid), grid, [own, *speeds])
     simulation = study.trials.simulation
     return Sweep(
         program=program.name,
@@ -262,8 +266,14 @@ def sweep(
 def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
     """Return trials of the program as it is on the lots and machines of a sweep; errors as of `fleet_of`."""
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
-    fleet = fleet_of(trials, seed, untried=untried, needed=LOTS)
+    fleet = fleet_of(trials, seed, untried=untried)
     return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
+
+
+def judged_on(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
+    """Return trials on lots and machines on which no point was chosen."""
+    lots = lots_of(seed, LotUse.JUDGEMENT, JUDGED_LOTS)
+    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.JUDGEMENT, lots)
 
 
 class _Setting(NamedTuple):
@@ -285,6 +295,26 @@ class _Study:
         self.dressed = self.own[:, DRESS_PASSES] > 0.0
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
+
+    def on(self, trials: Trials) -> "_Study":
+        """Return the study on other lots and machines."""
+        return _Study(trials, self.runs, self.progress)
+
+    def best_of(
+        self, points: list[SweepPoint], settings: Sequence[_Setting], rivals: Sequence[SweepPoint]
+    ) -> list[SweepPoint]:
+        """Return the points, with the higher shares and risk of those that were judged here.
+
+        The cheapest one is judged until it keeps the limits here, too: the cheapest of many points owes a part of its
+        low cost to its lots.
+        """
+        judged = set[int]()
+        while (best := cheapest([*rivals, *points])) in points and (k := points.index(best)) not in judged:
+            (again,) = self.points("new lots", [settings[k]])
+            shares = tuple(map(max, best.shares, again.shares))
+            points[k] = replace(best, shares=shares, risk=max(best.risk, again.risk))
+            judged.add(k)
+        return points
 
     def refuse(self, ranges: SweepRanges) -> None:
         """Refuse ranges of what the program does not have."""

@@ -96,7 +96,8 @@ def sentences(found: Sweep) -> list[str]:
     saved = found.own.cost.value - best.cost.value
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
-        f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs"
+        f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs; "
+        "points that seemed cheapest were also judged on new lots"
     )
     return said
 
