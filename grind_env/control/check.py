@@ -1,4 +1,4 @@
-"""Read and execute every block of a program, and report its errors or its effect."""
+"""Check of a part program: every block is read, the program is executed, and errors or effects are reported."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -16,7 +16,7 @@ MOST = 999
 """Highest D and L."""
 
 WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
-"""Letters of each cycle besides P and those of its axes."""
+"""Letters of each cycle besides P and the letters of its axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ def integrand(command: Command, letter: str, start: float) -> float:
 
 
 def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> int:
-    """Return the axis across the plane; for G81 the one named in the block (16-13), else the last cycle's."""
+    """Return the reciprocating axis: across the plane; for G81 named in the block (16-13) or that of the last cycle."""
     first, second = PLANES[command.modes.plane]
     if rules.plunges:
         return 3 - first - second

@@ -80,7 +80,7 @@ class Round(NamedTuple):
 class Call:
     """A program under execution."""
 
-    stream: BlockStream  # its blocks
+    stream: BlockStream  # blocks of the program
     repeats: int = 0  # number of further calls after this one (L of M98 and G65)
     interrupt: bool = False  # whether it is a dress or interrupt program, whose M99 leads back into another program
     # local variables that G65 assigns, by number; None for a program that G65 has not called

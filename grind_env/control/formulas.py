@@ -167,7 +167,7 @@ def _number(tree: Tree, read: Read) -> Decimal:
 
 
 def vacant(number: int) -> str:
-    """Return the sentence about a variable without a value where one is needed."""
+    """Return the error sentence for a variable that needs a value and has none."""
     if number == 0:
         return "#0 never has a value; it stands for a vacant variable behind = EQ and NE only"
     return f"#{number} has no value; assign one before, as in #{number}=1, or give it with --set '#{number}=1'"

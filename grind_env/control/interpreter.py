@@ -68,8 +68,6 @@ class Interpreter:
             yield Message(self.timeline.time, text)
         yield ProgramEnd(self.timeline.time, end)
 
-    # ------------------------------------------------------------------------------------------ program flow
-
     def _program(self, call: Call) -> Generator[Event, None, str]:
         self.calls.append(call)
         end = TEXT_END

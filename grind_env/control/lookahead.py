@@ -38,7 +38,7 @@ Arguments: TypeAlias = Mapping[int, Decimal] | None
 
 
 class Barrier(Enum):
-    """Why no motion in the plane comes next."""
+    """Reason why no motion in the plane comes next."""
 
     LIMIT = "more blocks without motion than compensation survives"
     CANCELLED = "the same after G40"
@@ -112,7 +112,7 @@ class Lookout:
             self._seen.popleft()
         for number in itertools.count():
             if number == len(self._seen):
-                self._walk = None  # should the view end in an error
+                self._walk = None  # in case the view ends in an error
                 item = next(self._rest, None)
                 if item is None:
                     return

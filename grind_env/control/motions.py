@@ -306,7 +306,7 @@ class CycleEnd(Instant):
 
 @dataclass(frozen=True, slots=True)
 class TableStop(Instant):
-    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
+    """The table stops at a reversal point; only with `announce_cycles`. `Execution.move_axis` may still move it."""
 
     plan: CyclePlan
 
@@ -391,7 +391,7 @@ class Hold(Instant):
 
 @dataclass(frozen=True, slots=True)
 class Message(Instant):
-    """Something the control tells the operator."""
+    """A message of the control to the operator."""
 
     text: str
 
