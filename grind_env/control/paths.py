@@ -23,7 +23,7 @@ COORDINATE_DECIMALS = 7
 
 
 def coordinate(command: Command, letter: str, start: float, origin: float = 0.0) -> float:
-    """Return the coordinate of an axis word, mm: from `start` if G91 is in force at the word, else from `origin` (PD-4)."""
+    """Return the coordinate of an axis word, mm: from `start` under G91 at the word, else from `origin` (PD-4)."""
     value = command.lengths[letter]
     return displaced(start if value.incremental else origin, value.mm)
 
