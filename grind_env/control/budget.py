@@ -18,7 +18,7 @@ class BlockBudget:
             raise self._exceeded(place)
 
     def foresee(self, count: float, place: Place) -> None:
-        """Refuse to begin what takes at least that many more blocks and strokes if that would pass the limit."""
+        """Raise `ControlError` if at least `count` more blocks and strokes would exceed the limit."""
         if self.spent + count > self.limit:
             raise self._exceeded(place)
 
@@ -33,8 +33,8 @@ class BlockBudget:
 class Rounds:
     """Repeated execution, such as of a subprogram; the first rounds predict the rest.
 
-    Each round is assumed to need the least of the finished rounds, of two at least, because the first may differ.
-    Nested rounds multiply.
+    Each further round is assumed to need as many blocks as the shortest finished one. The forecast begins after two
+    rounds, because the first may differ. Nested rounds multiply.
     """
 
     def __init__(self, budget: BlockBudget, place: Place, count: int, within: "Rounds | None" = None) -> None:

@@ -1,4 +1,4 @@
-"""Read and execute every block of a program, and report its errors or its effect."""
+"""Check of a part program: every block is read, the program is executed, and errors or effects are reported."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from grind_env.control.trace import error_record
 from grind_env.control.words import read_block
 
 MOST_ERRORS = 1000
-"""Most errors of reading that are told: a file that is no part program may have one in each line."""
+"""Most errors of reading that are reported: a file that is no part program may have one in each line."""
 
 
 @dataclass(slots=True)
@@ -54,9 +54,9 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
     r"""Execute the main program and read every block, including those that are not reached.
 
     Args:
-        programs: the program.
-        control: its settings.
-        faults: that reading the program names has shown (`read_file`); a program with such is not executed.
+        programs: the programs of a file.
+        control: settings of the control; the defaults if None.
+        faults: errors in program names, from `read_file`; with any, the program is not executed.
 
     Example:
         >>> from grind_env.control import check, read
@@ -71,7 +71,7 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
     for program in programs:
         report.programs += 1
         report.blocks += len(program.blocks)
-    # what a block says wrong may be what has ended the execution: the same sentence is told once
+    # an error of reading may also have ended the execution: it is reported once
     ended = [] if report.stopped is None else [report.stopped]
     read = islice(_reading_errors(programs, control or Control()), MOST_ERRORS)
     found = {str(error): error for error in (*read, *faults, *ended)}
@@ -82,7 +82,7 @@ def check(programs: Programs, control: Control | None = None, faults: Sequence[C
 
 
 def ended_at(report: Report) -> str:
-    """Return a sentence on where the execution has ended, if that is not the only error; else empty."""
+    """Return a sentence on where the execution has ended, if there are further errors; else an empty text."""
     error = report.stopped
     if len(report.errors) < 2:
         return ""
@@ -160,7 +160,7 @@ def summary(report: Report) -> str:
     ]
     if report.between:
         lines.append(f"{_count(report.between, 'stroke')} between cycles, for the table goes on")
-    told = [f"warning: {warning}" for warning in report.warnings] or report.messages  # the former hold the latter
+    told = [f"warning: {warning}" for warning in report.warnings] or report.messages  # warnings include the messages
     return "\n".join(lines + told)
 
 

@@ -14,7 +14,7 @@ from grind_env.control.variables import KINDS, LARGEST_VALUE, LOCALS, is_common
 ORIGIN: Position = (0.0, 0.0, 0.0)
 MOST_NON_MOTION_BLOCKS = 999
 BLOCK_BUDGET = 500_000
-"""Blocks and strokes of a program unless it may have more: 3000 parts of more than a hundred strokes."""
+"""Default limit of executed blocks and strokes: enough for 3000 parts of more than a hundred strokes each."""
 WHEEL_RADIUS = 33
 """Entry of the radius table that the in-process dresser keeps up to date (15-11)."""
 
@@ -23,15 +23,15 @@ WHEEL_RADIUS = 33
 class Control:
     """Machine parameters (AMP), tables and switches; its methods are the operator panel.
 
-    A method acts on the program that the control executes, from the next motion on. The tables are those at the
-    start: what G10 or the dresser change in them lives as long as the execution.
+    A method acts on the program that the control executes, from the next motion on. The tables hold the values at the
+    start: G10 and the dresser change copies that last as long as the execution.
 
     Attributes:
         acceleration: acceleration of every axis, mm/s^2; linear ramps (PD-21).
         rapid_feed: speed along the path of G00, mm/min.
         maximum_feed: F and E above it are clamped to it (12-60), mm/min.
         reversal_dwell: rest of the table at every reversal, s; part of the time of the stroke before it.
-        strokes: strokes made of a G81 that the text leaves running at its end (ruling 11).
+        strokes: number of strokes of a G81 that still runs at the end of the text (ruling 11).
         coverage_pass: whether a pass over the part at full depth precedes the L spark-out passes (PD-13).
         block_delete: whether blocks that begin with ``/`` are skipped.
         start: position of the axes X, Y, Z at the start, mm.
@@ -50,15 +50,15 @@ class Control:
         minimum_feed_reduction: least share of F on inside arcs (12-55).
         strict_entry_both_axes: whether an entry move must move both axes of the plane (15-12).
         work_offsets: origins of G54 to G59.3 by their code, mm.
-        external_offset: shift of all of them (11-10), mm.
-        reference_points: of G28 or G30 P1, and of G30 P2 to P4, mm.
+        external_offset: shift of all work origins (11-10), mm.
+        reference_points: reference points of G28 or G30 P1, and of G30 P2 to P4, mm.
         groove_retract: retract amount e of G76 and G77, mm; None for 0.5 mm, and 0.02 in while G70 is in force.
         dress_amount: depth that one dress removes from the wheel radius of entry 33, mm.
         minimum_radius: wheel radius below which the operator is warned, mm.
         announce_cycles: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops.
         announce_feeds: whether a `FeedAhead` comes before every G01 block without compensation, with the table at rest.
         whole_cycles: whether an undisturbed G82 or G83 is one `CycleStrokes` instead of an event for every stroke and
-            pick. It includes its auto-dresses: a dress program is executed until it has once left the tables of the
+            pick. Auto-dresses are included: their program is executed until one execution has left the tables of the
             control unchanged.
 
     Raises:
@@ -138,7 +138,7 @@ class Control:
             raise ControlError("setting", "the times of interrupts do not ascend; sort them")
 
     def length_offset(self, entry: int) -> Position:
-        """Length offset of an entry, mm; with the entire wheel the radius takes care of X (15-11)."""
+        """Return the length offset of an entry, mm; X is 0 if the radius replaces it (`entire_wheel`, 15-11)."""
         x, y, z = self.lengths.get(entry, ORIGIN)
         return 0.0 if self.entire_wheel else x, y, z
 
@@ -170,7 +170,7 @@ class Control:
         self.panel.single_block = on
 
     def interrupt(self, program: int, kind: int = 2) -> None:
-        """Request a program interrupt at the end of the motion that was last made.
+        """Request a program interrupt at the end of the latest motion.
 
         Raises:
             ControlError: setting, no such type of interrupt.

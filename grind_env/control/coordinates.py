@@ -21,14 +21,14 @@ class WorkSystems:
                 raise ControlError(
                     "setting", f"work_offsets names {code}; the systems are {WORK_SYSTEMS[0]} to {WORK_SYSTEMS[-1]}"
                 )
-        self.external = control.external_offset  # shift of all of them, mm
+        self.external = control.external_offset  # shift of all work systems by the external offset, mm
         self.shift = ORIGIN  # shift by G92, mm
         self.local = ORIGIN  # shift of all work systems by G52, mm
         self.length = ORIGIN  # the active length offset, mm
         self.wear = ORIGIN  # shift towards the part by the depth of dresses, mm
 
     def origin(self, system: str) -> Position:
-        """Machine coordinates of the program's origin in a work system, mm."""
+        """Return the machine coordinates of the program's origin in a work system, mm."""
         parts = (self.offsets[system], self.external, self.shift, self.local, self.length, self.wear)
         x, y, z = map(sum, zip(*parts, strict=True))
         return x, y, z
@@ -38,7 +38,7 @@ class WorkSystems:
         return {system: self.origin(system) for system in self.offsets}
 
     def follow_wheel(self, axis: int, way: float) -> None:
-        """Shift the origin along an axis by what a dress has taken off the wheel, mm, towards the part."""
+        """Shift the origin along an axis, towards the part, by the depth that a dress has removed, mm."""
         self.wear = placed(self.wear, {axis: self.wear[axis] + way})
 
     def load(self, command: Command) -> None:
@@ -83,7 +83,7 @@ class WorkSystems:
             self.shift = placed(self.shift, {axis: to})
 
     def set_local(self, command: Command) -> None:
-        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D)."""
+        """G52: set the local origin relative to the work system; earlier G52 blocks have no effect (D)."""
         command.allow_only(AXES, "a G52 block")
         if not command.lengths:
             message = (

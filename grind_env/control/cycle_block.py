@@ -1,4 +1,4 @@
-"""A cycle block -> its plan, with defaults from the program-modal memory (tables 16.A to 16.C)."""
+"""Plan of a cycle block, with defaults from the program-modal memory (tables 16.A to 16.C)."""
 
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,7 @@ MOST = 999
 """Highest D and L."""
 
 WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
-"""Letters of each cycle besides P and those of its axes."""
+"""Letters of each cycle besides P and the letters of its axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +43,12 @@ class Situation:
 
     position: Position
     reciprocating: int | None  # the axis that reciprocates; None if none does
-    secondary: float  # its secondary reversal point in force
+    secondary: float  # secondary reversal point of that axis in force
     maximum_feed: float
 
 
 def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
-    """Return the plan of a cycle block in coordinates of the program, and what later blocks may omit."""
+    """Return the plan of a cycle block in coordinates of the program, and the words that later blocks may omit."""
     code, _, pre_dress = command.action.partition(".")
     rules = RULES[code]
     if command.modes.per_revolution:
@@ -93,7 +93,7 @@ def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tu
 def redirect(
     command: Command, memory: ModalWords, table: Reciprocation, origin: float, maximum_feed: float
 ) -> ModalWords:
-    """Let the words of a block without a cycle change reversal points and speed (16-9, PD-7, PD-8).
+    """Change reversal points and speed by the words of a block without a cycle (16-9, PD-7, PD-8).
 
     `memory` is in coordinates of the program, `table` in those of the machine, with the `origin` of its axis, mm.
     """
@@ -119,7 +119,7 @@ def integrand(command: Command, letter: str, start: float) -> float:
 
 
 def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> int:
-    """Return the axis across the plane; for G81 the one named in the block (16-13), else the last cycle's."""
+    """Return the reciprocating axis: across the plane; for G81 named in the block (16-13) or that of the last cycle."""
     first, second = PLANES[command.modes.plane]
     if rules.plunges:
         return 3 - first - second
@@ -229,14 +229,14 @@ def _end_and_pick(
 
 
 def _other_pick(command: Command, letter: str, first: str, default: float, way: float) -> float:
-    """Q or R: as J or K if omitted, and 0 is legal (ruling 4)."""
+    """Return the size of Q or R, mm: that of J or K if omitted; 0 is legal (ruling 4)."""
     if letter in command.words:
         return _magnitude(command, letter, command.lengths[letter].mm, way, zero=True)
     return _magnitude(command, first, default, way, zero=True)
 
 
 def _magnitude(command: Command, letter: str, pick: float, way: float, zero: bool) -> float:
-    """Size of a pick that must point along `way`; without a way its sign does not matter (ruling 3)."""
+    """Return the size of a pick, mm, which must point along `way`; its sign is free if `way` is 0 (ruling 3)."""
     named = command.named(letter, pick)
     if pick == 0.0 and not zero:
         least = "0.0001" if command.modes.inch else "0.001"

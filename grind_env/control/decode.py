@@ -1,4 +1,4 @@
-"""A block and the modes before it -> what the block commands, and the modes after it (10-23)."""
+"""Decoding of a block in the modes before it: its command, and the modes after it (10-23)."""
 
 import functools
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ class Command:
     """A decoded block; in the same modes, a block is decoded once."""
 
     block: Block
-    modes: Modes  # in force at its end
+    modes: Modes  # modes in force at the end of the block
     code: str | None  # its own motion, cycle, one-shot or G80 code; None if it has none
     code_word: Word | None  # the word of that code
     lengths: Mapping[str, Value]  # the X Y Z I J K Q R words
@@ -63,7 +63,7 @@ class Command:
 
 @functools.lru_cache(maxsize=1024)
 def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
-    """Apply the words of a block from left to right; a mode acts on the values to its right only."""
+    """Return the command of a block; words apply from left to right, a mode only to the values to its right."""
     code: str | None = None
     code_word: Word | None = None
     lengths: dict[str, Value] = {}
@@ -104,7 +104,7 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
             elif letter == "E":
                 reciprocation_feed = numbers.feed(block, word, modes.inch, form)
             elif letter == "S":
-                feet = modes.surface_speed and modes.inch  # per minute (12-41)
+                feet = modes.surface_speed and modes.inch  # S is feet per minute (12-41)
                 speed = numbers.plain(block, word, form) * (numbers.METRES_PER_FOOT if feet else 1.0)
                 modes = modes._replace(spindle=speed)
             elif letter == "T":
@@ -139,7 +139,7 @@ def _require_machine_move(block: Block, word: Word, action: str, lengths: Mappin
 
 
 def recognise(block: Block, form: NumberFormat) -> None:
-    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows."""
+    """Check a block without the modes of its execution: its codes, and numbers that are too long in every unit."""
     if block.calls_macro:
         return
     for word in block.words:

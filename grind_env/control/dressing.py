@@ -1,4 +1,4 @@
-"""Memory of the way out of a dressing interrupt, and the retrace (22-11)."""
+"""Record of the moves of a dress or interrupt program, and the retrace along them (22-11)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from grind_env.control.geometry import Circular, Path
 from grind_env.control.motions import Position
 
 REMEMBERED = 4
-"""Linear moves remembered unless M900 to M904 says otherwise."""
+"""Default number of remembered linear moves; M900 to M904 change it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Leg:
 
 @dataclass(slots=True)
 class Recorder:
-    """Remembers the first linear moves of a dress program, up to the first circular one."""
+    """Record of the first linear moves of a dress program, up to the first circular one."""
 
     start: Position
     limit: int
@@ -38,8 +38,8 @@ class Recorder:
         """Return the moves from `position` back to the start.
 
         A straight link, at a feed that `link` returns in mm/min, leads to the end of the last remembered move, unless
-        the axes stand there; then each move is run backwards at its own rate. Without remembered moves it leads to the
-        start itself.
+        the axes stand there; then each move is run backwards at its own rate. Without remembered moves the link leads
+        to the start itself.
         """
         points = [self.start, *(leg.end for leg in self.legs)]
         back = [Leg(points[-1], link())] if position != points[-1] else []

@@ -1,4 +1,4 @@
-"""The one exception of the control, which any of its functions may raise, and the place that it points to."""
+"""`ControlError`, which any function of the control may raise, and the place of a block that it names."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from grind_env.errors import GrindError
 
 
 class ControlError(GrindError):
-    """A part program that the control refuses.
+    """Error in a part program or setting that the control refuses.
 
     Attributes:
         name: short code such as ``block-format`` or ``missing-parameter``.

@@ -42,12 +42,12 @@ class Execution(Iterator[Event]):
 
     @property
     def remembered(self) -> ModalWords:
-        """Words of the cycles so far, which later ones may omit."""
+        """Words of the cycles so far, which later cycles may omit."""
         return self._interpreter.table.memory
 
     @property
     def dependent(self) -> int | None:
-        """The first `#` variable read whose value depends on the wheel, its dresses or on where a cycle has ended."""
+        """First `#` variable read whose value depends on the wheel, its dresses or the end of a cycle, or None."""
         return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
     @property
@@ -62,15 +62,15 @@ class Execution(Iterator[Event]):
 
     @property
     def over(self) -> bool:
-        """Return whether the text is finished, so that the table only stops, or strokes on by itself."""
+        """Return whether the text is finished; the table then only stops, or makes the strokes of a running G81."""
         return self._interpreter.over
 
     def move_axis(self, axis: int, coordinate: float) -> None:
-        """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
+        """Set the coordinate of an axis that has just come to rest, mm: the other end of its strokes or crossover."""
         self._interpreter.timeline.position = placed(self.position, {axis: coordinate})
 
     def choose(self, **words: str) -> None:
-        """Give words of the block announced by the last `CycleAhead` or `FeedAhead` other numbers: ``E="9000"``."""
+        """Replace numbers in the block announced by the last `CycleAhead` or `FeedAhead`: ``E="9000"``."""
         self._interpreter.chosen = words
 
     def planned(self, block: Block) -> CyclePlan:
@@ -93,11 +93,11 @@ class Execution(Iterator[Event]):
         self._interpreter.mover.tooling.wheel_radius = radius
 
     def set_table(self, share: float, dwell: float) -> None:
-        """Let the table reach a share of every E, and rest some s at its reversal points, from the next stroke on."""
+        """Set, from the next stroke on, the share of E that the table reaches, and its rest at a reversal, s."""
         self._interpreter.timeline.share, self._interpreter.timeline.dwell = share, dwell
 
     def forget_dresses(self) -> None:
-        """Execute every dress program once more, for its way is another one from now on (`Control.whole_cycles`)."""
+        """Have every dress program executed once more, as its path changes from now on (`Control.whole_cycles`)."""
         self._interpreter.interruptions.known_dresses.clear()
 
 
@@ -109,8 +109,8 @@ def execute(programs: Programs, control: Control | None = None) -> Execution:
         control: settings and operator panel; the defaults if None.
 
     Returns:
-        the events in the order in which they end, each pick behind its stroke; taking one raises a `ControlError` when
-        execution reaches a faulty block, what came before having been returned.
+        the events in the order in which they end, each pick behind its stroke. Taking the next event raises a
+        `ControlError` when execution reaches a faulty block.
 
     Example:
         >>> from grind_env.control import Line, execute, read
@@ -131,14 +131,14 @@ def dress_program_moves(
     """Return the motions of one execution of a dress program, its retrace included.
 
     Args:
-        programs: the file that holds it, or that it lies beside.
-        number: its O number.
+        programs: file that contains the dress program or lies beside its file.
+        number: O number of the dress program.
         control: settings; the defaults if None.
-        start: where the dress interrupts, mm.
-        modes: in force there; those of power-up if None, which have no F.
+        start: position at which the dress interrupts the program, mm.
+        modes: modes in force there; if None, the modes at power-up, which have no F.
 
     Raises:
-        ControlError: it does not exist or is faulty.
+        ControlError: the dress program does not exist or is faulty.
     """
     interpreter = Interpreter(programs, control or Control())
     interpreter.timeline.position = start

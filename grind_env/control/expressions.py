@@ -1,4 +1,4 @@
-"""Values in the place of numbers: ``X[#12+6]``, ``G[#1]``, ``X-#2``, ``E#101`` (10-7, 10-23)."""
+"""Expressions in place of numbers: ``X[#12+6]``, ``G[#1]``, ``X-#2``, ``E#101`` (10-7, 10-23)."""
 
 from decimal import Decimal, DecimalException
 
@@ -29,12 +29,12 @@ def foreseen(block: Block) -> Block:
 
 
 def fault_in(block: Block, fault: FormulaFault, first: int) -> ControlError:
-    """Return the error of a fault in a text that begins at a position of the block's own."""
+    """Return the error for a fault in the part of the block's text that begins at position `first`."""
     return block.place.error(fault.name, fault.message, block.source.column + first + fault.position)
 
 
 class _UnknownError(Exception):
-    """A variable whose value only the execution shows."""
+    """A variable whose value is known only at execution."""
 
 
 def _foreseen(block: Block, word: Word) -> Word:

@@ -20,10 +20,10 @@ class Fact:
     Attributes:
         id: page and number of a statement, or the name of a decision.
         text: the statement, in the project's own words.
-        page: of the grinder manual; other manuals by a letter before it; "" for a decision that no page prompts.
+        page: page of the grinder manual; a letter before it names another manual; "" for a decision without a page.
         mark: "seen" on the page, "inferred" from it, or "decided" by the project.
-        tests: the tests that hold it, ``file::function`` from the root of the repository.
-        outside: why the simulator does not have it; "" where `tests` says that it has.
+        tests: the tests of the fact, ``file::function`` from the root of the repository.
+        outside: why the fact is not simulated; "" if it is simulated and has `tests`.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""The way of execution through the blocks of programs, and the view ahead along it."""
+"""The order in which blocks are executed: jumps and loops, calls, and the view ahead."""
 
 import bisect
 import functools
@@ -18,13 +18,13 @@ from grind_env.control.variables import ALARM, Variables
 from grind_env.control.words import Block
 
 TEXT_END = "text end"
-"""How a program ends whose text does, before an M02, M30 or M99."""
+"""End of a program whose text ends before an M02, M30 or M99."""
 MOST_BLOCKS = 20_000
 """Most blocks of a program that jumps; its blocks are kept in memory."""
 
 
 class BlockStream:
-    """The blocks of one run through a program; those ahead can be looked at without being taken."""
+    """The blocks of one run through a program; blocks ahead can be read without being taken."""
 
     def __init__(self, program: Program, index: int = 0, blocks: Iterator[SourceText] | None = None) -> None:
         self.program, self.index = program, index
@@ -66,27 +66,27 @@ class Loop(NamedTuple):
 
 
 class Round(NamedTuple):
-    """A time at which a jump back was made."""
+    """State of the variables at a jump back."""
 
     values: tuple[object, int]
-    """Values of all variables, and how often a system variable had been read."""
+    """Values of all variables, and the number of reads of system variables so far."""
     span: int
-    """For how many jumps it is kept."""
+    """Number of jumps for which the state is kept."""
     left: int
-    """Number of these jumps to come."""
+    """Number of these jumps still to come."""
 
 
 @dataclass(slots=True)
 class Call:
     """A program under execution."""
 
-    stream: BlockStream  # its blocks
-    repeats: int = 0  # how often it will be called again after this time (L of M98 and G65)
-    interrupt: bool = False  # whether its M99 leads back into the middle of something: a dress or a program interrupt
-    # local variables that G65 assigns, by number; None of a program that G65 has not called
+    stream: BlockStream  # blocks of the program
+    repeats: int = 0  # number of further calls after this one (L of M98 and G65)
+    interrupt: bool = False  # whether it is a dress or interrupt program, whose M99 leads back into another program
+    # local variables that G65 assigns, by number; None for a program that G65 has not called
     arguments: Mapping[int, Decimal] | None = None
-    loops: list[Loop] = field(default_factory=list)  # those under execution, the innermost last
-    # what was found when jumps back were made, by the index of their blocks
+    loops: list[Loop] = field(default_factory=list)  # loops under execution, the innermost last
+    # state of the variables at earlier jumps back, by the index of their blocks
     rounds: dict[int, "Round"] = field(default_factory=dict)
 
     def view(self) -> "Call":
@@ -103,7 +103,7 @@ class Landmarks(NamedTuple):
 
 
 def obey(block: Block, call: Call, variables: Variables) -> None:
-    """Do what a paramacro statement says: assign a variable, or choose the block that comes next."""
+    """Execute a paramacro statement: assign a variable, or choose the block that comes next."""
     here = call.stream.index
     match block.statement:
         case Assign():
@@ -125,9 +125,9 @@ def obey(block: Block, call: Call, variables: Variables) -> None:
 
 
 def _refuse_endless(block: Block, here: int, call: Call, variables: Variables) -> None:
-    """Refuse to go round with the values of a time before: the way through a program hangs on nothing else.
+    """Raise an error at a jump back with the values of an earlier jump: the program would repeat without end.
 
-    Each jump is compared with one ever farther back (Brent), so that ways round of any length are found.
+    The earlier jump is chosen as in Brent's cycle detection, so cycles of any length are found.
     """
     now, known = (variables.state, variables.system_reads), call.rounds.get(here)
     if known is not None and known.values == now:

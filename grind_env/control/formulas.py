@@ -16,9 +16,9 @@ from grind_env.errors import did_you_mean, shortened
 
 DEEPEST_BRACKET = 20
 LONGEST_NUMBER = 30
-"""Digits of a number in a program."""
+"""Most digits of a number in a program."""
 DECIMALS = 10
-"""Decimals of a value; beyond them stands what division by 3 and the like leave behind."""
+"""Decimals of a value; further ones are rounding errors, as of a division by 3."""
 ARITHMETIC = Context(prec=50, rounding=ROUND_HALF_UP)
 
 NO_VARIABLE_NUMBER = "'#' lacks the number of a variable; write #1 or #[1+2]"
@@ -38,7 +38,7 @@ _OPERATOR = re.compile(r"[ \t]*(MOD|AND|XOR|OR|EQ|NE|GT|GE|LT|LE|[-+*/])", re.IG
 
 Value: TypeAlias = "Decimal | None"
 Read: TypeAlias = Callable[[int], Value]
-"""The value of a variable by its number; a `VariableFault` says why it has none."""
+"""Function that returns the value of a variable by number, or raises a `VariableFault`."""
 
 
 class FormulaFault(ValueError):
@@ -60,7 +60,7 @@ class Number(NamedTuple):
 
 
 class Variable(NamedTuple):
-    """``#n`` or ``#[n]``; `at` is the position of the ``#``, as that of the operator or name in the others."""
+    """``#n`` or ``#[n]``; `at` is the position of the ``#``, in a `Function` that of its name."""
 
     number: "Tree"
     at: int
@@ -73,14 +73,14 @@ class Negative(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """Operands joined by operators of one rank, worked off from left to right (20-2)."""
+    """Operands joined by operators of one rank, evaluated from left to right (20-2); `rest` has their positions."""
 
     first: "Tree"
     rest: tuple[tuple[str, int, "Tree"], ...]
 
 
 class Comparison(NamedTuple):
-    """1 if it holds and 0 if not."""
+    """A comparison, whose value is 1 if it holds and 0 if not."""
 
     left: "Tree"
     operator: str
@@ -101,14 +101,14 @@ Tree: TypeAlias = Number | Variable | Negative | Chain | Comparison | Function
 
 @functools.lru_cache(maxsize=4096)
 def formula(text: str, start: int = 0) -> tuple[Tree, int]:
-    """Read the expression that begins at `start`; returns it and the position behind it."""
+    """Return the expression that begins at `start`, and the position behind it."""
     reader = _Reader(text, start)
     return reader.comparison(), reader.position
 
 
 @functools.lru_cache(maxsize=4096)
 def operand(text: str, start: int = 0) -> tuple[Tree, int]:
-    """Read the sign, if there is one, and the number, variable, bracket or function that begins at `start`."""
+    """Return the number, variable, bracket or function, perhaps signed, at `start`, and the position behind it."""
     reader = _Reader(text, start)
     return reader.signed_operand(), reader.position
 
@@ -120,12 +120,12 @@ def value_of(tree: Tree, read: Read) -> Value:
 
 
 def number_of(tree: Tree, read: Read) -> Decimal:
-    """Return the same of an expression that must have a value."""
+    """Return the rounded value of an expression that must have one."""
     return rounded(_number(tree, read))
 
 
 def rounded(value: Decimal) -> Decimal:
-    """Return a value as variables, words and comparisons take it."""
+    """Return a value rounded to `DECIMALS`, as variables, words and comparisons take it."""
     return value.quantize(_LAST_DECIMAL, context=ARITHMETIC) + 0
 
 
@@ -167,7 +167,7 @@ def _number(tree: Tree, read: Read) -> Decimal:
 
 
 def vacant(number: int) -> str:
-    """Return the sentence about a variable without a value where one is needed."""
+    """Return the error sentence for a variable that needs a value and has none."""
     if number == 0:
         return "#0 never has a value; it stands for a vacant variable behind = EQ and NE only"
     return f"#{number} has no value; assign one before, as in #{number}=1, or give it with --set '#{number}=1'"
@@ -213,7 +213,7 @@ def _holds(operator: str, left: Tree, right: Tree, read: Read) -> bool:
 
 
 class _Reader:
-    """Reads an expression from left to right."""
+    """Reader of an expression from left to right."""
 
     def __init__(self, text: str, start: int) -> None:
         self._text, self.position, self._depth = text, start, 0
@@ -311,7 +311,7 @@ class _Reader:
     def _digits(self, pattern: re.Pattern[str]) -> str:
         at = self.position
         match = pattern.match(self._text, at)
-        assert match is not None  # its first character has been seen
+        assert match is not None  # the caller has seen its first character
         self.position = match.end()
         digits = "".join(match[0].split())
         if digits == ".":

@@ -1,11 +1,11 @@
-"""The functions of paramacro expressions (D: those of the usual custom macros); angles are degrees."""
+"""The functions of paramacro expressions (D: as in the usual custom macros); angles are degrees."""
 
 import math
 from collections.abc import Callable, Mapping
 from decimal import ROUND_HALF_UP, ROUND_UP, Context, Decimal
 
 SIGNIFICANT_DIGITS = 14
-"""Significant digits of angles and of what angles give; what lies beyond differs between processors."""
+"""Significant digits of angles and trigonometric values; further digits differ between processors."""
 
 _PRECISE = Context(prec=50)
 
@@ -42,7 +42,7 @@ def _arc(name: str, function: Callable[[float], float]) -> Callable[[Decimal], D
 
 
 def arc_tangent(opposite: Decimal, adjacent: Decimal) -> Decimal:
-    """ATAN[opposite]/[adjacent], above -180 and up to 180 degrees; of one bracket the other is 1."""
+    """Return ATAN[opposite]/[adjacent], above -180 and up to 180 degrees; with one bracket, `adjacent` is 1."""
     return _of_float(math.degrees(math.atan2(float(opposite), float(adjacent) + 0.0)))
 
 
@@ -72,4 +72,4 @@ FUNCTIONS: Mapping[str, Callable[[Decimal], Decimal]] = {
     "LN": _logarithm,
     "EXP": lambda value: value.exp(_PRECISE),
 }
-"""Those of one bracket; ATAN may have two."""
+"""Functions of one bracket; ATAN is not included, as it may have two."""

@@ -12,7 +12,7 @@ RADIUS_TOLERANCE = 0.01
 
 
 class ImpossibleArc(ValueError):
-    """No such arc exists; the text says why."""
+    """An arc that cannot exist; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)

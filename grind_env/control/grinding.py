@@ -1,4 +1,4 @@
-"""Runs a cycle by its rules: strokes, and what follows the reversals that end them; one by one or all at once."""
+"""Execution of a cycle by its rules, stroke by stroke or all at once: strokes, picks and dresses."""
 
 import functools
 import itertools
@@ -14,11 +14,11 @@ from grind_env.control.rules import motion_time, pick_begin
 from grind_env.control.timeline import Timeline
 
 Target = tuple[str, int, float]
-"""Where a pick leads: "plunge" or "cross", its axis, and the coordinate without what dresses have added to it, mm."""
+"""Target of a pick: "plunge" or "cross", the axis, and its coordinate without the shift by dresses, mm."""
 
 
 def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
-    """Return the picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
+    """Yield, for each stroke of a cycle, the picks after it and the number of auto-dresses that then fall due."""
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
@@ -38,18 +38,18 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
 
 @functools.lru_cache(maxsize=64)
 def plunges(plan: CyclePlan) -> int:
-    """Return the plunges that a cycle makes to its depth."""
+    """Return the number of plunge picks of a cycle."""
     return sum(kind == "plunge" for picks, _ in turns(plan, coverage=False) for kind, _, _ in picks)
 
 
 def least_strokes(plan: CyclePlan, coverage: bool) -> float:
-    """Strokes that a cycle makes at least, with or without a coverage pass."""
+    """Return the least number of strokes of a cycle, with or without a coverage pass."""
     rules = RULES[plan.code]
     return rules.least_strokes(rules.cycle_of(plan, coverage))
 
 
 def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
-    """Work off a cycle stroke by stroke."""
+    """Execute a cycle stroke by stroke."""
     timeline = interruptions.timeline
     for picks, due in turns(plan, timeline.control.coverage_pass):
         stroke = yield from timeline.finish_stroke()
@@ -65,20 +65,20 @@ class Turns(NamedTuple):
     plunge: tuple[float, ...]
     """Coordinate of the plunge axis in the middle of each stroke, mm."""
     cross: tuple[float, ...]
-    """Cross of the third axis."""
+    """Coordinate of the third axis in the middle of each stroke, mm."""
     picks: tuple[tuple[float, ...], ...]
     """Times of the picks that follow each stroke, s."""
     dresses: tuple[int, ...]
-    """Auto-dresses due after it."""
+    """Number of auto-dresses due after each stroke."""
     end: Position
-    """End of the plunge axis and the third one after the last pick, mm; the table is where it was."""
+    """Position after the last pick, mm; the coordinate of the table is that at the start."""
 
 
 @functools.lru_cache(maxsize=64)
 def all_turns(
     plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
 ) -> Turns:
-    """At most `most` strokes of a cycle, which a program may repeat for every part; mm, mm/s and mm/s2."""
+    """Return at most `most` strokes of a cycle (mm, mm/s, mm/s^2); cached, as programs repeat it for every part."""
     assert plan.plunge_axis is not None
     third = 3 - plan.axis - plan.plunge_axis
     position, plunge, cross, seconds, dresses = list(start), [], [], [], []
@@ -98,17 +98,17 @@ def all_turns(
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     """Execute an undisturbed cycle at once; its auto-dresses are noted and take no time.
 
-    Times are added as in the timeline, so that they have the same bits. Returns None, and does nothing, without a
-    stroke or if a pick is still under way in the middle of the next stroke.
+    Times are added in the order of the timeline, so the floats are identical. Returns None, and does nothing, without
+    a stroke or if a pick is still under way in the middle of the next stroke.
     """
     table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only
     acceleration, dwell, feed = control.acceleration, timeline.dwell, timeline.table_rate(table)
-    pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # one too many is refused
+    pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # the budget refuses one more
     cycle = all_turns(plan, start, control.coverage_pass, pick_speed, acceleration, most)
 
     def timed(length: float) -> tuple[float, float]:
-        """Seconds of a stroke, and of the deceleration at its end."""
+        """Return the time of a stroke, and of the deceleration at its end, s."""
         return motion_time(length, feed / 60.0, acceleration), ramp_time(length, feed / 60.0, acceleration)
 
     first, ramp = timed(abs(table.primary - table.coordinate))

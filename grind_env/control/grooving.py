@@ -1,4 +1,4 @@
-"""A G76 or G77 block -> its plan, and the plan -> the legs of its path (lathe manual 23-3, 23-4, 23-7).
+"""Grooving cycles G76 and G77: the plan of a block, and the legs of its path (lathe manual 23-3, 23-4, 23-7).
 
 G77 infeeds along the second axis of the plane and spaces its grooves along the first one, G76 the other way
 round; in G18 that is X and Z (22-2). What the manual leaves open is decided in `grooving-g77.md`, section 3(b).
@@ -20,9 +20,9 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 LegKind: TypeAlias = Literal["infeed", "rapid"]
 
 METRIC_RETRACT = 0.5
-"""e under G71 unless set otherwise, mm (D)."""
+"""Default retract amount e under G71, mm (D)."""
 INCH_RETRACT = 0.508
-"""e under G70 unless set otherwise, mm: 0.02 in (D)."""
+"""Default retract amount e under G70, mm: 0.02 in (D)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,15 +30,15 @@ class GroovePlan:
     """The parameters of a grooving cycle; lengths in mm, X as a radius."""
 
     code: str  # G76 or G77
-    axis: int  # that infeeds; 0 = X, 1 = Y, 2 = Z
-    spacing_axis: int  # along which the grooves follow one another
-    start: Position  # where the tool stands before the block; the first groove is here
-    bottom: float  # of the grooves, a coordinate of `axis`
+    axis: int  # infeed axis; 0 = X, 1 = Y, 2 = Z
+    spacing_axis: int  # axis along which the grooves follow one another
+    start: Position  # position of the tool before the block; the first groove is here
+    bottom: float  # bottom of the grooves, a coordinate of `axis`
     step: float  # infeed of a step, positive
-    retract: float  # e, the way back after every step but the last, below `step`
+    retract: float  # e, distance back after every step but the last; smaller than `step`
     last: float  # position of the last groove, a coordinate of `spacing_axis`
-    spacing: float  # of the grooves, positive; 0 if there is one groove only
-    shift: float  # D, signed, along `spacing_axis`
+    spacing: float  # distance between grooves, positive; 0 if there is one groove only
+    shift: float  # D, signed shift along `spacing_axis` at full depth
 
     @property
     def depth(self) -> float:
@@ -50,7 +50,7 @@ class GroovePlan:
 
 @dataclass(frozen=True, slots=True)
 class GrooveLeg:
-    """A straight leg from where the leg before ended; the way to a groove, numbered from 1, is part of it."""
+    """A straight leg from the end of the leg before; the way to a groove counts to this groove, numbered from 1."""
 
     end: Position
     kind: LegKind
@@ -92,7 +92,7 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
 
 
 def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
-    """Return the path of a grooving cycle; legs without length are left out."""
+    """Yield the legs of a grooving cycle; legs without length are left out."""
     here = plan.start
     for groove, across in enumerate(groove_positions(plan), 1):
         for end, kind in _one_groove(plan, across):
@@ -102,13 +102,13 @@ def groove_legs(plan: GroovePlan) -> Iterator[GrooveLeg]:
 
 
 def least_legs(plan: GroovePlan) -> int:
-    """Legs of a grooving cycle at least: of a groove its infeeds, the retracts between them, and the way out."""
+    """Return the least number of legs: infeeds, retracts between them, and the way out of each groove."""
     spaces = _steps(abs(plan.last - plan.start[plan.spacing_axis]), plan.spacing) if plan.spacing else 0
     return (1 + spaces) * 2 * _steps(plan.depth, plan.step)
 
 
 def groove_positions(plan: GroovePlan) -> Iterator[float]:
-    """Coordinates of the grooves, the first where the tool stands and the last at Z (G76: X) (23-3, 23-7)."""
+    """Yield the coordinates of the grooves, mm; the first is at the tool, the last at Z (G76: X) (23-3, 23-7)."""
     start = plan.start[plan.spacing_axis]
     yield start
     if plan.last != start:
@@ -117,9 +117,9 @@ def groove_positions(plan: GroovePlan) -> Iterator[float]:
 
 
 def divided(total: float, step: float) -> Iterator[float]:
-    """Ways covered after 1, 2, ... steps, mm; the last step is shortened to end exactly at `total` (23-7).
+    """Yield the distances covered after 1, 2, ... steps, mm; the last step is shortened to end at `total` (23-7).
 
-    The ways are multiples of `step` and no sums, so that any number of steps leaves no residue.
+    Distances are multiples of `step`, not sums, so rounding errors do not accumulate.
     """
     for count in range(1, _steps(total, step)):
         yield count * step
@@ -181,7 +181,7 @@ def _last_groove(command: Command, axis: int, start: float) -> tuple[float, floa
 
 
 def _size(command: Command, letter: str, meaning: str) -> float:
-    """Size of an integrand, mm, which must not be 0; it is incremental whatever the mode (23-4, 23-7)."""
+    """Return the size of an integrand, mm, which must not be 0; it is incremental in G90, too (23-4, 23-7)."""
     if letter not in command.words:
         raise command.error("missing-parameter", f"{command.action} lacks {letter}, {meaning}; give it in the block")
     size = abs(command.lengths[letter].mm)

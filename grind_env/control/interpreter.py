@@ -1,4 +1,4 @@
-"""Executes part programs: blocks, subprograms, dresses and interrupts become a stream of events."""
+"""Interpreter of part programs: blocks, subprograms, dresses and interrupts become a stream of events."""
 
 from collections.abc import Generator, Iterator
 
@@ -25,7 +25,7 @@ from grind_env.control.variables import DEEPEST_MACRO, Variables
 from grind_env.control.words import Block, Word, read_block
 
 DEEPEST = 4
-"""Levels of subprograms, a dress program being one; macros do not count (lathe manual 10-15)."""
+"""Most levels of subprograms and dress programs; macros do not count (lathe manual 10-15)."""
 
 GROOVES = ("G76", "G77")
 
@@ -49,7 +49,7 @@ class Interpreter:
         self.chosen: dict[str, str] = {}
 
     def run(self) -> Iterator[Event]:
-        """Execute the main program to its end; an M99 begins it again, once, for nothing in it could end it later."""
+        """Execute the main program to its end; an M99 begins it again, a second M99 is an error."""
         begun_again = False
         while (end := (yield from self._program(Call(BlockStream(self.programs.main))))) == "M99":
             if begun_again:
@@ -67,8 +67,6 @@ class Interpreter:
         for text in (*self.variables.unread(), *self.timeline.unserved(), *self.interruptions.unserved()):
             yield Message(self.timeline.time, text)
         yield ProgramEnd(self.timeline.time, end)
-
-    # ------------------------------------------------------------------------------------------ program flow
 
     def _program(self, call: Call) -> Generator[Event, None, str]:
         self.calls.append(call)
@@ -133,7 +131,7 @@ class Interpreter:
         return end
 
     def _subprogram(self, command: Command) -> Generator[Event, None, str | None]:
-        """M98: call a program L times; returns how the part program ends in it, None if it does not."""
+        """M98: call a program L times; return how the part program ends in it, None if it goes on."""
         block, words = command.block, command.words
         command.allow_only("PL", "an M98 block")
         if command.code is not None:
@@ -153,7 +151,7 @@ class Interpreter:
         return (yield from self._repeatedly(call))
 
     def _repeatedly(self, called: MacroCall) -> Generator[Event, None, str | None]:
-        """Call a program as often as a block says; returns how the part program ends in it, None if it does not."""
+        """Call a program as often as a block says; return how the part program ends in it, None if it goes on."""
         block, place = called.block, called.block.place
         program = self._find(block, called.program)
         around = self.rounds
@@ -186,7 +184,7 @@ class Interpreter:
         return (yield from self._program(call))
 
     def _execute_between(self, program: Program, place: Place) -> Generator[Event, None, str]:
-        # what it calls is not called in every round of what it interrupts
+        # its subprograms are not repeated with the rounds of the interrupted program
         rounds, self.rounds = self.rounds, None
         end = yield from self._call(program, place, Call(BlockStream(program), interrupt=True))
         self.rounds = rounds

@@ -17,11 +17,11 @@ from grind_env.control.reader import Program, Programs
 from grind_env.control.variables import Notes, Variables
 
 Execute: TypeAlias = Callable[[Program, Place], Generator[motions.Event, None, str]]
-"""Executes a program in the middle of another one; returns how it ends."""
+"""Function that executes a program in the middle of another one and returns how it ends."""
 
 
 class Interruptions:
-    """Runs the programs that come between, and motions that they may come into."""
+    """Execution of dresses and program interrupts, and of motions that an interrupt may divide."""
 
     def __init__(
         self, mover: Mover, programs: Programs, control: Control, execute: Execute, variables: Variables
@@ -29,10 +29,10 @@ class Interruptions:
         self.mover, self.timeline, self.variables = mover, mover.timeline, variables
         self.programs, self.control, self.execute = programs, control, execute
         self.requests = deque(control.interrupts)  # program interrupts requested by time, not yet run
-        # dress programs that have once left the tables of the control as they found them, with the values of variables
-        # that they have read
+        # dress programs that have once left the tables of the control unchanged, with the values of the variables that
+        # they have read
         self.known_dresses: dict[int, Notes] = {}
-        self.changing_dress: int | None = None  # the first dress program that has not; None before
+        self.changing_dress: int | None = None  # first dress program that has changed the tables; None before
 
     def nothing_comes_between(self, plan: motions.CyclePlan) -> bool:
         """Return whether only dresses without messages can come between the strokes of a cycle.
@@ -44,12 +44,12 @@ class Interruptions:
         asked = self.timeline.requested or self.requests or panel.interrupts
         stopped = panel.single_block or panel.holding is not None
         telling = self.mover.modes.surface_speed or control.minimum_radius > 0.0
-        notes = self.known_dresses.get(plan.program or 0)  # it may have done it with other variables
+        notes = self.known_dresses.get(plan.program or 0)  # variables may have changed since
         known = plan.dresses == 0 or (notes is not None and self.variables.agree(notes) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
     def travel(self, sections: list[MoveSection]) -> Iterator[motions.Event]:
-        """Move along sections; an immediate interrupt may cut one in two (lathe manual 29-6)."""
+        """Move along sections; an immediate interrupt may divide a section (lathe manual 29-6)."""
         timeline, mover, left = self.timeline, self.mover, deque(sections)
         while left:
             section = left.popleft()
@@ -88,7 +88,7 @@ class Interruptions:
                 yield from self.next_reversal()
 
     def serve(self, auto: int) -> Iterator[motions.Event]:
-        """Run what is due at a reversal point: auto-dresses first, then the operator's (22-11), then interrupts."""
+        """Run the programs due at a reversal point: auto-dresses, the operator's dress (22-11), then interrupts."""
         timeline, table = self.timeline, self.timeline.reciprocation
         if table is None:
             return
@@ -107,7 +107,7 @@ class Interruptions:
             yield from self.after_block()
 
     def dress(self, number: int, cause: str) -> Iterator[motions.Event]:
-        """Execute a dress program with all axes at rest, and come back to where they stood (22-11)."""
+        """Execute a dress program with all axes at rest, and return them to the point of the interruption (22-11)."""
         timeline, mover, table = self.timeline, self.mover, self.timeline.reciprocation
         program = self.programs.find(number)
         assert program is not None  # the block that names it has been checked
@@ -137,7 +137,7 @@ class Interruptions:
             )
 
     def _immediate(self, finish: float) -> float | None:
-        """Return the time of an immediate interrupt between now and a time; during reciprocation it must wait."""
+        """Return the time of an immediate interrupt before `finish`, s; during reciprocation None, as it must wait."""
         timeline = self.timeline
         if self.mover.source is not motions.Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
             return None
@@ -145,7 +145,7 @@ class Interruptions:
         return first.at if first.immediate and timeline.time < first.at < finish else None
 
     def _due(self) -> deque[Interrupt] | None:
-        """Return the requests of which the first is due by now, those at the panel before those by time.
+        """Return the queue whose first request is due, the queue of the panel first; None if no request is due.
 
         An interrupt program is not interrupted.
         """
@@ -156,9 +156,9 @@ class Interruptions:
         return None
 
     def _interrupt(self, requests: deque[Interrupt], goal: motions.Position) -> Generator[motions.Event, None, bool]:
-        """Run the first of some program interrupts; whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
+        """Run the first of `requests`; return whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
 
-        `goal` is where the axes are programmed to be at the end of the motion or block that it interrupts.
+        `goal` is the programmed end of the interrupted motion or block.
         """
         interrupt, timeline = requests.popleft(), self.timeline
         program = self.programs.find(interrupt.program)
@@ -176,7 +176,7 @@ class Interruptions:
         return away
 
     def _run(self, program: Program, source: motions.Source, returning: bool) -> Generator[motions.Event, None, bool]:
-        """Execute a program within another one, which finds modes and table as they were; whether it moved an axis.
+        """Execute a program within another one and restore modes and table; return whether it moved an axis.
 
         The radius compensation is dropped without a motion and armed again afterwards.
         """

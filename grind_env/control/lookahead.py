@@ -1,7 +1,7 @@
 """Look-ahead in the compensation plane: coming motions, read before they are executed (15-59).
 
-Nothing is executed and no error is raised here: the view ends at an unreadable block, whose error comes with its
-execution.
+Nothing is executed here. The view ends at an unreadable block, whose error comes with its execution; only access to
+system variables raises an error.
 """
 
 import itertools
@@ -31,14 +31,14 @@ from grind_env.control.words import Block, Word, read_block
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000
-"""Paramacro blocks in a row beyond which the view ends; they do not count as blocks without motion."""
+"""Most successive paramacro blocks in a view; they do not count as blocks without motion."""
 PRESET_CODES = ("G52", "G92", "G92.1")
 Arguments: TypeAlias = Mapping[int, Decimal] | None
-"""Arguments of a macro, as of `Call`."""
+"""Local variables that G65 assigns, by number; None for a program called by M98."""
 
 
 class Barrier(Enum):
-    """Why no motion in the plane comes next."""
+    """Reason why no motion in the plane comes next."""
 
     LIMIT = "more blocks without motion than compensation survives"
     CANCELLED = "the same after G40"
@@ -58,7 +58,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """Start of the view ahead: the current block and its end; points as in `Prospect`."""
+    """Start of the view ahead: the current block and its end; points in machine coordinates, mm."""
 
     command: Command
     position: Position
@@ -73,15 +73,15 @@ def in_plane(path: Path, plane: str) -> bool:
 
 
 class Lookout:
-    """Looks ahead along the way of execution, motion after motion.
+    """View of the coming motions in the order of execution.
 
-    Where the last view has foreseen the motion under execution, and no variable that may have changed meanwhile, it
-    goes on from there.
+    A new view continues the last one if this has foreseen the motion under execution and none of its blocks depends on
+    a variable.
     """
 
     def __init__(self, control: Control, find: Callable[[int], Program | None]) -> None:
         self._control, self._find = control, find
-        self._walk: _Walk | None = None  # of the last view, if anything was asked of it
+        self._walk: _Walk | None = None  # walk of the last view, if a motion of it was taken
         self._seen: deque[Prospect | Barrier] = deque()
         self._rest: Iterator[Prospect | Barrier] = iter(())
         self._table: int | None = None
@@ -112,7 +112,7 @@ class Lookout:
             self._seen.popleft()
         for number in itertools.count():
             if number == len(self._seen):
-                self._walk = None  # should the view end in an error
+                self._walk = None  # in case the view ends in an error
                 item = next(self._rest, None)
                 if item is None:
                     return
@@ -175,7 +175,7 @@ def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Pro
 
 
 def _shifts(command: Command) -> bool:
-    """Return whether a block moves the origin of the active work system (lathe 11-8); G10 may load another one."""
+    """Return whether a block moves the origin of the active work system (lathe 11-8); G10 may load another system."""
     if command.code != "G10":
         return command.code in PRESET_CODES
     number = command.words.get("P")

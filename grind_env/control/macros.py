@@ -1,4 +1,4 @@
-"""The words of a G65 block: the macro that it calls, how often, and with which arguments (D: those of type I)."""
+"""The words of a G65 block: the macro that it calls, how often, and with which arguments (D: type I)."""
 
 from collections.abc import Mapping
 from decimal import Decimal
@@ -17,7 +17,7 @@ ARGUMENT_VARIABLES = {
 
 
 class MacroCall(NamedTuple):
-    """A call of the program in a P word; M98 has no arguments, which are values of local variables by number."""
+    """A call of the program in a P word; `arguments` are local variables by number, None for M98."""
 
     block: Block
     program: Word
@@ -26,7 +26,7 @@ class MacroCall(NamedTuple):
 
 
 def macro_call(block: Block) -> MacroCall:
-    """Read a G65 block whose expressions have been evaluated."""
+    """Return the call of a G65 block whose expressions have been evaluated."""
     words: dict[str, Word] = {}
     for word in block.words:
         if word.letter in words:

@@ -36,24 +36,24 @@ ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G52", "G76", "G77", "G92", "G92.
 """Codes that act in their own block only."""
 
 ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
-"""Codes of which a block holds one at most."""
+"""Codes of which a block may hold only one."""
 
 MACHINE_COORDINATES = "G53"
-"""Makes the axis words of its own block machine coordinates."""
+"""Code that makes the axis words of its own block machine coordinates."""
 
 MACRO_CALL = "G65"
-"""Makes the words of its block arguments of a macro."""
+"""Code that makes the words of its block arguments of a macro."""
 
 LATER = frozenset(
     {"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"}.difference(CYCLES)
 )
 """Codes of the 9/Series control that this simulator does not support."""
 MODAL_MACROS = frozenset({"G66", "G66.1", "G67"})
-"""The same of those that call a macro after every motion."""
+"""Unsupported codes of macros that are called after every motion."""
 
 
 def listed(codes: Collection[str]) -> str:
-    """Codes in ascending order, those of three or more successive numbers as a range such as ``G00 to G04``."""
+    """Return codes in ascending order; three or more successive numbers become a range such as ``G00 to G04``."""
     numbers = sorted({int(code[1:3]) for code in codes})
     parts: list[str] = []
     for _, run in itertools.groupby(enumerate(numbers), lambda pair: pair[1] - pair[0]):

@@ -2,8 +2,8 @@
 
 Picks are the exception: each follows its stroke. A short pick ends before its stroke, a slow one after later events.
 
-Positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, feeds mm/min, in all
-programs.
+In all programs, positions are machine coordinates (X, Y, Z) in mm, times are s from the start of the program, and
+feeds are mm/min.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ Position: TypeAlias = tuple[float, float, float]
 
 
 def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
-    """Return a position with other coordinates on some axes, mm."""
+    """Return `position` with the given coordinates on some axes, mm."""
     changed = list(position)
     for axis, coordinate in coordinates.items():
         changed[axis] = coordinate
@@ -27,7 +27,7 @@ def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
 
 
 class Source(str, Enum):
-    """Source of a motion."""
+    """What commands a motion: the program, a cycle, a dress, a retrace, the radius compensation or an interrupt."""
 
     PROGRAM = "program"
     CYCLE = "cycle"
@@ -46,7 +46,7 @@ class CyclePlan:
 
     Attributes:
         code: G81, G82 or G83; G01 for a feed move that `machine` takes as a stroke.
-        pre_dress: whether it was programmed with ``.1``.
+        pre_dress: whether the code was programmed with ``.1``, so that a dress precedes the cycle.
         axis: the reciprocating axis.
         plunge_axis: None for G81.
         cross_axis: None for G81 and G82.
@@ -58,16 +58,16 @@ class CyclePlan:
         secondary_pick: Q, plunge pick at the secondary reversal, mm; in G83 at the crossover end.
         cross_start: position of the cross axis before the cycle, mm.
         cross_end: crossover (Z in G19) as a coordinate, mm.
-        primary_cross_pick: K, mm.
-        secondary_cross_pick: R, mm.
+        primary_cross_pick: K, cross pick at the primary reversal, mm.
+        secondary_cross_pick: R, cross pick at the secondary reversal, mm.
         spark_out: L, the number of spark-out passes.
         pick_feed: F, mm/min.
         feed: E, mm/min.
         program: P, the dress program; None if none is known.
         dresses: D, the auto-dress executions.
         block: N word of the cycle block, or its line number.
-        line: its line in the file.
-        text: its text.
+        line: line of the cycle block in the file.
+        text: text of the cycle block.
     """
 
     code: str
@@ -96,7 +96,7 @@ class CyclePlan:
 
     @property
     def plunges(self) -> bool:
-        """Return whether it plunges to a depth of its own; if not, its strokes continue beside the program."""
+        """Whether the cycle plunges to a depth; if not, the table reciprocates while the program continues."""
         return self.plunge_axis is not None
 
     @property
@@ -123,7 +123,7 @@ class Motion:
 
     @property
     def finish(self) -> float:
-        """Time at which it ends, s."""
+        """Time at which the motion ends, s."""
         return self.begin + self.seconds
 
 
@@ -136,7 +136,7 @@ class Rapid(Motion):
 class Line(Motion):
     """G01: a straight line at `feed`, mm/min along the path.
 
-    `reciprocating` says whether the table goes on beside it.
+    `reciprocating` says whether the table reciprocates at the same time.
     """
 
     feed: float
@@ -158,23 +158,23 @@ class Arc(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dwell(Motion):
-    """G04."""
+    """G04: a pause."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stroke(Motion):
     """One pass of the reciprocating axis to its next reversal point.
 
-    `start`, `middle` and `end` are the positions of all axes at those moments, so that a program motion under
-    way shows in them. A pick under way shows in `middle` only: in `start` it counts as complete, and in `end`
-    the pick of that reversal as not yet begun. The reversal dwell is part of `seconds`.
+    `start`, `middle` and `end` are the positions of all axes at those moments, and include a program motion under
+    way. A pick under way shows in `middle` only: `start` counts it as complete, and `end` counts the pick of
+    its reversal as not yet begun. The reversal dwell is part of `seconds`.
 
     Attributes:
         middle: position when the reciprocating axis passes the middle of the stroke, mm.
         axis: the reciprocating axis.
         feed: E, mm/min.
         number: 1, 2, ... within a G82 or G83; None for G81 and for reciprocation after a cycle.
-        cycle: the cycle that it belongs to.
+        cycle: plan of the cycle to which the stroke belongs.
     """
 
     middle: Position
@@ -208,10 +208,10 @@ class Infeed(Motion):
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """Something that happens at a moment."""
+    """An event without duration."""
 
     time: float
-    """When, s."""
+    """Time of the event, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +225,7 @@ class CycleAhead(Instant):
 class FeedAhead(Instant):
     """A G01 block without radius compensation is about to be executed with the table at rest.
 
-    It leads from `start` to `end`, mm. `Execution.choose` may still change its F word.
+    The move leads from `start` to `end`, mm. `Execution.choose` may still change its F word.
     """
 
     block: Block
@@ -238,10 +238,10 @@ class CycleStart(Instant):
     """A cycle takes over, before its pre-dress.
 
     Attributes:
-        plan: of the cycle.
-        variables: values of `#` variables that its dresses find; no unit of their own.
-        modes: that they find in force.
-        origins: of the work systems, as they find them, by code, mm; with every shift.
+        plan: plan of the cycle.
+        variables: values of the `#` variables when its dresses begin; no unit of their own.
+        modes: modal state when its dresses begin.
+        origins: origins of the work systems when its dresses begin, by code, mm; with every shift.
     """
 
     plan: CyclePlan
@@ -252,22 +252,22 @@ class CycleStart(Instant):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CycleStrokes:
-    """All strokes of a G82 or G83 with their picks, in place of these; nothing has come between them.
+    """All strokes and picks of an undisturbed G82 or G83 in one event.
 
-    `machine` takes a stroke that comes by itself as one of these, of any cycle or by a feed move.
+    `machine` also uses this class for a single stroke, of any cycle or of a feed move.
 
     Attributes:
-        time: at which the last stroke ends, s; what the auto-dresses take is not in it.
-        plan: of the cycle.
+        time: end of the last stroke, s, without the time of the auto-dresses.
+        plan: plan of the cycle.
         start: position of all axes when the table sets out, mm.
         feed: E in force, mm/min.
-        begins: at which each stroke begins, s.
-        seconds: time of each, s; the first one leads from `start` to the primary point.
+        begins: time at which each stroke begins, s.
+        seconds: duration of each stroke, s; the first one leads from `start` to the primary point.
         plunge: coordinate of the plunge axis in the middle of each stroke, mm.
-        cross: of the third axis, mm.
+        cross: coordinate of the third axis in the middle of each stroke, mm.
         end: position of all axes after the last stroke and its picks, mm.
-        dresses: after how many strokes each auto-dress falls due, and when the axes stand for it, s; they have not been
-            executed.
+        dresses: for each auto-dress, the number of strokes before it and the time at which the axes stand for it, s;
+            the dresses have not been executed.
         inch: whether inches are in force for output.
     """
 
@@ -285,7 +285,7 @@ class CycleStrokes:
 
     @property
     def turns(self) -> tuple[float, float]:
-        """Reversal points at which the first stroke ends, and the next one, mm; a single one ends where it is."""
+        """Coordinates at which the first and the second stroke end, mm; of a single stroke, its end and its start."""
         if len(self.begins) > 1:
             return self.plan.primary, self.plan.secondary
         return self.end[self.plan.axis], self.start[self.plan.axis]
@@ -306,7 +306,7 @@ class CycleEnd(Instant):
 
 @dataclass(frozen=True, slots=True)
 class TableStop(Instant):
-    """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
+    """The table stops at a reversal point; only with `announce_cycles`. `Execution.move_axis` may still move it."""
 
     plan: CyclePlan
 
@@ -337,7 +337,7 @@ class InterruptStart(Instant):
 
 @dataclass(frozen=True, slots=True)
 class InterruptEnd(Instant):
-    """A program interrupt has come to its M99 and, if of type 2, back to where it began."""
+    """A program interrupt has reached its M99; one of type 2 has also returned to the point where it began."""
 
     program: int
     kind: int
@@ -345,7 +345,7 @@ class InterruptEnd(Instant):
 
 @dataclass(frozen=True, slots=True)
 class ProgramStop(Instant):
-    """M00 or M01 after the motion of its block; `reciprocating` says whether the table goes on beside it."""
+    """M00 or M01 after the motion of its block; `reciprocating` says whether the table still reciprocates."""
 
     code: str
     block: int
@@ -355,7 +355,7 @@ class ProgramStop(Instant):
 
 @dataclass(frozen=True, slots=True)
 class ProgramEnd(Instant):
-    """The end: `cause` is "M02", "M30" or "text end"."""
+    """The program ends; `cause` is "M02", "M30" or "text end"."""
 
     cause: str
 
@@ -375,7 +375,7 @@ class Spindle(Instant):
 class Switch(Instant):
     """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09.
 
-    `turning` is 1 after M03, -1 after M04, which turns it the other way, and 0 after M05.
+    `turning` is 1 after M03, -1 after M04 (the other direction) and 0 after M05.
     """
 
     turning: int
@@ -391,7 +391,7 @@ class Hold(Instant):
 
 @dataclass(frozen=True, slots=True)
 class Message(Instant):
-    """Something the control tells the operator."""
+    """A message of the control to the operator."""
 
     text: str
 

@@ -31,7 +31,7 @@ from grind_env.control.timeline import Timeline
 from grind_env.control.tooling import Tooling
 
 Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
-"""Looks ahead along the way of execution."""
+"""Function that yields the coming motions in the order of execution."""
 
 
 SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = {3: 1, 4: -1}, {5: 0}, (7, 8), (9,)
@@ -43,7 +43,7 @@ LENGTHS = frozenset("EFIJKQRXYZ")
 
 @dataclass(frozen=True, slots=True)
 class MoveSection:
-    """A part of the way of a motion block that is to end at `goal`, from rest to rest, at mm/min or as a rapid."""
+    """A part of the path of a motion block to `goal`, from rest to rest; `feed` is mm/min, None for a rapid."""
 
     path: Path
     feed: float | None
@@ -52,23 +52,23 @@ class MoveSection:
 
 
 class Mover:
-    """Turns motion blocks into motions of the timeline, through coordinates, tool and radius compensation."""
+    """Conversion of motion blocks to motions of the timeline, by coordinates, tool and radius compensation."""
 
     def __init__(self, timeline: Timeline, control: Control, place: Place) -> None:
         self.timeline, self.control, self.place = timeline, control, place
-        self.modes = Modes()  # in force
+        self.modes = Modes()  # modal state in force
         self.work, self.tooling = WorkSystems(control), Tooling(control)
         self.compensation = Compensation(control)
         self.source = Source.PROGRAM  # what commands the motions: the program, a dress or an interrupt
-        self.recorder: Recorder | None = None  # remembers the way of an interrupt program; None outside of one
-        self.remembered = REMEMBERED  # how many moves of the next one it will remember
+        self.recorder: Recorder | None = None  # moves of the dress or interrupt program under execution
+        self.remembered = REMEMBERED  # number of moves that the next recorder remembers
         # speed of the wheel, revolutions per minute, and the surface speed that G96 holds, m/min, 0 under G97; None
         # before the first S
         self.spindle: tuple[float, float] | None = None
-        # 1 if M03 has set the wheel turning, -1 if M04 has, the other way, 0 while it stands; M07 or M08 is in force
+        # 1 after M03, -1 after M04 (the other direction), 0 while the wheel stands; whether M07 or M08 is in force
         self.turning, self.coolant = 0, False
-        # the programmed position after a type 1 interrupt, from which the next motion counts although the axes stand
-        # elsewhere; it runs straight to its end (lathe manual 29-6). None otherwise
+        # programmed position after a type 1 interrupt, else None: the next motion counts from there although the axes
+        # stand elsewhere, and runs straight to its end (lathe manual 29-6)
         self.detour: Position | None = None
         self.passed: Position | None = None  # the intermediate point of the last G28 or G30, for G29
         self._told: set[tuple[str, Place]] = set()
@@ -89,7 +89,7 @@ class Mover:
         return *shifts, *chosen, self.turning, self.coolant
 
     def begin_block(self, command: Command) -> None:
-        """Put modes in force, and what a block switches besides: T, M800, M801, M900 to M904 (mill manual 29-7)."""
+        """Put modes, T, M800, M801 and M900 to M904 of a block in force (mill manual 29-7)."""
         self.modes, self.place = command.modes, command.block.place
         self.timeline.inch = command.modes.inch
         self.compensation.refuse_plane(command)
@@ -113,7 +113,7 @@ class Mover:
             yield Spindle(self.timeline.time, *spindle)
 
     def tell_clamped(self, command: Command) -> Iterator[Event]:
-        """Tell the operator, once a block, that a feed beyond the maximum is clamped (12-60), and what may be meant."""
+        """Yield a message, once per block, for a feed that is clamped to the maximum (12-60)."""
         feeds = {"E": command.reciprocation_feed}
         if "F" in command.words and not command.modes.per_revolution:
             feeds["F"] = command.modes.feed
@@ -206,7 +206,7 @@ class Mover:
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
     def reference(self, command: Command) -> list[MoveSection]:
-        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49)."""
+        """G28, G29 and G30: rapid by way of the intermediate point, which cancels the compensation (lathe 21-49)."""
         command.allow_only("XYZP" if command.action == "G30" else "XYZ", f"a {command.action} block")
         axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
         if not axes:

@@ -1,7 +1,7 @@
 """Numbers of words by the formats of their addresses (10-7; lathe manual 10-17).
 
-A number stays text until its point is placed and its decimals are cut, so 0.3 remains what it is and only the
-complete value becomes a float.
+A number stays text until its point is placed and its decimals are cut; only the complete value becomes a float. So
+0.3 gets no rounding error on the way.
 """
 
 from dataclasses import dataclass
@@ -28,18 +28,18 @@ class NumberFormat:
     """Format of the numbers of a part program (AMP).
 
     Zero suppression concerns numbers written without a point: "neither" takes them for whole units, "leading" puts
-    their last digit at the last decimal, "trailing" their first digit at the first integer digit. It holds for
-    lengths, feeds, S and dwells, and for G words in its own way; D, L, M, N, O, P and T words are integers that no
-    setting touches (D). An evaluated expression counts as written with a point (D).
+    their last digit at the last decimal, "trailing" their first digit at the first integer digit. It applies to
+    lengths, feeds, S and dwells; `g_code` says how it applies to G words. D, L, M, N, O, P and T words are integers
+    that no setting changes (D). An evaluated expression counts as written with a point (D).
 
     Attributes:
         zero_suppression: "neither", "leading" (LZS) or "trailing" (TZS).
         metric: integer digits and decimals of a length or feed under G71, and of S and dwells.
-        inch: the same of a length or feed under G70.
+        inch: integer digits and decimals of a length or feed under G70.
         excess_decimals: "truncate" as in the manual's table, or "round" half away from zero (D).
 
     Raises:
-        ControlError: setting, a value that is not one of these.
+        ControlError: setting, an illegal value.
     """
 
     zero_suppression: str = "neither"
@@ -109,7 +109,7 @@ def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
     """Return the entries of the radius and of the length table that a T word selects (15-12).
 
     One or two digits select the same entry of both tables; of four, the first two are the radius entry and the last
-    two the length entry; three are four without the leading zero (D).
+    two the length entry; three digits are four without the leading zero (D).
     """
     if len(word.whole) > LONGEST_T_WORD:
         digits = len(word.whole)
@@ -123,8 +123,8 @@ def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
 def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
     """Return the code of a G word in the form ``G01`` or ``G81.1``.
 
-    Without a point the number ends at its point, except under trailing zero suppression, which takes it for two
-    digits and decimals: G2 is G20, and G920 is G92, there being no macros (lathe manual 10-17).
+    A number without a point has no decimals. Under trailing zero suppression, however, it is two digits and
+    decimals: G2 is G20, and G920 is G92, because there are no G code macros (lathe manual 10-17).
     """
     _refuse_unevaluated(block, word)
     whole, decimals = word.whole, word.decimals
@@ -137,13 +137,13 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
 
 
 def unknown_code(block: Block, word: Word, hint: str = "") -> ControlError:
-    """Return the error of a G word that no code answers to; without a hint it says which codes there are."""
+    """Return the error for an unknown G word; without a hint it lists the known codes."""
     legal = hint or f"{listed((*SWITCHES, *ACTIONS, MACHINE_COORDINATES, MACRO_CALL))} are"
     return block.error("unknown-word", f"{word} is not a G code of this control; {legal}", word)
 
 
 def without_excess(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> str | None:
-    """Return a length or feed as the control reads it, if it has more decimals than that; None if it has not."""
+    """Return a length or feed word with the decimals that the control reads; None if it has no more than these."""
     digits = form.inch if inch else form.metric
     if not word.decimals[digits[1] :].strip("0"):
         return None
@@ -177,12 +177,12 @@ def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFo
 
 
 def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:
-    """Integer digits and decimals of a number whose first digit is its first integer digit."""
+    """Return integer digits and decimals of a number whose first digit is its first integer digit."""
     return digits[:whole_digits].ljust(whole_digits, "0"), digits[whole_digits:]
 
 
 def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
-    """Return the nearest number with the decimals of the format; only one written with a point can have more."""
+    """Return the nearest number with the decimals of the format; only numbers with a point can have more decimals."""
     whole_digits, decimal_digits = digits
     exact = Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")
     value = exact.quantize(Decimal(1).scaleb(-decimal_digits), ROUND_HALF_UP)
@@ -194,6 +194,6 @@ def _rounded(block: Block, word: Word, digits: tuple[int, int]) -> str:
 
 
 def _refuse_unevaluated(block: Block, word: Word) -> None:
-    """Keep a word whose expression nobody evaluated from passing for 0."""
+    """Raise an error for a word whose expression has not been evaluated; it would count as 0."""
     if not word.whole and not word.decimals:
         raise block.error("not-supported", f"{word} has a paramacro value; a plain number must stand here", word)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from grind_env.control.errors import ControlError
 
 HIGHEST_OVERRIDE = 200.0
-"""Percent of the programmed feed."""
+"""Highest feedrate override, percent of the programmed feed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,9 +14,9 @@ class Interrupt:
     """A request to run a program in the middle of another one (lathe manual 29-6, 29-7).
 
     Attributes:
-        program: its O number.
+        program: O number of the interrupt program.
         kind: 1 goes on from where the interrupt program ends; 2 returns to the point of interruption first.
-        immediate: within a motion of the part program rather than at the end of its block.
+        immediate: whether it may interrupt a motion of the part program, rather than wait for the end of the block.
         at: time of the request, s.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Texts of options of the command line -> settings of the control."""
+"""Conversion of command-line options into settings of the control."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from grind_env.control.operator import Interrupt
 from grind_env.errors import shortened
 
 HIGHEST_ENTRY = 99
-"""Highest entry of the radius table, which two digits of a T word select from."""
+"""Highest entry of the radius table; two digits of a T word select an entry."""
 
 TAKEN_BY = "grind check, trace, run or report"
 """Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
@@ -19,7 +19,7 @@ _INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")
 
 
 def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
-    """Return the radius of all entries, and of single entries of the table, from texts such as 2.5 and 1=2.5."""
+    """Return the default radius and the radii by entry, mm, from texts such as 2.5 and 1=2.5."""
     every, radii = 0.0, {}
     for option in options:
         entry, _, size = option.rpartition("=")
@@ -38,7 +38,7 @@ def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
 
 
 def variables_of(options: Sequence[str], name: str = "--set") -> Mapping[int, float]:
-    """Values of ``#`` variables from texts such as #101=15000, given as what `name` says."""
+    """Return ``#`` variables by number from texts such as #101=15000; errors name the option `name`."""
     variables = {}
     for option in options:
         match = _ASSIGNMENT.fullmatch("".join(option.split()))
@@ -50,7 +50,7 @@ def variables_of(options: Sequence[str], name: str = "--set") -> Mapping[int, fl
 
 
 def interrupts_of(options: Sequence[str]) -> tuple[Interrupt, ...]:
-    """Program interrupts in the order of their times, from texts such as 9200@12.5 and 9200@12.5:1."""
+    """Return program interrupts in the order of their times, from texts such as 9200@12.5 and 9200@12.5:1."""
     found = []
     for option in options:
         match = _INTERRUPT.fullmatch(option.strip())

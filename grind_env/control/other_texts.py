@@ -9,9 +9,9 @@ from grind_env.control.words import read_block
 from grind_env.errors import quoted
 
 LOOKED_AT = 4096
-"""Bytes of the beginning of a text by which another control is recognised."""
+"""Bytes at the beginning of a text that are searched for signs of another control."""
 ENOUGH = 2
-"""Lines of another control; a single one may be a slip."""
+"""Lines of another control that are needed to recognise it; a single one may be a slip."""
 SIGNS: Mapping[str, re.Pattern[str]] = {
     control: re.compile(f"(?:{sign})[^\r\n]*", re.IGNORECASE | re.MULTILINE | re.VERBOSE)
     for control, sign in {
@@ -29,14 +29,14 @@ SIGNS: Mapping[str, re.Pattern[str]] = {
         "Mazatrol": r"^[ \t]*(?:MAZATROL\b | [UPS]NO\.?[ \t] | FIG[ \t]+PTN\b | SEQ[ \t]+SHP\b)",
     }.items()
 }
-"""What no block of this control begins with: by it programs for other controls are recognised."""
+"""Beginnings of lines by which other controls are recognised; no block of this control begins like these."""
 REMEDY = "this control reads the G code of a 9/Series: post the part for it, or write the program anew"
 MOST_BEFORE = 20
-"""Blocks of a text before the ``%`` that begins the program."""
+"""Most blocks that are checked before the ``%`` that begins the program."""
 
 
 def check_head(data: bytes, name: str) -> None:
-    """Refuse a program for another control, and one with parity bits, by its first `LOOKED_AT` bytes."""
+    """Refuse a program for another control or with parity bits; `data` is its first `LOOKED_AT` bytes."""
     if sum(byte > 0x7F for byte in data) > max(8, len(data) // 4) and not any(byte.bit_count() % 2 for byte in data):
         message = (
             "every byte has a bit of even parity, as on punched tape; receive the program with 7 data bits and even "
@@ -53,7 +53,7 @@ def check_head(data: bytes, name: str) -> None:
 
 
 def check_before(blocks: Sequence[SourceText]) -> None:
-    """Refuse a text before the ``%`` of a program, of which no block can be read."""
+    """Refuse a text before the ``%`` of a program if none of its blocks can be read."""
     if blocks and not any(has_words(block, faulty=False) for block in blocks):
         message = (
             f"{quoted(blocks[0].text)} stands before the % of the program, where only comments may stand; delete it, "
@@ -63,7 +63,7 @@ def check_before(blocks: Sequence[SourceText]) -> None:
 
 
 def has_words(block: SourceText, *, faulty: bool) -> bool:
-    """Return whether a block holds more than comments, given the result for a faulty one."""
+    """Return whether a block holds more than comments; `faulty` is the result for a block that cannot be read."""
     try:
         return bool(read_block(block).words)
     except ControlError:

@@ -13,7 +13,7 @@ from grind_env.control.modes import PLANES
 from grind_env.control.motions import Position
 
 Missing: TypeAlias = Callable[[], ControlError]
-"""Makes the error of a block that lacks something."""
+"""Function that makes the error of a block without a necessary word."""
 
 AXES = "XYZ"
 INTEGRANDS = "IJK"
@@ -23,7 +23,7 @@ COORDINATE_DECIMALS = 7
 
 
 def coordinate(command: Command, letter: str, start: float, origin: float = 0.0) -> float:
-    """Return an axis word: the mode at its own position decides whether it counts from `start` or `origin` (PD-4)."""
+    """Return the coordinate of an axis word, mm: from `start` under G91 at the word, else from `origin` (PD-4)."""
     value = command.lengths[letter]
     return displaced(start if value.incremental else origin, value.mm)
 
@@ -45,7 +45,7 @@ def target(command: Command, position: Position, origin: Position, without: int 
 
 
 def arc_path(command: Command, position: Position, origin: Position) -> Circular | None:
-    """Return the arc of a G02 or G03 block; None if it holds no word of an arc."""
+    """Return the arc of a G02 or G03 block; None without length words."""
     action, plane = command.action, command.modes.plane
     first, second = PLANES[plane]
     centre_letters = INTEGRANDS[first], INTEGRANDS[second]
@@ -70,9 +70,9 @@ def arc_path(command: Command, position: Position, origin: Position) -> Circular
 
 
 def feed_rate(modes: Modes, speed: float | None, control: Control, missing: Missing) -> float:
-    """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed converts it (12-56).
+    """Return F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed converts it (12-56).
 
-    `missing` makes the error to raise without F, or without the spindle speed that it needs.
+    `missing` makes the error to raise without F, or under G95 without spindle speed.
     """
     if modes.feed is None or (modes.per_revolution and not speed):
         raise missing()
@@ -86,7 +86,7 @@ def no_feed_rate(command: Command) -> ControlError:
 
 
 def dwell_seconds(command: Command, speed: float | None) -> float:
-    """Time of a G04: P or X in seconds, under G95 in revolutions at a spindle speed in revolutions per minute."""
+    """Return the time of a G04, s, from P or X in s, under G95 in revolutions; `speed` is revolutions per minute."""
     command.allow_only("PX", "a G04 block")
     words = [command.words[letter] for letter in "PX" if letter in command.words]
     if len(words) != 1:

@@ -1,13 +1,13 @@
-"""Motion from rest to rest with linear ramps (PD-21): its progress, and how long it slows down."""
+"""Motion from rest to rest with linear ramps (PD-21): its progress and its deceleration time."""
 
 import math
 
 
 def travelled(elapsed: float, length: float, speed: float, acceleration: float) -> float:
-    """Distance covered after `elapsed` s of a motion whose time is `rules.motion_time`.
+    """Return the distance covered after `elapsed` s of a motion that takes `rules.motion_time`, mm.
 
     Args:
-        elapsed: s since the start; before it 0 and after the end `length` is returned.
+        elapsed: s since the start; the result is 0 before the start and `length` after the end.
         length: mm.
         speed: mm/s, reached only if `length` allows.
         acceleration: mm/s^2.
@@ -27,5 +27,5 @@ def travelled(elapsed: float, length: float, speed: float, acceleration: float) 
 
 
 def ramp_time(length: float, speed: float, acceleration: float) -> float:
-    """Time of the deceleration at the end of such a motion, s."""
+    """Return the time of the deceleration at the end of a motion from rest to rest, s."""
     return min(speed, math.sqrt(length * acceleration)) / acceleration

@@ -1,8 +1,7 @@
-"""Text of a part program -> programs of blocks, and a block -> its words (10-6, 10-7, 10-23).
+"""Reader of part programs: text -> programs -> blocks (10-6, 10-7, 10-23).
 
-The text is only split at first; the words of a block are read when it is executed, so that a faulty block
-stops the control where it stands and not before (ruling 12). Reading finds the programs of a text and where they
-begin; their blocks are cut from the text again whenever they are needed.
+Reading only finds the programs of a text and where they begin. The words of a block are read when it is executed, so
+a faulty block stops the control only there (ruling 12). Blocks are cut from the text again whenever they are needed.
 """
 
 import functools
@@ -21,7 +20,7 @@ from grind_env.presenter import html
 
 HIGHEST_PROGRAM = 99_999
 SHORT = 50
-"""Blocks up to which a program is kept instead of being cut from its text again."""
+"""Number of blocks up to which a program stays in memory instead of being cut from its text again."""
 
 _FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
 _CALL = re.compile(rb"[Pp][ \t]*\+?[ \t]*(?:0*([1-9]\d{0,4})(?!\d)|([#\[]))")
@@ -31,7 +30,7 @@ _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The blocks of a program, cut from its text anew by every iteration."""
+    """The blocks of a program; every iteration cuts them from the text again."""
 
     text: Text
     start: Mark
@@ -79,7 +78,7 @@ class Program:
             return self.place
         try:
             return read_block(last).place
-        except ControlError:  # it may have been deleted by its slash, unread
+        except ControlError:  # its words may be faulty if its slash (block delete) kept it from being read
             return last.place
 
 
@@ -89,7 +88,7 @@ class Programs:
     Attributes:
         name: name of the file, for messages.
         main: the program that is executed.
-        folder: where the files of further programs, ``O<number>.nc``, are looked for; None: nowhere.
+        folder: folder with the files of further programs, ``O<number>.nc``; None if there is none.
     """
 
     def __init__(self, name: str, programs: list[Program], folder: Path | None = None) -> None:
@@ -103,7 +102,7 @@ class Programs:
     def find(self, number: int) -> Program | None:
         """Return the program O`number` of the file, or of the file ``O<number>.nc`` beside it.
 
-        A text without a name in that file is taken to be O`number`.
+        A text in that file without a program name counts as O`number`.
         """
         if number not in self._numbered and self.folder is not None:
             path = _file_of(self.folder, number)
@@ -121,9 +120,9 @@ def read_file(path: str | Path, faults: list[ControlError] | None = None) -> Pro
     """Read a part program; programs that it calls may be in files ``O<number>.nc`` beside it.
 
     Args:
-        path: of the file.
-        faults: takes the errors of program names, and reading goes on; what is read then is not to be executed. None
-            to raise the first of them.
+        path: the file.
+        faults: list that receives the errors of program names while reading goes on; the result must then not be
+            executed. None to raise the first error.
 
     Raises:
         ControlError: the file cannot be read as text, or its program names are faulty.
@@ -136,9 +135,9 @@ def read_file(path: str | Path, faults: list[ControlError] | None = None) -> Pro
 
 
 def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
-    """Return the files ``O<number>.nc`` beside a program that it may call, and those that these may call.
+    """Return the files ``O<number>.nc`` beside a program that it may call, directly or through other files.
 
-    The program is not executed: every number of a P word is taken for that of a program, and an expression for all.
+    The program is not executed: every number of a P word counts as a program number, and an expression as all of them.
     """
     if not is_file(path):
         return []
@@ -148,7 +147,7 @@ def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
     while beside and waiting:
         try:
             calls = _CALL.findall(read_bytes(waiting.pop()))
-        except ReadError:  # who executes it will say so
+        except ReadError:  # execution will report the error
             calls = []
         new |= beside if any(expression for _, expression in calls) else beside & {int(number) for number, _ in calls}
         waiting += [_file_of(path.parent, number) for number in new - called]

@@ -52,19 +52,19 @@ class Reciprocation:
     """A reciprocating axis."""
 
     plan: CyclePlan  # the cycle that started it
-    place: Place  # its block
+    place: Place  # place of the block of that cycle
     primary: float  # primary reversal point in force, mm
     secondary: float  # secondary reversal point in force, mm
     feed: float  # E of the next stroke, mm/min
-    coordinate: float  # of the axis at the last point of rest, mm
-    free_at: float  # when the next stroke can begin, s
+    coordinate: float  # coordinate of the axis at the last point of rest, mm
+    free_at: float  # time from which the next stroke can begin, s
     at: Reversal = Reversal.START  # the last point of rest
     count: int = 0  # strokes made since the cycle took over
-    dresses: int = 0  # dress executions since then
+    dresses: int = 0  # dresses since the cycle took over
     in_cycle: bool = False  # whether the strokes belong to a G82 or G83 block under execution
     underway: Underway | None = None  # the stroke in progress
-    refed: bool = False  # whether `feed` is of a block after the cycle, be it the same number
-    auto_dresses: Rounds = field(init=False)  # those that D of the cycle asks for
+    refed: bool = False  # whether a block after the cycle has set `feed`, even to the same number
+    auto_dresses: Rounds = field(init=False)  # auto-dresses by D of the cycle
 
     @property
     def axis(self) -> int:
@@ -88,7 +88,7 @@ class Reciprocation:
         self.at, self.count, self.dresses, self.refed = Reversal.SECONDARY, 0, 0, False
 
     def begin(self, position: Position, feed: float, acceleration: float, dwell: float) -> Underway:
-        """Set out at `feed` (mm/min) to the other reversal point, from the start point to the primary one."""
+        """Begin a stroke at `feed`, mm/min, to the other reversal point; from the start point, to the primary one."""
         target = self.secondary if self.at is Reversal.PRIMARY else self.primary
         travel = motion_time(abs(target - self.coordinate), feed / 60.0, acceleration)
         finish = self.free_at + travel + dwell

@@ -1,4 +1,4 @@
-"""Change words of a block in its text."""
+"""Change of words in the text of a block."""
 
 import re
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ _NUMBER = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*[0-9. \t]*[0-9.]")
 
 
 def with_words(block: Block, values: Mapping[str, str]) -> Block:
-    """Return the block with other numbers in some of its words, by letter; a word that it lacks is added at its end."""
+    """Return the block with the given numbers, by letter of the word; a missing word is added at the end."""
     for letter, value in values.items():
         text, word = block.source.text, next((word for word in block.words if word.letter == letter), None)
         if word is None:

@@ -1,7 +1,7 @@
 """The cycle rules of the control as scalar functions.
 
-Each rule exists only here. The interpreter and the rules of `cycles` call them as they stand, one stroke at a time;
-`machine.rules` holds them compiled for the batched kernel.
+Each rule exists only here. The interpreter and the rules of `cycles` call them as plain Python, one stroke at a time;
+`machine.loops.rules` holds them compiled for the batched kernel.
 Lengths are mm, speeds mm/s, accelerations mm/s^2, times s. Depths count from the start of the plunge, positive
 towards the part. Sources are pages of manual 8520-GUM; PD-n is a project decision of `surface-cycles.md`.
 """
@@ -14,14 +14,14 @@ DEPTH_TOLERANCE = 1e-9
 """mm; depths are sums of decimal picks, so that equality needs a tolerance far below the control's 0.1 um."""
 
 PICK_TOLERANCE = 1e-6
-"""Share of a pick by which a depth may miss a whole number of picks, as a quotient of decimals does."""
+"""Share of a pick by which a depth may exceed a whole number of picks, because of rounding."""
 
 INSTANT = 1e-9
 """s; sums of times that differ by less are the same moment."""
 
 
 def motion_time(length: float, speed: float, acceleration: float) -> float:
-    """Time of a motion from rest to rest, s: trapezoidal, or triangular when `speed` is never reached (PD-21)."""
+    """Return the time of a motion from rest to rest, s: trapezoidal, or triangular below `speed` (PD-21)."""
     return (
         length / speed + speed / acceleration
         if length >= speed * speed / acceleration
@@ -30,40 +30,40 @@ def motion_time(length: float, speed: float, acceleration: float) -> float:
 
 
 def pick_begin(stroke: float, travel: float, ramp: float, picked: float) -> float:
-    """When the pick at the end of a stroke begins, s: as the table decelerates (PD-22), but after the pick before.
+    """Return when the pick at the end of a stroke begins, s: as the table decelerates (PD-22), after the last pick.
 
     Args:
-        stroke: when the stroke begins, s.
-        travel: its time, s.
-        ramp: the time of the deceleration at its end, s.
-        picked: when the pick before is finished, s; -inf if there is none.
+        stroke: begin of the stroke, s.
+        travel: duration of the stroke, s.
+        ramp: duration of the deceleration at its end, s.
+        picked: end of the last pick before, s; -inf if there is none.
     """
     return max(stroke + travel - ramp, picked)
 
 
 def pick_window(ramp: float, dwell: float, travel: float) -> float:
-    """Time from the begin of a pick to the middle of the stroke after it, s, in which it has to be finished.
+    """Return the time from the begin of a pick to the middle of the next stroke, s; the pick must end within it.
 
     Args:
-        ramp: the deceleration at the end of the stroke before, s.
-        dwell: at the reversal, s.
-        travel: of the stroke after it, s.
+        ramp: duration of the deceleration at the end of the stroke before, s.
+        dwell: dwell at the reversal, s.
+        travel: duration of the stroke after the pick, s.
     """
     return ramp + dwell + 0.5 * travel
 
 
 def picks_to(depth: float, pick: float) -> int:
-    """Picks that go `depth` deep, the last one perhaps a shorter one; both mm."""
+    """Return the number of picks to a depth, the last one perhaps shorter; both mm."""
     return math.ceil(depth / pick - PICK_TOLERANCE)
 
 
 def least_picks(depth: float, primary_pick: float, secondary_pick: float) -> int:
-    """Picks that two in turn need at least to go `depth` deep, all mm: no more than if each were the larger one."""
+    """Return the least number of alternating picks to a depth, all mm: as if each were the larger one."""
     return picks_to(depth, max(primary_pick, secondary_pick)) if depth > 0.0 else 0
 
 
 def depth_after_pick(reversal: float, depth: float, total: float, primary_pick: float, secondary_pick: float) -> float:
-    """Depth after the plunge pick at a reversal, mm: J at the primary, Q at the secondary point (16-16).
+    """Return the depth after the plunge pick at a reversal, mm: J at the primary, Q at the secondary point (16-16).
 
     The first reversal of a cycle is at the primary point (16-16). The last pick is shortened so that it lands
     exactly on `total` (PD-12). A pick of 0 is legal at the secondary point and leaves the depth as it is.
@@ -81,9 +81,9 @@ def depth_after_pick(reversal: float, depth: float, total: float, primary_pick: 
 
 
 def dresses_due(depth: float, total: float, executions: float) -> float:
-    """Auto-dress executions that must have run once `depth` of `total` is reached (16-13, PD-10).
+    """Return the number of auto-dresses that must have run once `depth` of `total` is reached (16-13, PD-10).
 
-    Even in depth, exactly `executions` at full depth, none if the cycle has no depth.
+    They are spread evenly over the depth: exactly `executions` at full depth, none if the cycle has no depth.
     """
     share = depth * (executions + 1.0) / (total if total > 0.0 else 1.0)
     return min(executions, float(np.floor(share + 1e-9))) if total > 0.0 else 0.0

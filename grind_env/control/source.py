@@ -1,7 +1,7 @@
 """The text of a part program, cut into blocks one at a time (10-6).
 
-A text is never held as blocks: whoever needs them reads them from the bytes anew, so a program takes no more memory
-than a chunk of it, however many blocks it has.
+Blocks are not kept in memory: each reader cuts them from the bytes again. So a program takes no more memory than one
+chunk, however many blocks it has.
 """
 
 import codecs
@@ -18,18 +18,18 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.files import ReadError, contents, open_file
 
 CHUNK = 1 << 16
-"""Bytes read at a time; a block longer than that is read whole."""
+"""Bytes read at a time; a longer block is read in one piece."""
 LONGEST_LINE = CHUNK
-"""Bytes of a line from which on it is read in pieces, in which remarks behind ``;`` are not known as such."""
+"""Length, bytes, from which a line is read in pieces cut at ``;``; remarks behind ``;`` are not recognised there."""
 LONGEST_BLOCK = 10_000
 HELD = 1 << 20
-"""Bytes up to which a file is kept in memory instead of being read again."""
+"""Size, bytes, up to which a file stays in memory instead of being read again."""
 
 _REMARK = (
     r"(?:[ \t]*(?!(?i:IF|WHILE|GOTO|DO|END)[ \t]*[\[#0-9]|[E-FI-KQRX-Ze-fi-kqrx-z][Oo](?![A-Za-z]))"
     r"(?:[A-Za-z][ \t]*[^-+.0-9\[# \t\r\n();%]|[^A-Za-z(/#;%\s])[^\r\n]*)?"
 )
-"""What follows a ``;`` in its line and begins no block: a letter without a number, but not the O of a mistyped X0."""
+"""A remark behind ``;``, not a block: it begins with a letter without a number. An O in XO is a mistyped zero."""
 _BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|;" + _REMARK + r"|[%\r\n]|\Z)")
 _LINE_ENDS = ("\r\n", "\r", "\n")
 _EIGHT_BIT = {0xDC00 + byte: byte for byte in range(0x80, 0x100)}
@@ -46,7 +46,7 @@ _NO_TEXT = {
         for number in (1, 2, 3, 4)
     },
 }
-"""Bytes that are in no part program, and what messages say of them."""
+"""Bytes that no part program contains, and the message for each."""
 
 
 class SourceText(NamedTuple):
@@ -70,8 +70,8 @@ class SourceText(NamedTuple):
 class Text:
     """A text in UTF-8, or in an 8-bit code such as Latin-1, that can be read again and again."""
 
-    name: str  # name of its file, for the places of blocks
-    title: str  # what messages about the text as a whole call it
+    name: str  # name of the file, for the places of blocks
+    title: str  # name of the text in messages about the text as a whole
     open: Callable[[], BinaryIO]  # opens its bytes; a `ControlError` says why they cannot be read
 
 
@@ -79,7 +79,7 @@ class Text:
 class Mark:
     """A place in a text where a block may begin: byte from 0, line and column from 1.
 
-    `begun` says whether more than comments stands before it, so that the next ``%`` ends the text.
+    `begun` says whether a block that is no comment stands before it, so that the next ``%`` ends the text.
     """
 
     offset: int = 0
@@ -89,7 +89,7 @@ class Mark:
 
 
 def text_of(text: str, name: str) -> Text:
-    """Return a text that is in memory; half surrogate pairs, which are no characters, become question marks."""
+    """Return `text` as a `Text` in memory; half surrogate pairs, which are no characters, become question marks."""
     return Text(name, name, functools.partial(io.BytesIO, text.encode("utf-8", "replace")))
 
 
@@ -99,7 +99,7 @@ def readable(text: str) -> str:
 
 
 def lines_of(text: Text) -> list[str]:
-    """Return the lines of a text without their ends, numbered from 0, as they are to be shown."""
+    """Return the lines of a text without line ends, for display; line 1 has index 0."""
     with text.open() as handle:
         data = handle.read().removeprefix(codecs.BOM_UTF8)
     return [readable(line.decode(errors="surrogateescape")) for line in _LINE_END.split(data)]
@@ -120,7 +120,7 @@ def text_in(path: Path) -> Text:
 
 
 class Scanner:
-    """Cutter of a text into blocks, from a mark up to the ``%`` behind them; `unread` if text follows."""
+    """Iterator over the blocks of a text, from a mark to the closing ``%``; `unread` if text follows the ``%``."""
 
     def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
         self._handle, self._text, self._start = handle, text, start
@@ -155,7 +155,7 @@ class Scanner:
 
     @property
     def mark(self) -> Mark:
-        """Return the place after the last block; before a ``%``, which ends the text."""
+        """Place after the last block, before the ``%`` that ends the text."""
         if self._last is None:
             return self._start
         match, offset, line, line_begin = self._last
@@ -209,5 +209,5 @@ def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
 
 
 def changed(title: str) -> ControlError:
-    """Return the error of a text that is no longer what it was when its programs were found."""
+    """Return the error for a text that has changed since its programs were found."""
     return ControlError("file", f"{title} has changed since it was read; read it again")

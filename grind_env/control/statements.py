@@ -12,7 +12,7 @@ LOOPS = (1, 2, 3)
 """Numbers that DO and END may have."""
 
 BEGIN = re.compile(r"#|(?:IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
-"""How a statement begins; no word of a block begins so."""
+"""Beginning of a statement; no word of a block begins like this."""
 _KEYWORD = re.compile(r"[ \t]*(IF|THEN|WHILE|GOTO|DO|END)[ \t]*", re.IGNORECASE)
 _EQUALS = re.compile(r"[ \t]*=[ \t]*")
 _DIGITS = re.compile(r"[ \t]*([0-9]+)")
@@ -60,7 +60,7 @@ Statement: TypeAlias = Assign | Goto | Then | While | End
 
 
 def statement(text: str, start: int) -> tuple[Statement, int]:
-    """Read the statement that begins at `start`; returns it and the position behind it."""
+    """Return the statement that begins at `start`, and the position behind it."""
     if text.startswith("#", start):
         return _assignment(text, start)
     keyword, position = _keyword(text, start)
@@ -94,14 +94,14 @@ def label_of(text: str) -> int | None:
 
 
 def with_label(text: str, number: int) -> str:
-    """Return the text of a block that begins with an N number, with another one."""
+    """Return the text of a block with another N number in place of the one at its beginning."""
     match = _LABEL.match(text)
     assert match is not None
     return f"{text[: match.start(1)]}{number}{text[match.end(1) :]}"
 
 
 def end_of(text: str) -> int | None:
-    """Return the number of the END that the text of a block is; None for others."""
+    """Return the loop number of an END block from its text; None for other blocks."""
     match = _END.match(text)
     return int(match[1]) if match else None
 

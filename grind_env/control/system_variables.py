@@ -1,7 +1,7 @@
 """The system variables: positions, coordinate offsets and the radius table (numbers as usual, D).
 
 Lengths are in the units in force, X as set by G07 or G08. Values of the wheel radius, or of an axis led by cycles,
-depend on the wheel: `Reading.dependent` keeps the first such variable.
+depend on the wheel: `SystemVariables.dependent` is the first such variable read.
 """
 
 from decimal import Decimal
@@ -15,7 +15,7 @@ from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.paths import AXES, displaced
 
 RADII = range(2001, 2100)
-"""Entry 1 of the radius table and so on; the wheel's own is #2033."""
+"""Variables of the radius table from entry 1; #2033 is the radius of the wheel."""
 PROGRAM_ENDS, MACHINE, PRESENT = 5001, 5021, 5041
 EXTERNAL, FIRST_SYSTEM, SYSTEM_STEP = 5201, 5221, 20
 

@@ -18,11 +18,11 @@ from grind_env.control.reciprocation import Reciprocation
 
 
 class Reciprocator:
-    """Cycles and the reciprocation that outlives them."""
+    """Execution of cycle blocks, and of the reciprocation that continues after them."""
 
     def __init__(self, mover: Mover, interruptions: Interruptions, control: Control) -> None:
         self.timeline, self.mover, self.interruptions, self.control = mover.timeline, mover, interruptions, control
-        self.memory = ModalWords()  # what later cycle blocks may omit, in coordinates of the program
+        self.memory = ModalWords()  # words that later cycle blocks may omit, in coordinates of the program
 
     def redirect(self, command: Command) -> None:
         table = self.timeline.reciprocation
@@ -93,7 +93,7 @@ class Reciprocator:
         yield from self.stop()
 
     def run_on(self) -> Iterator[Event]:
-        """Return the strokes of a G81 that the end of the text leaves running (ruling 11)."""
+        """Make the strokes of a G81 that still runs at the end of the text (ruling 11)."""
         table = self.timeline.reciprocation
         while table is not None and not table.plan.plunges and table.count < self.control.strokes:
             yield from self.interruptions.next_reversal()

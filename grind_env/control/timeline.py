@@ -1,7 +1,7 @@
-"""The clock and the axes: program motions and picks on one side, reciprocation running beside them.
+"""Times and positions of the axes: program motions and picks, with reciprocation beside them.
 
-At most one program motion, or the picks of one cycle one after another, move the other axes; strokes follow
-each other on their own. Positions are computed at the moments that events show, and at no others.
+The other axes are moved by at most one program motion, or by the picks of one cycle, one after another. Strokes
+follow each other by themselves. Positions are computed only for the moments that events show.
 """
 
 import itertools
@@ -49,16 +49,16 @@ class Timeline:
         self.held = False  # whether an operator's request keeps the table at its reversal point until all axes stand
         self.owed = False  # whether an operator's request waits for the end of a program motion
         self.inch = False  # units in force, for output
-        self.infeed_shift = 0.0  # sum that dresses of the cycle have added to its plunge coordinates, mm
-        self.share, self.dwell = 1.0, control.reversal_dwell  # share of E that the table reaches; s at a reversal point
-        # axes that reciprocate or cross, or did; their end depends on the words of their cycles
+        self.infeed_shift = 0.0  # shift of the plunge coordinates by the dresses of the cycle, mm
+        self.share, self.dwell = 1.0, control.reversal_dwell  # share of E that the table reaches; rest at a reversal, s
+        # axes that cycles have moved along strokes or crossovers; their end depends on the words of these cycles
         self.led_by_cycles: set[int] = set()
         self._motion: Moving | None = None
         self._picks: deque[Moving] = deque()
         self._requests = deque(control.operator_dress_at)
 
     def rate(self, feed: float | None) -> float:
-        """Feed of a motion, mm/min, the operator's override and the maximum feed taken into account (12-60)."""
+        """Return the feed of a motion, mm/min, with the operator's override and up to the maximum feed (12-60)."""
         control = self.control
         return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
 
@@ -70,7 +70,7 @@ class Timeline:
         return self.control.panel.dress_requested or bool(self._requests)
 
     def wait(self, time: float) -> Iterable[motions.Event]:
-        """Hold before a motion that would begin at a time, as long as the operator wants (PD-16)."""
+        """Hold before a motion that would begin at `time`, as long as the operator holds the axes (PD-16)."""
         cause = self.control.panel.holding
         return () if cause is None else self._on_hold(time, cause)
 
@@ -85,7 +85,7 @@ class Timeline:
         return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
 
     def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
-        """Fraction of a path at which the axes stand if they brake after `elapsed` s of the motion along it."""
+        """Return the fraction of a path at which the axes stop if they brake `elapsed` s after its begin."""
         length, speed, acceleration = path.length, self.rate(feed) / 60.0, self.control.acceleration
         done = travelled(elapsed, length, speed, acceleration)
         pace = min(speed, acceleration * elapsed)
@@ -101,9 +101,9 @@ class Timeline:
         dwell: float = 0.0,
         groove: tuple[int, int] | None = None,
     ) -> Iterator[motions.Event]:
-        """Run along a path from now on, at mm/min or as a rapid, or dwell for some s; the table reciprocates beside it.
+        """Move along a path at `feed`, mm/min or None for a rapid, or dwell, s; the table reciprocates meanwhile.
 
-        `groove` has axis and number of a groove whose infeed it is.
+        `groove` is the axis and the number of the groove if the motion is the infeed of a groove.
         """
         yield from self.wait(self.time)
         rate = self.rate(feed)
@@ -157,7 +157,7 @@ class Timeline:
             yield from self.finish_stroke()
 
     def pick(self, stroke: Underway, kind: str, axis: int, target: float, feed: float) -> Iterator[motions.Event]:
-        """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the pick before."""
+        """Start a pick as the axis decelerates at the end of `stroke` (PD-22), after the last pick."""
         yield from self.wait(self.time)
         table = self._table()
         acceleration = self.control.acceleration
@@ -209,7 +209,7 @@ class Timeline:
         return self._with_table(position, time)
 
     def _true(self, time: float) -> motions.Position:
-        """Position of all axes at a time, picks being where they are."""
+        """Return the position of all axes at a time, picks under way included."""
         if not self._picks:
             return self._shown(time)
         position = self._picks[0].path.start
@@ -225,7 +225,7 @@ class Timeline:
         return motions.placed(position, {table.axis: here})
 
     def _reciprocate(self, until: float) -> Iterator[motions.Event]:
-        """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
+        """Make the strokes that end by `until`, s; no stroke begins at `until` itself."""
         table = self.reciprocation
         while table is not None and not self.held:
             stroke = table.underway
@@ -268,9 +268,9 @@ class Timeline:
         )
 
     def _hold(self, table: Reciprocation) -> Iterator[motions.Event]:
-        """Keep the table here if the operator has asked for a dress before the end of the stroke (22-11).
+        """Keep the table at the reversal if the operator has asked for a dress before the end of the stroke (22-11).
 
-        Beside a program motion the table goes on: stopped, it would let the wheel feed into one end of the part
+        During a program motion the table goes on; at rest, it would let the wheel feed into one end of the part
         (ruling 13).
         """
         panel, motion = self.control.panel, self._motion

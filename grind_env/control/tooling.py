@@ -10,7 +10,7 @@ from grind_env.control.paths import Missing
 
 
 class Tooling:
-    """The tables that T selects from, as the execution changes them; no entry is selected before the first T word."""
+    """The radius table, which the execution may change, and its entry selected by T, None before the first T word."""
 
     def __init__(self, control: Control) -> None:
         self.control = control
@@ -18,7 +18,7 @@ class Tooling:
         self.entry: int | None = None
 
     def radius_of(self, entry: int | None) -> float:
-        """Radius of an entry, mm; 0 for T0000."""
+        """Return the radius of an entry, mm; 0 for T0000."""
         return 0.0 if entry == 0 else self.radii.get(entry or 0, self.control.radius)
 
     @property
@@ -26,9 +26,9 @@ class Tooling:
         return self.radius_of(self.entry)
 
     def select(self, command: Command) -> Position | None:
-        """Let a T word choose radius and length; returns the length offset that it activates, mm.
+        """Select radius and length by a T word; return the length offset that it activates, mm.
 
-        Under the scheme of the entire wheel the radius takes care of X (15-11).
+        With `entire_wheel` the radius replaces the X offset (15-11).
         """
         if command.tool is None:
             return None
@@ -45,9 +45,9 @@ class Tooling:
         self.radii[WHEEL_RADIUS] = radius
 
     def spindle_speed(self, modes: Modes, missing: Missing) -> float | None:
-        """Revolutions per minute of the wheel; None before the first S.
+        """Return the speed of the wheel, revolutions per minute; None before the first S.
 
-        Under G96 the part does not turn, so that S is the surface speed itself: ``1000 S / (2 pi r)`` (12-41).
+        Under G96, S is the surface speed of the wheel, as the part does not turn: ``1000 S / (2 pi r)`` (12-41).
         """
         if modes.spindle is None or not modes.surface_speed:
             return modes.spindle

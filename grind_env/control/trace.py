@@ -1,4 +1,4 @@
-"""Events -> the records of `grind trace`, in the units that the program has in force."""
+"""Records of events for `grind trace`, in the units that the program has in force."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def record(event: Event) -> dict[str, Any] | None:
 
 
 def error_record(error: ControlError, file: str = "") -> dict[str, Any]:
-    """Return the record of an error; the message names its file where that is not the program's own."""
+    """Return the record of an error; the message names the file of the error if this is not `file`."""
     elsewhere = f"{error.file}: " if error.file and error.file != file else ""
     return {
         "kind": "error",

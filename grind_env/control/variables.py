@@ -18,7 +18,7 @@ KINDS = "#1 to #33 are local, #100 to #199 and #500 to #999 common variables"
 
 Values: TypeAlias = Mapping[int, float]
 Notes: TypeAlias = Mapping[tuple[int, int], Value]
-"""Values of variables by level, -1 of the common ones, and number."""
+"""Values of variables by level (-1 for common variables) and number."""
 
 
 class System(Protocol):
@@ -33,8 +33,8 @@ class Variables:
     """The variables of an execution."""
 
     def __init__(self, given: Values, system: System) -> None:
-        # level of the macro under execution, 0 in the main program and in what M98 calls; how often system variables
-        # have been read, whose value may be another one every time
+        # level of the macro under execution, 0 in the main program and in subprograms called by M98; number of reads
+        # of system variables, whose values may change between two reads
         self.system, self.level, self.system_reads = system, 0, 0
         self._locals: list[dict[int, Decimal]] = [{} for _ in range(DEEPEST_MACRO + 1)]
         self._common: dict[int, Decimal] = {}
@@ -45,10 +45,10 @@ class Variables:
         self.dependent: int | None = None  # first variable read outside of a dress that a dress has assigned
         for number, value in given.items():
             self.write(number, rounded(Decimal(repr(float(value)))))
-        self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
+        self._unread = {self._key(number): False for number in given}  # True once overwritten
 
     def read(self, number: int) -> Value:
-        """Return the value of a variable; None of a vacant one, which #0 always is."""
+        """Return the value of a variable; None if it is vacant, as #0 always is."""
         held = self._held(number)
         if held is None:
             self.system_reads += number != 0
@@ -84,7 +84,7 @@ class Variables:
                 held[number] = value
 
     def begin_notes(self) -> None:
-        """Begin a dress: note from now on the values that are read, as they were before."""
+        """Begin a dress: note the values that it reads and has not assigned itself."""
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:
@@ -101,7 +101,7 @@ class Variables:
             yield f"#{number} was given a value at the start, but {found}; leave it out, or mend its number"
 
     def enter(self, arguments: Mapping[int, Decimal]) -> None:
-        """Begin a macro: the local variables of its level keep what no argument assigns (20-13)."""
+        """Begin a macro: local variables of its level that no argument assigns keep their values (20-13)."""
         self.level += 1
         self._locals[self.level].update(arguments)
 
@@ -120,14 +120,14 @@ class Variables:
 
     @property
     def values(self) -> Values:
-        """Values by number as a program that is executed now finds them, those of system variables left out."""
+        """Values of the common variables and of the local ones of the present level, by number."""
         return {number: float(value) for number, value in (self._common | self._locals[self.level]).items()}
 
     def _held(self, number: int) -> dict[int, Decimal] | None:
         return self._kept(self._key(number)[0]) if number in LOCALS or is_common(number) else None
 
     def _key(self, number: int) -> tuple[int, int]:
-        """Level, -1 of a common variable, and number."""
+        """Return the key of a variable: its level (-1 for common variables) and number."""
         return (self.level if number in LOCALS else -1), number
 
     def _kept(self, level: int) -> dict[int, Decimal]:
@@ -135,7 +135,7 @@ class Variables:
 
 
 class Foreseen:
-    """The system variables to a look at the blocks ahead, where they are not yet what they will be."""
+    """System variables for the look-ahead, where their values are not yet known: each access is an error."""
 
     def __init__(self) -> None:
         self.asked = False

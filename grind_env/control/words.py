@@ -1,4 +1,4 @@
-"""The words of a block (10-6, 10-7, 10-23): letters, numbers, comments, and expressions left for later."""
+"""The words of a block (10-6, 10-7, 10-23): letters, numbers, comments, and expressions to evaluate later."""
 
 import functools
 import re
@@ -13,19 +13,19 @@ from grind_env.errors import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
 ARGUMENTS = frozenset("ABCHUVW")
-"""Letters that only a block with G65 may have besides."""
+"""Further letters, which only a block with G65 may have."""
 REPEATABLE = frozenset("GM")
 LONGEST_COMMENT = 128
 LONGEST_LABEL = 5
 
 _USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
-"""A word as most are written, in capitals and without blanks; `_any_word` reads the same from it, but slower."""
+"""A word in its usual form: capitals, no blanks. `_any_word` reads every form, but slower."""
 _NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
 _VARIABLE = re.compile(r"#[ \t]*([0-9]?)[0-9 \t]*")
 _BRACKET = re.compile(r"[\[\]]")
 _COMMENT = re.compile(r"\(([^()]*)\)")
 _EXPONENT = re.compile(r"[Ee](?:[+-][0-9]{1,2}|0?[0-9])(?![0-9. \t]*[0-9.])")
-"""What stands behind a number written with an exponent; E words are larger than 9."""
+"""Exponent of a number such as 1E-3. Without a sign it has one digit, because E words are larger than 9."""
 _DECIMAL_COMMA = re.compile(r"([A-Za-z]?[ \t]*[+-]?[ \t]*[0-9]*),([0-9]+)")
 _MACRO_CALL = re.compile(r"[Gg][ \t]*0*65(?![0-9.])")
 
@@ -34,15 +34,15 @@ ALONE = "it needs a block of its own"
 
 
 class Word(NamedTuple):
-    """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out."""
+    """An address letter and its number as written: sign, integer digits and decimals, without blanks."""
 
     letter: str
     sign: str
     whole: str
     point: bool
     decimals: str
-    column: int  # of the letter in its line, from 1
-    expression: str = ""  # what follows the letter when that is no number; there are no digits until it is evaluated
+    column: int  # column of the letter in its line, from 1
+    expression: str = ""  # text behind the letter if it is no number; there are no digits until it is evaluated
 
     def __str__(self) -> str:
         if self.expression:
@@ -124,7 +124,7 @@ def read_block(source: SourceText) -> Block:
 def _statement(text: str, start: int, place: Place, column: int, *, alone: bool) -> tuple[Statement, int]:
     if not alone:
         found = BEGIN.match(text, start)
-        assert found is not None  # it has been seen
+        assert found is not None  # the caller has matched it
         name = found[0].rstrip(" \t[#0123456789").upper() or "#"
         raise place.error(
             "block-format", f"{name} begins a paramacro statement within a block; {ALONE}", column + start

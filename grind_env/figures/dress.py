@@ -32,15 +32,13 @@ HEIGHT = 0.85
 
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
-    """Return an episode with E constant, mm/min, and a dress after so many blocks, as its program runs it."""
+    """Return the record of an episode with constant E, mm/min, and a dress every `every` blocks."""
     played = play(Fixed(speed, 1, every), problem, SEEDS["evaluation"])
     return grind_file(read(played.program), played.job, dress_at=played.requests)
 
 
 def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
-    """Return the last part before the first dress on a dull wheel, the first part after it, and the time.
-
-    Parts by their numbers, the time in s.
+    """Return the numbers of the parts before and after the first dress between two whole parts, and its time, s.
 
     Raises:
         GrindError: no dress lies between two whole parts.
@@ -48,7 +46,7 @@ def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
     part = record.strokes["part"]
     for dress in record.dresses:
         done, left = part[: int(dress["after"])], part[int(dress["after"]) :]
-        # a cycle dresses between two of its strokes
+        # an auto-dress may fall within a part, which then counts to neither side
         whole = sorted({*done.tolist()} - {*left.tolist()}), sorted({*left.tolist()} - {*done.tolist()})
         if all(whole):
             return whole[0][-1], whole[1][0], float(dress["seconds"])

@@ -18,9 +18,9 @@ from grind_env.validation.report import write_csv
 
 
 def write(folder: Path) -> list[Path]:
-    """Write all of them into a folder, which is made if need be; returns the files written.
+    """Write all pages into a folder, which is created if necessary; return the files written.
 
-    The picture of the validation needs matplotlib, and is left out without.
+    The picture of the validation needs matplotlib; without matplotlib it is left out.
     """
     folder.mkdir(parents=True, exist_ok=True)
     rows = validate()
@@ -39,7 +39,7 @@ def write(folder: Path) -> list[Path]:
 
 
 def main(arguments: list[str]) -> str | None:
-    """Write the pages; returns a line on usage if the arguments do not fit."""
+    """Write the pages; return a line on usage if the arguments are wrong."""
     if len(arguments) != 1:
         return "usage: python -m grind_env.pages FOLDER"
     files = write(Path(arguments[0]))

@@ -12,7 +12,7 @@ from grind_env.process.catalogue import BUILT_IN, KINDS
 from grind_env.process.entries import Entry, Quantity, quantities
 
 _COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
-"""A field of an entry class with the remark behind it."""
+"""A field of an entry class with the comment behind it."""
 
 
 class EntryKey(NamedTuple):
@@ -20,14 +20,14 @@ class EntryKey(NamedTuple):
 
     key: str
     symbol: str
-    """In the process model and the literature."""
+    """Symbol in the process model and the literature."""
     unit: str
     legal: str
-    """Range, or the words."""
+    """Legal range, or the legal words."""
     default: str
-    """Empty if an entry has to give it, itself or by its base."""
+    """Default; empty if an entry must give the key, itself or by its base."""
     meaning: str
-    """Empty where the name says it."""
+    """Meaning; empty if the name says it."""
 
 
 def keys_of(kind: type[Entry]) -> list[EntryKey]:
@@ -65,5 +65,5 @@ def _built_in(kind: str) -> Path:
 
 
 def _text(comment: str) -> str:
-    """Lines of a comment as one."""
+    """Return the lines of a comment as one line."""
     return " ".join(line.lstrip("# ").rstrip() for line in comment.splitlines())

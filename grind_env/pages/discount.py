@@ -1,7 +1,7 @@
-"""The discount factor that a task page recommends, from how long a dress pays.
+"""The discount factor that a task page recommends, from the interval between dresses.
 
-A dress costs at once and pays until the next one. How far apart they stand is worked out on the nominal episode, in
-which nothing is left to chance: of all plans with one table speed and one execution every n steps the cheapest says n.
+A dress costs at once and pays off until the next dress. The interval n is found on the nominal episode, without
+randomness: it belongs to the cheapest of all plans with one table speed and one dress every n steps.
 """
 
 import numpy as np
@@ -11,17 +11,17 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 
 KEPT = 0.9
-"""Share that is left, at the end of the interval, of what a dress saves there."""
+"""Share at which the savings of a dress still count at the end of the interval."""
 SPEEDS = 8
-"""Table speeds tried."""
+"""Number of table speeds tried."""
 GROWTH = 1.25
-"""At least from one interval tried to the next."""
+"""Ratio of one interval tried to the one before; short intervals grow by one step."""
 
 COST = Outcome._fields.index("cost")
 
 
 def dress_interval(simulation: Simulation, nominal: Given) -> int:
-    """Steps from dress to dress of the cheapest plan of the nominal episode; all steps where none is worthwhile."""
+    """Return the steps between dresses of the cheapest plan of the nominal episode; all steps if no dress pays."""
     steps, action = simulation.task.blocks, simulation.task.action
     if action.executions == 0:
         return steps
@@ -38,7 +38,7 @@ def dress_interval(simulation: Simulation, nominal: Given) -> int:
 
 
 def intervals(steps: int) -> list[int]:
-    """Return the intervals that are tried in an episode of that many steps; the last one never dresses."""
+    """Return the intervals that are tried in an episode of `steps` steps; with the last one there is no dress."""
     found = [1]
     while found[-1] < steps:
         found.append(min(max(found[-1] + 1, round(GROWTH * found[-1])), steps))

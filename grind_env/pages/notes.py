@@ -18,7 +18,7 @@ class PageError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageNote:
-    """Notes on one id; `program` is an example that it needs to be made, `reward` its span where no task tells it."""
+    """Notes on one id; `program` is the example program that `make` needs, `reward` its span without a task."""
 
     summary: str
     hard: str
@@ -38,7 +38,7 @@ def note_of(env_id: str) -> PageNote:
     """Return the notes on an id.
 
     Raises:
-        PageError: if there are none.
+        PageError: the id has no notes.
     """
     notes = load_notes()
     if env_id not in notes:

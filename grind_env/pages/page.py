@@ -1,4 +1,4 @@
-"""One page: description, spaces, reward, episode, arguments, scores, example, versions."""
+"""Page of one id: description, spaces, reward, episode, arguments, scores, example, versions."""
 
 import inspect
 import math
@@ -37,7 +37,7 @@ def prose(make: Callable[..., Any]) -> dict[str, str]:
 
 
 def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
-    """Name, default and meaning of every argument; the meaning is that of the docstring's `Args:`."""
+    """Return name, default and meaning of every argument; the meaning is from `Args:` of the docstring."""
     said = meanings(make, "Args")
     parameters = inspect.signature(make).parameters.values()
     return [
@@ -220,7 +220,7 @@ def _scores(about: TaskSheet) -> str:
 
 
 COUNT = 4
-"""Environments of the vector environment."""
+"""Number of environments in the vector environment of the example."""
 
 
 def example(about: TaskSheet) -> str:

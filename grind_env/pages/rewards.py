@@ -1,9 +1,9 @@
 """Bounds on each reward term of a step, computed from a task.
 
-The ends are bounds, not what was seen in play: the slowest and the fastest table, the least and the most stock, no
-dress and as many as the task allows, no stall of the spindle and one, a good part and scrap. Two of them need an
-assumption, since the normal distribution is unbounded and no bound on the wear of a wheel is known: `STOCK_SIGMAS`
-and `WORST_WEAR`.
+The bounds are computed, not observed: from the slowest and the fastest table, the least and the most stock, no dress
+and as many as the task allows, no stall of the spindle and one, a good part and scrap. Two bounds need an assumption:
+the normal distribution of stock is unbounded (`STOCK_SIGMAS`), and no bound on the wear of a wheel is known
+(`WORST_WEAR`).
 """
 
 import math
@@ -17,9 +17,9 @@ from grind_env.envs.tasks import Kind, Task
 from grind_env.process.cost import MOST_HANDOVER_DRESSES
 
 STOCK_SIGMAS = 6.0
-"""Standard deviations of stock that are counted; one part in a billion has more."""
+"""Number of standard deviations of stock within the bounds; one part in a billion has more."""
 WORST_WEAR = 0.01
-"""Least G-ratio that is counted, over the reference one of wheel and material."""
+"""Least G-ratio within the bounds, as a share of the reference G-ratio of wheel and material."""
 
 MEANINGS = {
     "time": "hourly rate x time of strokes, dresses, loading, wheel change and stall",
@@ -33,14 +33,14 @@ MEANINGS = {
 
 
 class RewardSpan(NamedTuple):
-    """The least and the most of something."""
+    """Least and greatest value of a quantity."""
 
     least: float
     most: float
 
 
 def stock_span(task: Task, kind: Kind) -> RewardSpan:
-    """Stock of a block, mm, in whole um as it is drawn."""
+    """Return the stock of a block, mm, in whole um as it is drawn."""
     spread = STOCK_SIGMAS * task.spread.stock if kind.starts_part else 0.0
     least = max(kind.least_stock, 1.0 - spread) if spread > 0.0 else 1.0
     ends = (math.floor(1000.0 * kind.stock * share + 0.5) / 1000.0 for share in (least, 1.0 + spread))
@@ -48,7 +48,7 @@ def stock_span(task: Task, kind: Kind) -> RewardSpan:
 
 
 def stroke_times(task: Task) -> dict[str, RewardSpan]:
-    """Seconds of a G82 block of each kind without its dresses, with loading."""
+    """Return the time of a G82 block of each kind, s, without its dresses and with loading."""
     low, high = task.action.speed_ends
     spans = {}
     for kind in task.kinds:
@@ -65,14 +65,14 @@ def stroke_times(task: Task) -> dict[str, RewardSpan]:
 
 
 def infeed_times(task: Task) -> dict[str, RewardSpan]:
-    """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
+    """Return the time of a G81 block of each kind, s, without its dresses: loading, infeed, strokes waited for."""
     machine, executions = task.machine, task.action.executions
     feed = task.infeed / 60.0
     spans = {}
     for kind in task.kinds:
         stock, load = stock_span(task, kind), task.setup.load if kind.starts_part else 0.0
         stroke = _stroke(task, kind)
-        # of the stroke in which the infeed ends at least half is left, then come one at full depth and the spark-out
+        # at least half of the stroke in which the infeed ends, then one stroke at full depth and the spark-out
         end = 1.5 + kind.sparkout
         # the control waits for a reversal point after every infeed
         waiting = (end + 1.5 + executions) * stroke.most + (executions + 1.0) * feed / machine.acceleration
@@ -82,7 +82,7 @@ def infeed_times(task: Task) -> dict[str, RewardSpan]:
 
 
 def cost_spans(task: Task, times: Mapping[str, RewardSpan]) -> dict[str, RewardSpan]:
-    """Return the cost of a step in $, by term of the reward, from the seconds of blocks without dresses, by kind."""
+    """Return the cost of a step, $, by term of the reward; `times` are those of blocks without dresses, s, by kind."""
     rates, most = task.rates, float(task.action.executions)
     per_second = rates.hourly / 3600.0
     dressed = 0.5 * task.execution_depth * math.pi * task.wheel.diameter * task.wheel.width
@@ -110,20 +110,20 @@ def cost_spans(task: Task, times: Mapping[str, RewardSpan]) -> dict[str, RewardS
 
 
 def reward_span(task: Task, costs: Mapping[str, RewardSpan]) -> RewardSpan:
-    """Lowest and highest reward of a step, rounded outwards to hundredths."""
+    """Return the lowest and highest reward of a step, rounded outwards to hundredths."""
     worst = -sum(span.most for span in costs.values()) / task.reference_cost
     best = -sum(span.least for span in costs.values()) / task.reference_cost
     return RewardSpan(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
 
 
 def _stroke(task: Task, kind: Kind) -> RewardSpan:
-    """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
+    """Return the time of a stroke with its reversal dwell, s, at the fastest and at the slowest table."""
     machine, distance = task.machine, task.stroke_length(kind)
     slowest, fastest = (motion_time(distance, speed / 60.0, machine.acceleration) for speed in task.action.speed_ends)
     return RewardSpan(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
 
 
 def _worn(task: Task, kind: Kind) -> float:
-    """Wheel volume that a block wears off at most, mm3."""
+    """Return the most wheel volume that a block wears off, mm3."""
     p = task.parameters(kind)
     return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref)

@@ -1,4 +1,4 @@
-"""The figure of the validation page: published series over the model with its uncertainty."""
+"""The figure of the validation page: published series beside the model with its uncertainty."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -22,29 +22,29 @@ from grind_env.validation.rig import Rig
 from grind_env.validation.valve_alloys import RESPONSES, WHEELS, AlloyRuns, measured, simulated
 
 MACHINES, SEED, BAND = 40, 24, (5.0, 95.0)
-"""Machines drawn for a band, and its ends, %."""
+"""Number of machines drawn for a band, seed of the draws, and percentiles of the ends of the band."""
 INK, SHADE, LINES = "#111111", "#8fb3d1", ("-", "--", ":")
 
 
 class PublishedSeries(NamedTuple):
-    """Published numbers, and the model's at the same points."""
+    """Published numbers, and numbers of the model at the same points."""
 
     name: str
     published: Array
-    """NaN where nothing is published."""
+    """Published numbers, shape (points,); NaN where nothing is published."""
     model: Array
-    """A row for each machine; the first is that of the catalogue."""
+    """Numbers of the model, shape (machines, points); the first machine is that of the catalogue."""
     factor: Any = 1.0
-    """By which the published numbers are uncertain."""
+    """Factor by which the published numbers are uncertain."""
 
     def over_mean(self) -> "PublishedSeries":
-        """Return both sides over their own geometric means."""
+        """Return the series with published numbers and model divided by their own geometric means."""
         sides = (self.published, self.model)
         published, model = (each / np.exp(np.log(each).mean(axis=-1, keepdims=True)) for each in sides)
         return self._replace(published=published, model=model)
 
     def judged(self) -> "PublishedSeries":
-        """Return the series with a name that says how far level and trend of the model are off."""
+        """Return the series with the errors of level and trend of the model in its name."""
         level = np.exp(np.mean(np.log(self.model[0] / self.published)))
         off, constant = (100.0 * np.std(np.log(each / self.published)) for each in (self.model[0], 1.0))
         factor = f"× {level:.1f}, " if abs(level - 1.0) > 0.05 else ""
@@ -58,7 +58,7 @@ def column(rows: Sequence[Mapping[str, str]], name: str) -> Array:
 
 
 def by_machine(points: Sequence[Callable[[Rig], Any]], material: str = "aisi_52100", **entries: str) -> Array:
-    """Return the points of the machine of the catalogue, and of those drawn from what is not known of some entries."""
+    """Return the points of the machine of the catalogue, then of machines drawn from the uncertainty of entries."""
     catalogue = load_catalogue()
     setup: Any = {kind: getattr(catalogue, kind)(name) for kind, name in {**USUAL, **entries}.items()}
     part = Part(material=catalogue.material(material), length=200, width=20, stock=0.1, scrap_cost=0)

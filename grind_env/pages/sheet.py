@@ -39,7 +39,7 @@ class TaskSheet:
 
     @property
     def steps(self) -> int:
-        """Steps of an episode; 0 where they are not fixed."""
+        """Number of steps of an episode; 0 if it is not fixed."""
         return self.task.blocks if self.task else 0
 
 
@@ -50,7 +50,7 @@ def page_ids() -> list[str]:
 
 
 def sheet(name: str) -> TaskSheet:
-    """Return what is known of a registered id, or of the id of a task.
+    """Return the data of a registered id, or of the id of a task.
 
     Raises:
         PageError: the id is not registered or has no notes.
@@ -65,7 +65,7 @@ def sheet(name: str) -> TaskSheet:
     arguments: dict[str, Any] = {"program": str(EXAMPLE.with_name(note.program))} if note.program else {}
     env: Any = gym.make(env_id, **arguments).unwrapped
     oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
-    # a program has no task that its reward could be worked out from
+    # a part program has no task from which the reward could be computed
     task = env.task if note.reward is None else None
     costs = {} if task is None else cost_spans(task, (infeed_times if task.infeed > 0.0 else stroke_times)(task))
     return TaskSheet(

@@ -11,7 +11,7 @@ from grind_env.table import Column, table_of
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSummary:
-    """An id in one row; None for what has no bound, or has not been measured."""
+    """An id in one row; None stands for a missing lower bound of the reward and for a missing score."""
 
     id: str
     title: str
@@ -51,7 +51,7 @@ def summaries() -> list[TaskSummary]:
 
 
 def file_name(env_id: str) -> str:
-    """File of a page: `grind/Rush-v0` is `Rush-v0.md`."""
+    """Return the file name of a page: `Rush-v0.md` for `grind/Rush-v0`."""
     return f"{env_id.removeprefix('grind/')}.md"
 
 

@@ -19,11 +19,11 @@ EPISODE = {
     "g_ratio": "G-ratio",
     "convection": "convection of the coolant",
 }
-"""Log-normal factors of the tables of a task file by what they multiply."""
+"""Quantities that log-normal factors multiply, by the key of the factor in a task file."""
 
 
 def action_table(sheet: TaskSheet) -> str:
-    """Return a row for each component of the default action, and what it chooses."""
+    """Return a table of the components of the default action: range and meaning."""
     space: Any = sheet.env.action_space
     rows = [
         (str(k), name, f"{low:g}", f"{high:g}", choice)
@@ -33,7 +33,7 @@ def action_table(sheet: TaskSheet) -> str:
 
 
 def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
-    """Name of each component of the default action, and what it chooses."""
+    """Return name and meaning of each component of the default action."""
     codec = sheet.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
@@ -45,7 +45,7 @@ def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
 
 
 def form_table(task: Task, *, predress: bool) -> str:
-    """Return the action space in each of its forms, that with a pre-dress among them if there is one."""
+    """Return a table of the action space in each of its forms, also with a pre-dress if `predress`."""
     rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in ACTIONS]
     if predress:
         rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
@@ -53,7 +53,7 @@ def form_table(task: Task, *, predress: bool) -> str:
 
 
 def observation_table(readings: Mapping[int, Reading]) -> str:
-    """Return a row for each entry by its place; the formula gives the value of an observation x in its unit."""
+    """Return a table of the entries by their place; the column `value` converts an observation x into its unit."""
     rows = [
         (
             place,
@@ -76,7 +76,7 @@ def _value(reading: Reading) -> str:
 
 
 def setup_table(task: Task) -> str:
-    """Return the set-up, with what this task changes in a catalogue entry."""
+    """Return a table of the set-up, with the catalogue values that this task changes."""
     setup, dress = task.setup, task.dress
     wheel = ", ".join(f"{name} {value:g}" for name, value in setup.wheel_overrides.items())
     machine = ", ".join(f"{name} {value:g}" for name, value in setup.machine_overrides.items())
@@ -101,7 +101,7 @@ def setup_table(task: Task) -> str:
 
 
 def kind_table(sheet: TaskSheet, task: Task) -> str:
-    """Return the kinds of block; a pick that cannot be observed is none."""
+    """Return a table of the kinds of block, with the pick if it can be observed."""
     picks = any(reading.name == "pick" for reading in sheet.readings)
     columns = (
         Column("block", "name"),
@@ -120,7 +120,7 @@ def kind_table(sheet: TaskSheet, task: Task) -> str:
 
 
 def _part_of(kind: Kind) -> str:
-    """Return how a block stands to the part."""
+    """Return in words whether a block is a whole part, or starts or ends a part."""
     return "whole part" if kind.starts_part and kind.ends_part else "starts a part" if kind.starts_part else "ends it"
 
 
@@ -164,7 +164,7 @@ def _log_normal(sigma: float) -> str:
 
 
 def reward_table(sheet: TaskSheet) -> str:
-    """Return a row for each term of the reward, with its lowest and highest value in a step."""
+    """Return a table of the terms of the reward, with their lowest and highest value in a step."""
     unit = sheet.reference_cost
     rows = [
         (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")

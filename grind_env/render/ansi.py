@@ -6,11 +6,11 @@ from grind_env.render.view import EpisodePicture
 
 LEVELS = "▁▂▃▄▅▆▇█"
 SHOWN = 60
-"""Blocks of the past that a line has room for."""
+"""Number of past blocks for which a line has room."""
 
 
 def panel(view: EpisodePicture) -> str:
-    """Return the view as lines of at most 100 characters; bars are the last blocks, a digit their dresses."""
+    """Return the view as lines of at most 100 characters; each bar is a block, each digit its number of dresses."""
     return printable(_view(view))
 
 

@@ -63,7 +63,7 @@ class Canvas:
         self.texts: list[CanvasText] = []
 
     def rectangle(self, box: Box, colour: Colour, *, outline: Colour | None = None, radius: float = 0.0) -> None:
-        """A filled rectangle; one without extent is not drawn, any other at least as wide as a drawn pixel."""
+        """Draw a filled rectangle, at least one drawn pixel wide and high; nothing if it has no area."""
         if box.width <= 0.0 or box.height <= 0.0:
             return
         left, top, right, bottom = (FINENESS * value for value in box)
@@ -79,7 +79,7 @@ class Canvas:
         self.shapes.circle(_fine(centre), FINENESS * radius, colour)
 
     def arc(self, centre: Point, radius: float, width: float, span: tuple[float, float], colour: Colour) -> None:
-        """A ring sector of that width inside `radius`; `span` in degrees, clockwise from 3 o'clock."""
+        """Draw a ring sector of `width` inside `radius`; `span` in degrees, clockwise from 3 o'clock."""
         (x, y), r = _fine(centre), FINENESS * radius
         self.shapes.arc((x - r, y - r, x + r, y + r), *span, colour, round(FINENESS * width))
 
@@ -90,7 +90,7 @@ class Canvas:
         self.shapes.line([_fine(point) for point in points], colour, round(FINENESS * width), joint="curve")
 
     def dashes(self, first: Point, last: Point, colour: Colour, dash: float = 4.0) -> None:
-        """A dashed line, 1 px wide."""
+        """Draw a dashed line, 1 px wide."""
         length = math.dist(first, last)
         direction = ((last[0] - first[0]) / length, (last[1] - first[1]) / length) if length > 0.0 else (0.0, 0.0)
         for k in range(math.ceil(length / (2.0 * dash))):
@@ -101,7 +101,7 @@ class Canvas:
     def text(
         self, at: Point, text: str, size: int = 12, colour: Colour = INK, anchor: str = "ls", strong: bool = False
     ) -> None:
-        """Text on a base line; `anchor` is `ls` for its left end, `rs` for its right one."""
+        """Write text on a base line; `at` is its left end if `anchor` is `ls`, its right end if `rs`."""
         self.texts.append(CanvasText(at, text, size, colour, anchor, strong))
 
     def pixels(self) -> NDArray[np.uint8]:
@@ -114,7 +114,7 @@ class Canvas:
 
 
 def text_width(text: str, size: int, strong: bool = False) -> float:
-    """Width of a line of text, px."""
+    """Return the width of a line of text, px."""
     return _font(size).getlength(_plain(text)) + (2.0 * EMPHASIS if strong else 0.0)
 
 
@@ -128,7 +128,7 @@ def _font(size: int) -> ImageFont.FreeTypeFont:
 
 @functools.lru_cache(2048)
 def _mask(text: str, size: int, anchor: str, strong: bool) -> tuple[Image.Image, tuple[int, int]]:
-    """Text as a mask, and where its upper left corner lies from the anchor, px; cached, for it is slow to draw."""
+    """Return text as a mask, and its upper left corner from the anchor, px; cached, because drawing is slow."""
     plain, font = _plain(text), _font(size)
     room = 2 * size
     width = math.ceil(font.getlength(plain))

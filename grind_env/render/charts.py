@@ -12,7 +12,7 @@ WIDEST_BAR = 8.0
 
 
 def draw_charts(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
-    """The strips, one below the other, and the dresses below and behind them."""
+    """Draw the strips, one below the other, and the dresses below and behind them."""
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     strips = strips_of(view)
     inner = panel.inside(12.0, 4.0, 12.0, 0.0)
@@ -33,7 +33,7 @@ def _middle(box: Box, k: int, blocks: int) -> float:
 
 
 def _draw_dresses(canvas: Canvas, box: Box, areas: list[Box], view: EpisodePicture) -> None:
-    """A bar for the dresses of a block, and a band behind the curves."""
+    """Draw a bar for the dresses of each block, and a band behind the curves."""
     blocks, most = view.extent.blocks, view.extent.most_executions
     base = box.bottom - 7.0
     half = 0.5 * min(0.85 * box.width / blocks, WIDEST_BAR)

@@ -23,7 +23,7 @@ SHARPENING = {"lead": "{:.3f}", "overlap": "{:.2f}", "severity": "{:.2f}"}
 
 
 def compared_blocks(record: GrindingRecord) -> list[tuple[str, ...]]:
-    """Texts under `HEADINGS`, a row for all executions of blocks of the same words; in order, as `same_words`."""
+    """Return texts under `HEADINGS`, a row for all executions of blocks with the same words, as in `same_words`."""
     rows = record.executions
     return [_compared(record, rows[chosen]) for chosen in same_words(record).values()]
 
@@ -40,7 +40,7 @@ def same_words(record: GrindingRecord) -> dict[str, list[int]]:
 
 
 def blocks_named(record: GrindingRecord, lines: Sequence[int]) -> str:
-    """Return the first of the blocks in some lines, and how many more there are."""
+    """Return text with the name of the first block in some lines, and the number of further blocks."""
     different = list(dict.fromkeys(lines))
     more = f" and {len(different) - 1} more" if len(different) > 1 else ""
     return f"{block_name(record, different[0])}{more}"
@@ -58,7 +58,7 @@ def compared_dresses(record: GrindingRecord) -> list[str]:
 
 
 def between(values: Array, form: str) -> str:
-    """Return the lowest and the highest value, or the one that all of them are as they are shown."""
+    """Return the lowest and the highest value as text, or only one if both have the same text."""
     low, high = form.format(values.min()), form.format(values.max())
     return low if low == high else f"{low} to {high}"
 

@@ -1,6 +1,6 @@
 """Curves of a record for any drawing library: quantities stroke by stroke, or many strokes as bands.
 
-The strokes of a run stand side by side, one step each: a dress that takes longer than all of them has no width.
+The axis counts strokes, not time: each stroke is one step, and a dress has no width, however long it takes.
 """
 
 import math
@@ -17,21 +17,21 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, Limits
 
 SPARKING = 0.001
-"""mm; the burn ratio of a stroke that cuts less says nothing: its specific energy is that of rubbing."""
+"""mm; below this depth of cut the burn ratio means nothing, because the specific energy is that of rubbing."""
 
 MOST_STROKES = 600
-"""Drawn one by one; of more groups of them are."""
+"""Most strokes that are drawn one by one; more strokes are drawn in groups."""
 
 MOST_GROUPS = 300
-"""In a picture of bands."""
+"""Most groups in a picture of bands."""
 
 MANY_PARTS = 20
-"""From so many on the groups are parts, or successive ones together, and not strokes."""
+"""Number of parts from which on groups are made of parts, not of strokes."""
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
 INK, GRID, PAPER = "#1d2329", "#e3e3e3", "#ffffff"
 SHADE = "#efe7da"
-"""Where strokes spark out."""
+"""Background of strokes that spark out."""
 
 
 class Limit(NamedTuple):
@@ -45,9 +45,9 @@ class Span(NamedTuple):
     """Successive strokes of one execution of a block."""
 
     first: int
-    """Its first stroke, from 0."""
+    """Index of the first stroke, from 0."""
     after: int
-    """The stroke after its last one."""
+    """Index after the last stroke."""
     label: str
     """N word or line of the block: `N50`, `line 7`."""
 
@@ -57,14 +57,14 @@ class Curve:
     """A quantity of a run.
 
     Attributes:
-        title: what it is.
-        unit: of its values.
-        color: of it in all pictures.
-        low: its lowest value in each group, in `unit`; of single strokes the value itself, like the next two.
-        mean: its mean, in `unit`.
-        high: its highest, in `unit`.
-        limits: lines to be drawn with it.
-        downwards: whether larger values are drawn lower: a depth.
+        title: name of the quantity.
+        unit: unit of the values.
+        color: colour of the quantity in all pictures.
+        low: lowest value in each group, in `unit`; for single strokes `low`, `mean` and `high` are equal.
+        mean: mean of each group, in `unit`.
+        high: highest value in each group, in `unit`.
+        limits: lines to be drawn with the curve.
+        downwards: whether larger values are drawn lower, as for a depth.
     """
 
     title: str
@@ -78,7 +78,7 @@ class Curve:
 
     @property
     def span(self) -> tuple[float, float]:
-        """The lowest and the highest value that its axis shows: zero and the limits are always among them."""
+        """Lowest and highest value of the axis, which always includes zero and the limits."""
         values = [0.0, *(limit.value for limit in self.limits)]
         for side in (self.low, self.high):
             if np.isfinite(side).any():
@@ -94,12 +94,12 @@ class Picture:
 
     Attributes:
         axis: what the axis counts: `stroke` or `part`.
-        at: place of each group on the axis, a number of strokes or parts; the middle of a group of several.
-        edges: where groups begin and the last one ends, in numbers of strokes or parts, so that steps can be drawn.
+        at: middle of each group on the axis, in numbers of strokes or parts.
+        edges: begin of each group and end of the last one, in numbers of strokes or parts, for step curves.
         banded: whether a group is more than one stroke or part, so that a curve is a band.
         curves: curves from top to bottom.
         breaks: places before which curves are interrupted, by dresses and new parts.
-        dresses: place and time, s, of each, if strokes are drawn one by one.
+        dresses: place on the axis and duration, s, of each dress, if strokes are drawn one by one.
         spans: the blocks, if strokes are drawn one by one.
         parts: first stroke and number of each part, if strokes are drawn one by one.
         spark_out: whether each stroke sparks out, if strokes are drawn one by one.
@@ -118,7 +118,7 @@ class Picture:
 
 
 def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
-    """Return the curves of a record; with its job those of size and the limits, too."""
+    """Return the curves of a record; with its job, the curve of size and the limits are included."""
     strokes, parts = record.strokes, record.parts
     by_part = strokes.size > MOST_STROKES and parts.size >= MANY_PARTS
     values = _of_parts(record, job) if by_part else _of_strokes(record, job)
@@ -158,18 +158,16 @@ def spans(record: GrindingRecord) -> list[Span]:
 
 
 def block_name(record: GrindingRecord, line: int) -> str:
-    """Return the block in a line as pictures and tables name it."""
+    """Return the name of the block in a line, for pictures and tables."""
     block = record.blocks.get(line, line)
     return f"line {line}" if block == line else f"N{block}"
 
 
 def sparks_out(record: GrindingRecord) -> Array:
-    """Return whether each stroke sparks out: grinds at a depth that was ground before.
+    """Return whether each stroke sparks out, shape (strokes,): grinds at a depth that was ground before.
 
-    The shape is (strokes,).
-
-    In a cycle that plunges these are the L last traverses of all at its depth; in one that the program feeds, the
-    strokes between which it does not.
+    In a cycle that plunges, these are the last L of the traverses at full depth. In a cycle that the program feeds,
+    these are the strokes before which there was no infeed.
     """
     strokes = record.strokes
     found = np.zeros(strokes.size, dtype=bool)
@@ -257,7 +255,7 @@ def _loads(
 
 
 def _common_limits(job: Job) -> Limits:
-    """Return the limits of all parts, without those that parts of several kinds do not share."""
+    """Return the limits that all parts share; a limit that differs between parts becomes `NO_LIMIT`."""
     every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.met or job.parts) + 1))}
     return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
 
@@ -273,7 +271,7 @@ def _curve(title: str, unit: str, color: str, values: Array, limits: tuple[Limit
 
 
 def _grouped(curve: Curve, starts: Array) -> Curve:
-    """Return a curve with successive values together, from each of `starts` up to the next."""
+    """Return a curve with low, mean and high of groups of successive values; `starts` are their first indices."""
     values = curve.mean
     if len(starts) == len(values):
         return curve
@@ -289,7 +287,7 @@ def _grouped(curve: Curve, starts: Array) -> Curve:
 
 
 def labelled_every(count: int, most: int) -> int:
-    """Return k for labels on every k-th of so many things, `most` labels: k is 1, 2 or 5 times a power of ten."""
+    """Return k, 1, 2 or 5 times a power of ten, so that every k-th of `count` labels is at most `most` labels."""
     least, decade = max(math.ceil(count / most), 1), 1
     while 5 * decade < least:
         decade *= 10

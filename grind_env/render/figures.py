@@ -15,7 +15,7 @@ UNDATED: dict[str, dict[str, None]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""What is left out of the description of a file, by its suffix."""
+"""Metadata that are left out of a file, by its suffix."""
 FORMATS = tuple(UNDATED)
 
 
@@ -24,7 +24,7 @@ class PlotError(GrindError):
 
 
 def check_format(path: str | Path) -> None:
-    """Check the name of a file that a figure is to be written to.
+    """Check the file name for a figure.
 
     Raises:
         PlotError: its suffix is none of `FORMATS`.
@@ -34,14 +34,14 @@ def check_format(path: str | Path) -> None:
 
 
 def prepare_figure(path: Path) -> None:
-    """Find out, before long work for a figure, whether it can be drawn and written."""
+    """Check, before long work for a figure, whether it can be drawn and written."""
     check_format(path)
     check_target(path)
     new_figure(1.0, 1.0)
 
 
 def new_figure(width: float, height: float) -> "Figure":
-    """Return an empty figure of that size in inches.
+    """Return an empty figure, width and height in inches.
 
     Raises:
         MissingExtra: matplotlib is not installed.

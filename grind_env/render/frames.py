@@ -1,4 +1,4 @@
-"""A view as a picture, and on the screen.
+"""Drawing of a view as a picture, and its display on the screen.
 
 This module is light to import; the drawing library is loaded with the first picture.
 """
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 WIDE = (960, 540)
 """Width and height of a picture with the charts beside the machine, px."""
 TALL = (480, 640)
-"""Likewise, with the charts below the machine: two of them fit side by side."""
+"""Width and height of a picture with the charts below the machine, px; two such pictures fit side by side."""
 
 FPS = 10
 """Pictures a second, one for each block, at which an episode can be followed by eye."""
@@ -28,7 +28,7 @@ def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uin
     """Draw a view.
 
     Args:
-        view: what to show.
+        view: view of the episode.
         size: `WIDE` or `TALL`.
 
     Returns:
@@ -64,10 +64,10 @@ def open_window(title: str) -> "Window":
 
 
 class Follower:
-    """Shows every state of an episode to a person: in a window, or without a screen as text in the terminal.
+    """Display of every state of an episode: in a window, or without a screen as text in the terminal.
 
     Args:
-        title: of the window.
+        title: title of the window.
 
     Raises:
         RenderError: if Pillow or tkinter is not installed.

@@ -17,7 +17,7 @@ class Series:
 
     name: str  # name in the legend
     x: Sequence[float] | Array  # coordinates, in the unit of the axis, shape (N,)
-    # coordinates, in the unit of the axis, shape (N,); of a graph with rows their numbers, from 0
+    # coordinates, in the unit of the axis, shape (N,); in a graph with rows the numbers of the rows, from 0
     y: Sequence[float] | Array
     color: str  # colour of all points
     mark: str = "o"  # marker of matplotlib; empty for a line alone
@@ -30,7 +30,7 @@ class RuleLine(NamedTuple):
     """A dashed line across a graph."""
 
     axis: Literal["x", "y"]
-    """On which `at` is."""
+    """Axis of the coordinate `at`."""
     at: float
     text: str = ""
 

@@ -12,7 +12,7 @@ TITLE_SIZES = (17, 15, 13)
 
 
 def draw_wide(view: EpisodePicture, width: int, height: int) -> Canvas:
-    """Machine, wheel face and parts on the left, charts on the right."""
+    """Return a canvas with machine, wheel face and parts on the left, charts on the right."""
     canvas = Canvas(width, height)
     middle = 0.5 * width
     right, bottom = width - MARGIN, height - MARGIN
@@ -26,7 +26,7 @@ def draw_wide(view: EpisodePicture, width: int, height: int) -> Canvas:
 
 
 def draw_tall(view: EpisodePicture, width: int, height: int) -> Canvas:
-    """One below the other."""
+    """Return a canvas with all panels one below the other."""
     canvas = Canvas(width, height)
     right = width - MARGIN
     _draw_heading(canvas, Box(MARGIN, 0.0, right, 48.0), view)
@@ -51,7 +51,7 @@ def _draw_heading(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
 
 
 def _fitted(title: str, room: float) -> tuple[str, int]:
-    """Return a title and its size, made smaller and, if need be, shorter, so that it is at most `room` px wide."""
+    """Return a title and its font size; both are reduced, if necessary, so that it is at most `room` px wide."""
     size = next((size for size in TITLE_SIZES if text_width(title, size, strong=True) <= room), TITLE_SIZES[-1])
     shown = title
     while len(shown) > 1 and text_width(shown, size, strong=True) > room:
@@ -60,7 +60,7 @@ def _fitted(title: str, room: float) -> tuple[str, int]:
 
 
 def _draw_block(canvas: Canvas, box: Box, view: EpisodePicture, size: int) -> None:
-    """The block, word by word, with E and D in the colours of their charts."""
+    """Draw the block, word by word, with E and D in the colours of their charts."""
     canvas.rectangle(box, ink.STRIP, radius=4.0)
     x, base = box.left + 12.0, 0.5 * (box.top + box.bottom) + 0.36 * size
     counter = f"block {view.number} of {view.extent.blocks}"

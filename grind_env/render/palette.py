@@ -15,11 +15,11 @@ PAPER, PANEL, EDGE = _colour("#f4f4f0"), _colour("#ffffff"), _colour("#dddcd5")
 INK, GREY = _colour("#2a2e35"), _colour("#585e67")
 BLUE, ORANGE, BRICK, TEAL = _colour("#2a659a"), _colour("#d9822b"), _colour("#b8402a"), _colour("#4a9a97")
 ORANGE_TEXT, TEAL_TEXT = _colour("#9c530a"), _colour("#276b69")
-"""The same, dark enough to be read."""
+"""Orange and teal that are dark enough for text."""
 STRIP = _colour("#e9e8e2")
-"""Behind the block text."""
+"""Background of the block text."""
 DRESSED = _colour("#f7e4cc")
-"""Behind the charts, where the wheel was dressed."""
+"""Background of the charts where the wheel was dressed."""
 
 WHEEL, FLANGE, GUARD = _colour("#e0dbcf"), _colour("#8b929c"), _colour("#e4e5e3")
 GRAIN = _colour("#a9a49a")
@@ -33,18 +33,18 @@ TABLE, BED, STEEL, STOCK, BRIGHT = (
 COOLANT, SPARK, DIAMOND = _colour("#bcd9ea"), _colour("#f0a63c"), _colour("#7fc4dd")
 
 WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))
-"""A sharp, a used and a dull wheel."""
+"""Colours of a sharp, a used and a dull wheel."""
 HALF_DULL = 0.025
 """Wear-flat area at which the wheel has the middle colour; rules dress at about 0.02, a burning wheel has 0.04."""
 
 TEMPER = (_colour("#d9b65c"), _colour("#9a5a33"), _colour("#6b4173"), _colour("#38508f"))
 """Temper colours of steel: straw, brown, purple, blue."""
 BLUE_RATIO = 1.5
-"""Temperature rise over its limit at which a burn is blue."""
+"""Ratio of temperature rise to its limit at which a burn is blue."""
 
 
 def mix(first: Colour, second: Colour, share: float) -> Colour:
-    """Return the colour with that share of the second, 0 to 1."""
+    """Return a mixture of two colours; `share` is the share of the second, 0 to 1."""
     a, b = (1.0 - share), share
     return (
         round(a * first[0] + b * second[0]),
@@ -54,7 +54,7 @@ def mix(first: Colour, second: Colour, share: float) -> Colour:
 
 
 def ramp(colours: tuple[Colour, ...], share: float) -> Colour:
-    """Return the colour at that share, 0 to 1, of the way through evenly spaced colours."""
+    """Return the colour at `share`, 0 to 1, between the first and the last of evenly spaced colours."""
     k = min(int(share * (len(colours) - 1)), len(colours) - 2)
     return mix(colours[k], colours[k + 1], share * (len(colours) - 1) - k)
 
@@ -70,5 +70,5 @@ def wear_colour(area: float) -> Colour:
 
 
 def burn_colour(ratio: float) -> Colour:
-    """Return the temper colour of a burn by its temperature rise over the limit: straw at 1, blue at `BLUE_RATIO`."""
+    """Return the temper colour of a burn by the ratio of rise to limit: straw at 1, blue from `BLUE_RATIO`."""
     return ramp(TEMPER, min((ratio - 1.0) / (BLUE_RATIO - 1.0), 1.0))

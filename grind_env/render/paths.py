@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 AXES = "XYZ"
 ARC_POINTS = 33
-"""Drawn of an arc."""
+"""Number of points drawn of an arc."""
 
 Points = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ STYLES: dict[str, dict[str, Any]] = {
     Source.RETRACE.value: {"color": RED, "ls": "-.", "lw": 1.6},
     Source.INTERRUPT.value: {"color": "#6a51a3", "ls": (0, (5, 1, 1, 1, 1, 1)), "lw": 1.6},
 }
-"""Styles of a motion: that of its source, or of a rapid of the program. Told apart without colours, too."""
+"""Line style of a motion by its source, or of a rapid of the program; distinct without colours, too."""
 
 
 class PathError(GrindError):
@@ -37,16 +37,16 @@ class PathError(GrindError):
 
 
 def draw_path(axes: "Axes", events: Iterable[Event], plane: str = "ZX", programmed: str = "program") -> None:
-    """Draw the motions in a plane, each in the line style of what has commanded it, with an arrow in its middle.
+    """Draw the motions in a plane, each in the line style of its source, with an arrow in its middle.
 
     Args:
-        axes: of matplotlib; they get labels with units, a legend, and equal scales.
-        events: of `control.execute`; what moves nothing in the plane is not drawn.
+        axes: axes of matplotlib; they get labels with units, a legend, and equal scales.
+        events: events of `control.execute`; motions without a path in the plane are not drawn.
         plane: the axes to the right and upwards, such as `ZX`.
-        programmed: what the legend calls the moves of the program, which with G41 or G42 are not as they are written.
+        programmed: legend text for the moves of the program; with G41 or G42 they differ from the written ones.
 
     Raises:
-        PathError: the plane is not two different ones of X, Y and Z.
+        PathError: the plane is not two different axes of X, Y and Z.
     """
     if len(set(plane)) != 2 or len(plane) != 2 or not set(plane) <= set(AXES):
         raise PathError(f"the plane is {quoted(plane)}, but must be two of the axes X, Y and Z, such as ZX")
@@ -65,12 +65,12 @@ def draw_over_time(axes: "Axes", events: Iterable[Event], axis: str = "X") -> No
     """Draw one coordinate over the time of the control, in the line styles of `draw_path`.
 
     Args:
-        axes: of matplotlib; they get labels with units and a legend.
-        events: of `control.execute`.
+        axes: axes of matplotlib; they get labels with units and a legend.
+        events: events of `control.execute`.
         axis: X, Y or Z.
 
     Raises:
-        PathError: it is none of these.
+        PathError: the axis is none of X, Y and Z.
     """
     if axis not in tuple(AXES):
         raise PathError(f"the axis is {quoted(axis)}, but must be X, Y or Z")
@@ -86,12 +86,12 @@ def _motions(events: Iterable[Event]) -> Iterator[Motion]:
 
 
 def _name(motion: Motion) -> str:
-    """Return the meaning of its line style."""
+    """Return the key of its line style in `STYLES`."""
     return "rapid" if isinstance(motion, Rapid) and motion.source is Source.PROGRAM else motion.source.value
 
 
 def _points(motion: Motion) -> Points:
-    """Places on the way of a motion, shape (points, 3), mm."""
+    """Return points along a motion, shape (points, 3), mm."""
     if not isinstance(motion, Arc):
         return np.array([motion.start, motion.end])
     arc = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
@@ -107,7 +107,7 @@ def _draw(axes: "Axes", motion: Motion, right: Points, up: Points, programmed: s
 
 
 def _arrow(axes: "Axes", motion: Motion, points: Points) -> None:
-    """A small head in the middle of the way."""
+    """Draw a small arrow head in the middle of a motion."""
     middle = len(points) // 2
     before, after = points[middle - 1], points[middle]
     tail, head = before + 0.49 * (after - before), before + 0.51 * (after - before)
@@ -116,6 +116,6 @@ def _arrow(axes: "Axes", motion: Motion, points: Points) -> None:
 
 
 def _legend(axes: "Axes") -> None:
-    """Above the axes, where it hides nothing."""
+    """Draw the legend above the axes, where it hides nothing."""
     _, labels = axes.get_legend_handles_labels()
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=max(len(labels), 1), fontsize=8, handlelength=2.6)

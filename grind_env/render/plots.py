@@ -33,19 +33,19 @@ if TYPE_CHECKING:
 __all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
-"""Blocks, parts or dresses that are labelled; of more every k-th is."""
+"""Most labels of blocks, parts or dresses; of more than these every k-th is labelled."""
 
 MOST_MARKS = 200
-"""Strokes up to which each has its mark; of more only those that no line comes to."""
+"""Number of strokes up to which each has a mark; of more strokes, only points without a line have one."""
 
 PANEL = 1.5
-"""in; height of a panel."""
+"""Height of a panel, in."""
 
 HEADINGS = -0.055
-"""Where the headings of panels stand, left of them in widths of a panel."""
+"""Position of the headings, left of the panels, in widths of a panel."""
 
 LONGEST_TITLE = 90
-"""Characters of a title, which keep to the width of the picture."""
+"""Most characters of a title, which must fit the width of the picture."""
 
 
 def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
@@ -63,13 +63,13 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
 def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "") -> "Figure":
     """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
 
-    Single strokes stand side by side, with their blocks, parts, dresses and spark-out strokes marked; of many strokes
-    there are bands, from the lowest value to the highest, by part where there are many parts.
+    Strokes are drawn one by one, with marks for blocks, parts, dresses and spark-out. Many strokes are drawn as bands
+    from the lowest to the highest value, by part if there are many parts.
 
     Args:
-        record: of `machine.grind`.
-        job: of the run; with it size and limits are drawn.
-        title: such as the name of the program.
+        record: record of `machine.grind`.
+        job: job of the run; with it size and limits are drawn.
+        title: title, such as the name of the program.
 
     Raises:
         MissingExtra: matplotlib is not installed.
@@ -83,7 +83,7 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
 
 
 def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
-    """Draw all curves of a picture into an empty figure, one below the other, with headings of that size in pt."""
+    """Draw all curves of a picture into an empty figure, one below the other, with headings of `size`, pt."""
     from matplotlib.ticker import MaxNLocator
 
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
@@ -91,7 +91,7 @@ def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
         _draw_curve(panel, curve, shown, size)
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
-        panel.yaxis.set_label_coords(HEADINGS, 0.5)  # to measure the numbers beside them takes half the time of a page
+        panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
     _name_blocks(panels[0], shown)
     if shown.dresses or shown.spark_out is not None:
         _name_marks(panels[-1], shown)
@@ -147,7 +147,7 @@ def _mark_limits(axes: "Axes", curve: Curve) -> None:
 
 
 def _mark_pauses(axes: "Axes", shown: Picture) -> None:
-    """Dresses as lines, spark-out strokes as shades, the blocks and parts set off."""
+    """Draw dresses as lines, spark-out strokes as shades, and dotted lines between blocks."""
     for at, _ in shown.dresses:
         axes.axvline(at, color=ORANGE, lw=1.2)
     for first, after in joined_runs(() if shown.spark_out is None else shown.spark_out):
@@ -180,7 +180,7 @@ def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, he
 
 
 def _name_marks(axes: "Axes", shown: Picture) -> None:
-    """The legend of dresses and spark-out, below the numbers of the lowest panel."""
+    """Draw the legend of dresses and spark-out, below the numbers of the lowest panel."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -9,13 +9,13 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 
 DEEP = 1e-6
-"""mm; a depth that is less short of the stock than this reaches it."""
+"""mm; a depth that is short of the stock by less than this reaches it."""
 
 
 def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
-    """Return where parts have been most beyond a limit, and what to do; empty if nothing more is known.
+    """Return where parts have exceeded a limit most, and what to do; empty if nothing more is known.
 
-    Where parts are of several kinds it is said of those with the limits of the first one. `cause` is one of `Limits`.
+    Only parts with the same limits as the first one are considered. `cause` is a field of `Limits`.
     """
     limits = job.of_part(parts[0]).limits
     parts = [number for number in parts if job.of_part(number).limits == limits]
@@ -47,7 +47,7 @@ def shares(part: Any) -> str:
 def _of_stroke(
     record: GrindingRecord, parts: Sequence[int], field: str, most: float, limit: float, scale: float, unit: str
 ) -> str:
-    """Return the stroke of some parts that has come to `most` in a field, and how to ask less of it."""
+    """Return the stroke of some parts at which a field is nearest to `most`, and how to lower it."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
     line = int(stroke["line"])

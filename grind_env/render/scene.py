@@ -9,29 +9,28 @@ from grind_env.render.canvas import Box, Canvas, Point
 from grind_env.render.view import EpisodePicture
 
 RIM = 0.13
-"""Width of the coloured rim over the radius of a new wheel."""
+"""Width of the coloured rim as a share of the radius of a new wheel."""
 GRAINS = 48
-"""Marks on the rim."""
+"""Number of marks on the rim."""
 SHRINK, HALF_SHRINK = 0.45, 4.0
-"""A wheel that has lost a radius of `HALF_SHRINK` mm is drawn smaller by half of the share `SHRINK`; more loss
-draws it ever smaller, but never away."""
+"""Largest share by which a worn wheel is drawn smaller, and the lost radius at which half of it is reached, mm."""
 
 SURFACE, PART, TABLE, STOCK_ROOM = 0.735, 0.075, 0.06, 0.10
-"""Height of the finished surface from above, and heights of the part, the table and the stock that the job has room
-for, all over the height of the panel."""
+"""Distance of the finished surface from the top, and heights of the part, the table and the space for stock, all as
+shares of the height of the panel."""
 TRAVEL = 0.21
-"""Way of the table from the middle to a reversal point, over the width of the panel."""
+"""Distance of the table from the middle to a reversal point, as a share of the width of the panel."""
 LONGEST = 0.34
-"""Length of the longest part over the width of the panel."""
+"""Length of the longest part as a share of the width of the panel."""
 DRESSER_GAP = 0.06
-"""From the part to the diamond, over the width of the panel."""
+"""Distance from the part to the diamond, as a share of the width of the panel."""
 
 CHUCK_PITCH = 8.0
 """Distance of the pole strips of the magnetic chuck, px."""
 DRESSES = ("no dress", "one dress")
 SPARKS = 14
 PATCHES = 7
-"""Burn marks along a part."""
+"""Number of burn marks along a part."""
 
 
 class Placement(NamedTuple):
@@ -43,11 +42,11 @@ class Placement(NamedTuple):
     new_radius: float
     radius: float
     surface: float
-    """Height of the surface that is to be ground, y."""
+    """y of the finished surface."""
     top: float
-    """Height of the stock that is still on the part, y."""
+    """y of the upper edge of the stock that is still on the part."""
     part: Box
-    """The part without that stock."""
+    """The part without this stock."""
 
 
 def placement(view: EpisodePicture, panel: Box) -> Placement:
@@ -71,7 +70,7 @@ def placement(view: EpisodePicture, panel: Box) -> Placement:
 
 
 def draw_machine(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
-    """The machine in its panel."""
+    """Draw the machine in its panel."""
     place = placement(view, panel)
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     canvas.arc(place.centre, place.new_radius + 12.0, 9.0, (188.0, 352.0), ink.GUARD)
@@ -84,7 +83,7 @@ def draw_machine(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
 
 
 def _table_offset(view: EpisodePicture, panel: Box, half: float) -> float:
-    """Return the distance of the part's middle from below the wheel, px."""
+    """Return the horizontal distance of the part's middle from the wheel centre, px."""
     if view.instant is None:
         return 0.0
     if view.instant.dressing:
@@ -125,7 +124,7 @@ def _draw_part(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
 
 
 def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:
-    """Burn marks in the temper colours, the hottest in the middle of each."""
+    """Draw burn marks in the temper colours, the hottest in the middle of each."""
     for ring in (1.0, 0.75, 0.5, 0.25):
         colour = ink.burn_colour(1.0 + (ratio - 1.0) * (1.1 - ring))
         for k in range(PATCHES):
@@ -137,7 +136,7 @@ def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:
 
 
 def _draw_dresser(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
-    """The diamond on the table; its tip is as wide as its wear flat, much enlarged."""
+    """Draw the diamond on the table; its tip is as wide as its wear flat, much enlarged."""
     panel, part = place.panel, place.part
     x = part.left - DRESSER_GAP * panel.width
     dressing = view.instant is not None and view.instant.dressing
@@ -152,7 +151,7 @@ def _draw_dresser(canvas: Canvas, place: Placement, view: EpisodePicture) -> Non
 
 
 def _draw_coolant(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
-    """The nozzle and, while the wheel cuts, its jet into the gap between wheel and part."""
+    """Draw the nozzle and, while the wheel cuts, its jet into the gap between wheel and part."""
     x, y = place.centre[0], place.centre[1] + place.radius
     tip = (x + 0.95 * place.new_radius, place.surface - 0.36 * place.new_radius)
     if view.instant is not None and not view.instant.dressing:
@@ -201,7 +200,7 @@ def _draw_wheel(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
 
 
 def _draw_sparks(canvas: Canvas, at: Point, spin: float) -> None:
-    """Sparks fly off in the direction in which the wheel turns."""
+    """Draw sparks in the direction in which the wheel turns."""
     for k in range(SPARKS):
         phase = (0.37 * k + 3.1 * spin) % 1.0
         angle = math.radians(2.0 + 24.0 * k / SPARKS)
@@ -230,7 +229,7 @@ LOADED = 0.7
 
 
 def draw_lens(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
-    """Grains whose tips flatten as the wear-flat area grows, pores that fill as the wheel loads, and the scale."""
+    """Draw grains whose tips flatten with the wear-flat area, pores that fill as the wheel loads, and the scale."""
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     face = Box(panel.left + 10.0, panel.top + 8.0, panel.left + 0.60 * panel.width, panel.bottom - 8.0)
     _draw_face(canvas, face, view)
@@ -278,7 +277,7 @@ def _draw_scale(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
 
 
 def draw_tray(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
-    """One cell per part: full height and struck out for scrap, lower and plain for a good one, a line if to come."""
+    """Draw one cell per part: scrap high and struck out, a good part lower and plain, a part to come as a line."""
     parts = [block for block in view.ground if block.finished]
     canvas.text(
         (box.right, box.bottom),

@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 DPI = 130
-"""Dpi of a .png file, and of what a notebook shows."""
+"""Resolution of .png files and of pictures in a notebook, dpi."""
 
 
 class ShownFigure(Figure):

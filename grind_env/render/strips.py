@@ -7,13 +7,13 @@ from typing import NamedTuple
 from grind_env.render.view import EpisodePicture
 
 HEADROOM = 1.12
-"""Upper edge of a strip over the limit that it shows."""
+"""Ratio of the upper edge of a strip to its highest value or limit."""
 MEASURED = {
     "power": ("power", "kW", "{:.2f}", 0.001),
     "rise": ("temperature rise", "K", "{:.0f}", 1.0),
     "roughness": ("Ra", "µm", "{:.2f}", 1.0),
 }
-"""Name, unit, format and scale of what is measured, by its field of a block and of its limits."""
+"""Name, unit, format and scale of each measured quantity, by its field of `GroundBlock` and of `Limits`."""
 
 
 class Strip(NamedTuple):
@@ -43,7 +43,7 @@ class Strip(NamedTuple):
 
     @property
     def latest(self) -> str:
-        """The last value and its limit, without the unit; empty if there is none."""
+        """Last value and its limit as text, without the unit; empty if there is no value."""
         if not self.values:
             return ""
         limit = self.limits[-1]
@@ -51,7 +51,7 @@ class Strip(NamedTuple):
 
 
 def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
-    """Power, temperature and Ra of the blocks ground so far, and table speed, that of a running one as well."""
+    """Return strips of power, temperature and Ra of the blocks ground so far, and of E, also of a running block."""
     ground, extent = view.ground, view.extent
     # the E of a block is chosen before it runs, and its caption names it
     speeds = [block.speed for block in ground] + ([view.instant.speed] if view.instant else [])

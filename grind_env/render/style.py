@@ -10,18 +10,18 @@ COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
 """Widths of a column and of a page of two columns, in."""
 
 FONT = 8.0
-"""pt."""
+"""Font size, pt."""
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
-"""Colours of Okabe and Ito: told apart with any colour vision."""
+"""Colours of Okabe and Ito, distinct with any colour vision."""
 DASHES = ("-", "--", "-.", ":", "-", "--")
-"""Beside them, for grey prints."""
+"""Line styles beside the colours, for grey prints."""
 MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 @contextmanager
 def paper_style() -> Iterator[None]:
-    """Draw in here in the style of papers.
+    """Return a context in which figures have the style of papers.
 
     Raises:
         MissingExtra: matplotlib is not installed.

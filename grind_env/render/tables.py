@@ -35,13 +35,13 @@ COLUMNS = {
 """Heading and format of each column, by the field of `record.PART_ROW`."""
 
 STATION = "station"
-"""The column behind the number of a part, of a job with stations."""
+"""Column behind the number of a part, for jobs with stations."""
 
 WHERE_IT_OCCURS = ("dresses", "taper")
-"""Columns that are left out where they hold zeros."""
+"""Columns that are left out if they hold zeros only."""
 
 LAST_STAGE = "last st.\nrise K"
-"""Heading of the rise beside the highest one, which is left out where it is the same."""
+"""Heading of the rise of the last stage, if it differs from the highest rise, which then has its own column."""
 
 CAUSES = {
     "rise": ("temperature", "rise"),
@@ -51,28 +51,27 @@ CAUSES = {
     "unground": ("unground", "survival"),
     "earlier": ("earlier stage", "survival"),
 }
-"""Word for what keeps a part from being good, and its column, by its name: a field of `process.cost.Limits`, or what
-else `causes` returns."""
+"""Word and column of each cause why a part is not good, by the name that `causes` returns."""
 
 SENTENCES = {
     "stall": "the spindle stalled",
     "unground": "not ground everywhere",
     "earlier stage": "not good in an earlier stage",
 }
-"""What is printed of causes that are no limits, by their word."""
+"""Printed sentence for causes that are not the limit of a quantity, by their word."""
 
 UNKNOWN = "–"
-"""In place of how likely a part is good that is not judged."""
+"""Text in place of the probability that a part is good, if the part is not judged."""
 
 NONE_GOOD = 0.005
-"""Good parts below which they count as none."""
+"""Expected number of good parts below which there are none."""
 
 SCALES = {"peak_power": 0.001, "survival": 100.0}
-"""What a field is multiplied by to have the unit of its heading."""
+"""Factor from a field to the unit of its heading."""
 
 
 MOST_ROWS = 60
-"""Most rows of the table; of more the first and the last are printed."""
+"""Most rows of a table; of a longer one the first and the last rows are printed."""
 
 
 class PartsRow(NamedTuple):
@@ -81,9 +80,9 @@ class PartsRow(NamedTuple):
     first: int
     last: int
     texts: tuple[str, ...]
-    """Texts of all columns but that of the number."""
+    """Texts of all columns except the number."""
     red: frozenset[str]
-    """Fields of the columns whose limit they are beyond."""
+    """Fields of the columns whose limit the parts exceed."""
 
     @property
     def number(self) -> str:
@@ -91,13 +90,13 @@ class PartsRow(NamedTuple):
         return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
 
     def cells(self, fields: Sequence[str]) -> list[Cell]:
-        """Return the cells of all columns, which have these fields."""
+        """Return the cells of all columns; `fields` are the fields of the columns, the number first."""
         texts = zip(fields, (self.number, *self.texts), strict=True)
         return [Cell(text, "bad" if field in self.red else "") for field, text in texts]
 
 
 class PartTable(NamedTuple):
-    """A row for each part, or for successive ones that are alike."""
+    """A table with a row for each part, or for successive equal parts."""
 
     fields: tuple[str, ...]
     """Fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
@@ -106,12 +105,12 @@ class PartTable(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """A limit that parts are beyond."""
+    """A limit that parts exceed, or another cause why they are not good."""
 
     sentence: str
-    """What limit, and which parts."""
+    """Sentence with the limit and the parts."""
     why: str
-    """Where, by how much and what to change; empty if nothing more is known."""
+    """Place, amount and the word to change; empty if nothing more is known."""
 
 
 def part_table(record: GrindingRecord, job: Job) -> PartTable:
@@ -141,7 +140,7 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
 
 
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
-    """Return the limits that parts are beyond."""
+    """Return the limits that parts exceed, and other causes why parts are not good."""
     bad: dict[str, list[int]] = {}
     for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
         for words in beyond(causes(part, job), stages, unjudged_part):
@@ -157,14 +156,14 @@ def faults(record: GrindingRecord, job: Job) -> list[Fault]:
 
 
 def parts_said(numbers: Sequence[int], job: Job) -> str:
-    """Parts by their numbers, ascending, of a job with stations with the names of these."""
+    """Return text that names parts by their ascending numbers and, for a job with stations, the stations."""
     text = f"part{'s' * (len(numbers) > 1)} {runs(numbers)}"
     names = dict.fromkeys(job.station_of(number) for number in numbers)
     return f"{text} (station{'s' * (len(names) > 1)} {', '.join(names)})" if job.stations else text
 
 
 def _unjudged(record: GrindingRecord) -> dict[str, str]:
-    """Why parts are not judged, by the words for it."""
+    """Return why parts are not judged, by the sentence of `not_judged`."""
     return {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
 
 
@@ -209,14 +208,14 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
 
 
 def _size(record: GrindingRecord) -> str:
-    """Return the shares of the size error of the part with the largest."""
+    """Return a sentence with the largest size error of a part, and its shares."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
     whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
 
 
 def totals(record: GrindingRecord) -> str:
-    """Parts, time and cost of a run in one line."""
+    """Return parts, time and cost of a run in one line."""
     parts, cost, good = len(record.parts), record.parts["total_cost"].sum(), float(record.parts["survival"].sum())
     infeeds = record.parts["infeeds"].sum()
     unjudged = sum(map(bool, record.unjudged))
@@ -233,8 +232,8 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
     """Return the exceeded limits of the job for a part, a row of `record.PART_ROW`.
 
     Returns:
-        Fields of `process.cost.Limits`, then `unground` of a part that no stroke has reached in some place, and
-        `earlier` of one that was not good at a gauging stop.
+        Fields of `process.cost.Limits`, then `unground` if no stroke has reached some place of the part, and `earlier`
+        if the part was not good at a gauging stop.
     """
     limits = job.of_part(int(part["part"])).limits
     passed = passed_limits(part["rise"], part["peak_torque"], part["Ra"], part["worst_error"], limits)
@@ -245,7 +244,7 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
 def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
     """Return the words for why a part is not good: its `causes`, and exceeded limits of its stages.
 
-    Of a part that is not judged it is that alone, with the lines of the program.
+    For a part that is not judged, the only text is `not_judged`, with the lines of the program.
     """
     if unjudged:
         return [not_judged(unjudged)]
@@ -259,12 +258,12 @@ def not_judged(found: Sequence[Unjudged]) -> str:
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
-    """Return the record without strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
+    """Return the record without strokes, in JSON types; names and units as in `record.PART_ROW` and `DRESS_ROW`.
 
-    `plant` is the machine where it is not the model. `cycles` are the executions of blocks
-    (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the name of its `station`, and each part a
-    list `beyond` besides, of what keeps it from being good; `reasons` says by the word in it where the parts have been
-    most beyond a limit, and what to do.
+    `plant` is the machine if it differs from the model. `cycles` are the executions of blocks
+    (`part.executions.EXECUTION_ROW`). Each part has a list `beyond` of the causes why it is not good and, in a job with
+    stations, the name of its `station`. `reasons` says for each word in `beyond` where parts have exceeded the limit
+    most, and what to do.
     """
     bad: dict[str, list[int]] = {}
     for part, unjudged in zip(record.parts, record.unjudged, strict=True):

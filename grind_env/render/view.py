@@ -7,7 +7,7 @@ from grind_env.process.cost import SCRAP_BELOW, Limits, passed_limits
 from grind_env.process.state import WheelState
 
 FAULTS = {"rise": "burn", "power": "stall", "roughness": "Ra", "size": "size"}
-"""What a picture calls the passing of a limit, by the field of `process.cost.Limits`."""
+"""Name of an exceeded limit in a picture, by the field of `process.cost.Limits`."""
 
 
 class RenderError(GrindError):
@@ -26,7 +26,7 @@ class Extent:
     blocks: int
     """Cycle blocks of the episode."""
     parts: int
-    """Parts that these blocks finish."""
+    """Number of parts that these blocks finish."""
     new_diameter: float
     """New diameter of the wheel, mm."""
     lowest_speed: float
@@ -38,7 +38,7 @@ class Extent:
     longest: float
     """Length of the longest part, mm."""
     thickest: float
-    """Stock that fills the height set aside for it, mm."""
+    """Stock that fills the height for stock in the picture, mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,25 +48,25 @@ class GroundBlock:
     speed: float
     """E, mm/min."""
     executions: int
-    """D."""
+    """D, number of dresses."""
     power: float
     """Highest power above idle, W."""
     torque: float
-    """Highest torque over that at which the spindle stalls."""
+    """Ratio of the highest torque to the torque at which the spindle stalls."""
     rise: float
     """Highest temperature rise that counts, K."""
     roughness: float
-    """Ra that it left, um."""
+    """Ra after the block, um."""
     size_error: float
-    """Stock that it left, um."""
+    """Stock left after the block, um."""
     limits: Limits
     """Limits of the part."""
     cost: float
-    """$."""
+    """Cost of the block, $."""
     finished: bool
-    """Whether it finished a part."""
+    """Whether the block finished a part."""
     good: float
-    """Probability that this part is good; 0 if it finished none."""
+    """Probability that the finished part is good; 0 if the block finished none."""
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -77,15 +77,15 @@ class GroundBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Workpiece:
-    """The part on the table: its kind, and how much of the stock of the block is still on it."""
+    """The part on the table: its kind, and the stock still on it."""
 
     name: str
     length: float
-    """mm."""
+    """Length of the part, mm."""
     stock: float
     """Stock before the block, mm."""
     left: float
-    """Stock still on the part, mm; below 0 on one that is too thin."""
+    """Stock still on the part, mm; below 0 if the part is too thin."""
 
     @property
     def description(self) -> str:
@@ -97,15 +97,15 @@ class PictureInstant:
     """An instant within a block, for an animation; a picture without one shows the machine at rest."""
 
     table: float
-    """Where the table stands, from -1 at the secondary to 1 at the primary reversal point."""
+    """Position of the table, from -1 at the secondary to 1 at the primary reversal point."""
     spin: float
-    """Turns of the wheel."""
+    """Number of turns of the wheel."""
     dressing: bool
     """Whether the diamond is at the wheel."""
     speed: float
     """E of the block that is running, mm/min."""
     executions: int
-    """Its D."""
+    """D of the block that is running, number of dresses."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +118,7 @@ class EpisodePicture:
     wheel: WheelState
     part: Workpiece
     text: str
-    """The block last run or, with `instant`, running; empty before the first."""
+    """Text of the last block or, with `instant`, of the running block; empty before the first block."""
     instant: PictureInstant | None = None
 
     @property
@@ -127,12 +127,12 @@ class EpisodePicture:
 
     @property
     def last(self) -> GroundBlock | None:
-        """Return the last finished block, whose marks the part bears unless another is running."""
+        """Return the last block ground, whose marks are on the part; None during a block or before the first."""
         return self.ground[-1] if self.ground and self.instant is None else None
 
     @property
     def number(self) -> int:
-        """Number of the block that the picture shows, from 1; 0 before the first."""
+        """Number of the block in the picture, from 1; 0 before the first."""
         return len(self.ground) + (self.instant is not None)
 
     @property
@@ -150,7 +150,7 @@ class EpisodePicture:
 
     @property
     def scrapped(self) -> int:
-        """Parts finished so far that are more likely bad than good."""
+        """Number of parts finished so far that are more likely bad than good."""
         return sum(block.finished and block.good < SCRAP_BELOW for block in self.ground)
 
     @property
@@ -162,7 +162,7 @@ class EpisodePicture:
 
     @property
     def verdict(self) -> str:
-        """Return the result of the part of the last block, in words; empty if another is running or none was."""
+        """Return the result for the part of the last block, in words; empty during a block or before the first."""
         last = self.last
         if last is None:
             return ""

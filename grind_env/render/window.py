@@ -11,7 +11,7 @@ from grind_env.render.view import NoScreenError, RenderError
 
 
 class Window:
-    """A window on the screen that shows at most `fps` pictures a second; without a screen a `NoScreenError`."""
+    """A window on the screen that shows at most `fps` pictures a second; `NoScreenError` without a screen."""
 
     def __init__(self, title: str, fps: float) -> None:
         try:
@@ -27,11 +27,11 @@ class Window:
         self.shown: ImageTk.PhotoImage | None = None
 
     def show(self, frame: NDArray[np.uint8]) -> None:
-        """Show a picture, shape (height, width, 3), when the one before has stood long enough."""
+        """Show a picture, shape (height, width, 3), once the last one has been shown long enough."""
         time.sleep(max(self.due - time.monotonic(), 0.0))
         self.due = time.monotonic() + self.pause
         try:
-            # tkinter keeps no reference to what it shows
+            # tkinter keeps no reference to the picture
             self.shown = ImageTk.PhotoImage(Image.fromarray(frame), master=self.root)
             self.label.configure(image=self.shown)
             self.root.update()
@@ -39,10 +39,10 @@ class Window:
             raise RenderError("the window has been closed: make the environment anew to go on watching") from None
 
     def close(self) -> None:
-        """Close the window; once is enough."""
+        """Close the window if it is open."""
         self.shown = None
         try:
             self.root.destroy()
         except tkinter.TclError:
-            # the user was quicker
+            # the user has closed it
             return

@@ -1,6 +1,6 @@
 """Validation of the process model: trends against expected bands, numbers against measured ones.
 
-`python -m grind_env.validation` prints the table. `CHECKS` are the rows, `validate` takes their numbers.
+`python -m grind_env.validation` prints the table. `CHECKS` are its rows, `validate` computes their numbers.
 """
 
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ CHECKS: tuple[Check, ...] = tuple(
 
 
 def validate(catalogue: Catalogue | None = None) -> list[Row]:
-    """Take the numbers of all checks with the entries of a catalogue; by default the built-in one."""
+    """Return all checks with their numbers, for the entries of a catalogue; by default the built-in one."""
     rig = Rig(load_catalogue() if catalogue is None else catalogue)
     return [row_of(check, rig) for check in CHECKS]
 

@@ -1,4 +1,4 @@
-"""A check: one number of the process model, its band, the source of the band, and its row."""
+"""A check: one number of the process model, its band, the source of the band, and its result."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ GROUPS = {
     9: "Spindle",
     10: "Measured, published and remembered numbers",
 }
-"""What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
+"""Subjects of the checks, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
 Measure = Callable[[Rig], float]
@@ -30,7 +30,7 @@ TREND = Basis(Evidence.OWN, "expected of the trend")
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """The numbers that are right: from `low` to `high`, both allowed, in the unit of the check."""
+    """Range of right values, from `low` to `high`, both included, in the unit of the check."""
 
     low: float
     high: float
@@ -49,7 +49,7 @@ class Band:
 
 
 def band_of(text: str) -> Band:
-    """Return the band that a text says, as `str` writes it."""
+    """Return the band of a text such as `str` of a band."""
     low, _, high = text.partition(" to ")
     if text.startswith("at "):
         end = float(text.split()[-1])
@@ -64,13 +64,13 @@ class Check:
     Attributes:
         name: unique name, used by known failures.
         group: a key of `GROUPS`.
-        what: the number.
+        what: name of the number in reports.
         at: conditions of the number.
         band: range of right values.
         measure: function that computes the number; raises a `GrindError` if the catalogue lacks an entry.
         unit: unit of the number; "" without one.
         reference: measured, published or remembered number, in `unit`, if it is one number.
-        basis: source of that number or of the band.
+        basis: source of the reference or of the band.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Row:
 
 
 def row_of(check: Check, rig: Rig) -> Row:
-    """Take the number of a check."""
+    """Return a check with the number of the model."""
     own = replace(rig, outside={})
     value, missing = math.nan, ""
     try:

@@ -13,15 +13,15 @@ from grind_env.validation.rig import NO_GROWTH, Rig, grind_plate
 from grind_env.validation.slopes import exponent
 
 HALF_DULL = 0.03
-"""Wear-flat area, share of the wheel's face: between that where burn is expected, .04, and a sharp wheel, .009."""
+"""Wear-flat area, share of the wheel's face, between a sharp wheel (.009) and expected burn (.04)."""
 INTERVAL = 100.0
-"""mm3/mm over which a wheel loses what a dress loosened."""
+"""Volume over which a wheel loses the grains that a dress has loosened, mm3/mm."""
 VOLUMES = (250.0, 450.0, 600.0)
-"""mm3/mm; the volumes of valve_alloys.csv, if they are mm3 on a width of 20 mm."""
+"""Volumes of valve_alloys.csv, mm3/mm, if they are mm3 on a width of 20 mm."""
 AMPLE = 500_000.0
-"""W; more than any stroke asks for."""
+"""Power limit of an ample spindle, W; no stroke needs so much."""
 SLOWED = 1.2
-"""What a stroke asks for over the power of a spindle that it slows."""
+"""Ratio of the power that a stroke needs to the power limit of a weak spindle."""
 ENTRIES = {
     "material": (
         *("aisi_52100", "aisi_d2", "aisi_m2", "aisi_1045", "case_hardened_16mncr5", "grey_cast_iron"),
@@ -31,7 +31,7 @@ ENTRIES = {
     "fluid": ("emulsion", "synthetic", "oil", "dry"),
     "dresser": ("single_point", "blade", "rotary"),
 }
-"""What a shop looks for in the catalogue, by kind of entry."""
+"""Entries that a shop looks for in the catalogue, by kind."""
 
 
 def catalogue_gaps(rig: Rig) -> float:
@@ -46,25 +46,25 @@ def fields_without_effect(rig: Rig) -> float:
 
 
 def roughness_in_nickel(rig: Rig, wheel: str) -> float:
-    """Return the settled Ra in a nickel alloy over that in steel."""
+    """Return the ratio of the settled Ra in a nickel alloy to the settled Ra in steel."""
     nickel, steel = (settled_roughness(rig.fresh(wheel=wheel, material=each)) for each in ("inc751", "aisi_52100"))
     return nickel / steel
 
 
 def roughness_on_wear(rig: Rig, wheel: str) -> float:
-    """Return the exponent of the settled Ra on the wear, of a nickel alloy over steel."""
+    """Return the exponent of the settled Ra on the wear, from a nickel alloy and steel."""
     grinders = [rig.steady(wheel=wheel, material=each) for each in ("inc751", "aisi_52100")]
     nickel, steel = (grinder.grind_volume(INTERVAL) for grinder in grinders)
     return math.log(nickel.Rg / steel.Rg) / math.log(steel.G / nickel.G)
 
 
 def roughness_scatter(rig: Rig) -> float:
-    """Return the coefficient of variation of Ra from part to part in a job that says nothing of it."""
+    """Return the coefficient of variation of Ra from part to part in a job that does not set it."""
     return math.sqrt(math.expm1(Lots().roughness ** 2))
 
 
 def early_loss(rig: Rig, volume: float = INTERVAL, **setup: Any) -> float:
-    """Return the radius that a wheel loses early after a dress, beside its steady wear, um."""
+    """Return the radius that a wheel loses early after a dress in addition to its steady wear, um."""
     return 1000.0 * (wear_depth(rig.fresh(**setup), volume) - wear_depth(rig.steady(**setup), volume))
 
 
@@ -74,9 +74,9 @@ def wear_on_volume(rig: Rig, wheel: str) -> float:
 
 
 def too_thin(rig: Rig, waits: float) -> float:
-    """Return by how much more the last of a part is ground off than where it does not grow, um.
+    """Return the stock that is removed in excess because the part grows with heat, um.
 
-    Roughing with a wheel due for a dress, some strokes in the air to cool, and two more infeeds.
+    The test is roughing with a wheel due for a dress, `waits` strokes in the air to cool, and two more infeeds.
     """
     depths = []
     for changes in ({}, NO_GROWTH):
@@ -92,7 +92,7 @@ def too_thin(rig: Rig, waits: float) -> float:
 
 
 def _spindles(rig: Rig, over: float) -> tuple[StrokeResult, StrokeResult]:
-    """Return the stroke of an ample spindle, and that of one with 1/`over` of the power that it asks for."""
+    """Return the stroke of an ample spindle, and the stroke of a spindle with 1/`over` of the power needed."""
     wheel = rig.sharp(changes={"machine": {"power_limit": AMPLE, "idle_power": 0.0}})
     ample = rig.set_up_anew(wheel).grind(STEADY)
     weak = rig.set_up_anew(wheel, changes={"machine": {"power_limit": ample.power * (1.0 / over), "idle_power": 0.0}})
@@ -100,29 +100,29 @@ def _spindles(rig: Rig, over: float) -> tuple[StrokeResult, StrokeResult]:
 
 
 def slowed(rig: Rig, name: str) -> float:
-    """Return a field of the stroke of the weak spindle over that of the ample one."""
+    """Return the ratio of a field of the stroke between the weak and the ample spindle."""
     ample, weak = (getattr(each, name) for each in _spindles(rig, SLOWED))
     return float(weak / ample)
 
 
 def power_used(rig: Rig) -> float:
-    """Return the power of the weak spindle over what it has."""
+    """Return the ratio of the power of the weak spindle to its power limit."""
     ample, weak = _spindles(rig, SLOWED)
     return SLOWED * weak.load * weak.vs / (ample.vs * ample.power)
 
 
 def stalled(rig: Rig, over: float) -> float:
-    """Return 1 where a spindle stalls that is asked for `over` times its power, else 0."""
+    """Return 1 if a spindle stalls when a stroke needs `over` times its power limit, else 0."""
     return float(_spindles(rig, over)[1].torque >= 1.0)
 
 
 def plate_survival(rig: Rig, power_limit: float) -> float:
-    """Return the probability that the part of the example is good."""
+    """Return the probability that the part of the example `plate_g82` is good."""
     return float(grind_plate(rig, power_limit).parts["survival"][0])
 
 
 def plate_seconds(rig: Rig, power_limit: float) -> float:
-    """Return the time of the example, s."""
+    """Return the time of the example `plate_g82`, s."""
     return grind_plate(rig, power_limit).seconds
 
 
@@ -142,7 +142,7 @@ def burn_threshold_error(rig: Rig) -> float:
 
 
 def linearity(rig: Rig) -> float:
-    """Return the specific energy at A 4 % over the mean of those at 2 and 6 %, at one depth of cut."""
+    """Return the ratio of the specific energy at A 4 % to its mean at 2 and 6 %, at the same depth of cut."""
     low, middle, high = (rig.dulled(flats).cut(0.010).u_s for flats in (0.02, 0.04, 0.06))
     return 2.0 * middle / (low + high)
 
@@ -153,5 +153,5 @@ def dress_width(rig: Rig) -> float:
 
 
 def dress_overlap(rig: Rig) -> float:
-    """Return its overlap ratio at 192.5 mm/min and 1410 rpm."""
+    """Return the overlap ratio of the diamond of `dress_width` at 192.5 mm/min and 1410 rpm."""
     return dress_width(rig) / (192.5 / 1410.0)

@@ -1,9 +1,9 @@
-"""The checks that `checks.csv` declares, and the evaluator of their numbers.
+"""The checks of `checks.csv`, and the evaluation of their numbers.
 
-`quantity` names a field of a stroke, or a function with its arguments: of `quantities`, or of `comparisons` where no
-`wheel` is named. `wheel` names the method of `Rig` that makes one. `setups` are arguments of that, `name: value` with
-`; ` between them, `kind.field` for an entry of the catalogue; several values make a set-up each. `number` is what the
-quantities of these come to.
+The column `wheel` names the method of `Rig` that makes the wheel. `setups` are its arguments, `name: value` separated
+by `; `, with `kind.field` for an entry of the catalogue; several values make one set-up each. `quantity` is a field of
+a stroke, or a function with its arguments: of `quantities`, or of `comparisons` without a `wheel`. `number` is the
+function in `NUMBERS` of the quantities of all set-ups.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,7 +42,7 @@ class Measurement:
     number: str = ""
 
     def __call__(self, rig: Rig) -> float:
-        """Take the number on a rig."""
+        """Return the number, measured on a rig."""
         columns = {name: values for part in self.setups.split("; ") if part for name, *values in [_words(part)]}
         swept: list[Any] = next((values for values in columns.values() if len(values) > 1), [])
         found = []
@@ -68,7 +68,7 @@ class Measurement:
 
 
 def _words(text: str) -> list[Any]:
-    """Return the words of a text, numbers as such."""
+    """Return the words of a text, with numbers as floats."""
     return [float(word) if word[0].isdigit() else word for word in text.split()]
 
 

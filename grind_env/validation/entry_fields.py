@@ -16,14 +16,14 @@ ELSEWHERE = {
         *("maximum_table_speed", "maximum_plunge_feed", "maximum_cross_feed", "maximum_spindle_speed"),
     ),
 }
-"""Fields that act outside of the strokes: on limits, times, prices, readings, and as a process of its own."""
+"""Fields that act outside of the strokes (on limits, times, prices, readings) or in a process of their own."""
 
 
 TRIED: tuple[Mapping[str, str], ...] = tuple(
     dict(zip(("material", "wheel", "fluid", "dresser", "machine"), (*names, "default"), strict=True))
     for names in (("aisi_52100", "a60j", "emulsion", "single_point"), ("aisi_52100", "b126", "oil", "rotary"))
 )
-"""Entries among which a field has to change something; between them they have every effect of the process."""
+"""Two sets of entries with which each field is tried; together they have every effect of the process."""
 
 
 def idle_fields(rig: Rig) -> list[str]:
@@ -51,7 +51,7 @@ def _raised(entry: Entry, name: str) -> float:
 
 
 def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, float]]) -> tuple[float, ...]:
-    """Return all numbers of wheel and strokes: sharp and dull, a worn diamond, boiling coolant, a slow spindle."""
+    """Return all numbers of wheel and strokes, with sharp and dull wheel, worn diamond, boiling and slow spindle."""
     chosen = {kind: name for kind, name in names.items() if kind != "machine"}
     numbers: list[float] = []
     for conditions, flats in (

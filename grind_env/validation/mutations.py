@@ -1,4 +1,4 @@
-"""Change the laws of `laws.csv` one at a time, and list the rows that notice."""
+"""Mutation test: the laws of `laws.csv` are changed one at a time, and the rows that then fail are listed."""
 
 import inspect
 import multiprocessing
@@ -16,9 +16,9 @@ from grind_env.validation import CHECKS, data, known_failures, row_of
 from grind_env.validation.rig import Rig
 
 LEAST = 2
-"""Rows that have to notice a law that carries a decision."""
+"""Least number of rows that must notice the change of a law that carries a decision."""
 OF_ENTRIES = "idle fields"
-"""The row that asks what entries do, and nothing of a law; it takes a fifth of the time of all."""
+"""Row that is left out: it checks entries of the catalogue, not laws, and takes a fifth of the time of all rows."""
 
 
 class Law(NamedTuple):
@@ -26,17 +26,17 @@ class Law(NamedTuple):
 
     name: str
     function: str
-    """Below `grind_env.process`."""
+    """Name of the function below `grind_env.process`."""
     old: str
-    """Stands once in the source of the function."""
+    """Text that occurs once in the source of the function."""
     new: str
     decides: str = ""
     """The decision of a shop that the law carries; "" for none."""
     known: str = ""
-    """Why fewer than `LEAST` rows notice the law; "" where as many have to."""
+    """Reason why fewer than `LEAST` rows notice the law; "" if `LEAST` rows must notice it."""
 
     def original(self) -> Any:
-        """Return the function as the process has it."""
+        """Return the unchanged function of the process."""
         module, _, name = self.function.rpartition(".")
         return getattr(import_module(f"grind_env.process.{module}"), name)
 
@@ -66,7 +66,7 @@ class Noticed(NamedTuple):
 
 @contextmanager
 def changed(law: Law) -> Iterator[None]:
-    """Change a law for a while, wherever its function is called from; only where nothing is compiled."""
+    """Return a context in which a law is changed for all callers of its function; only without compilation."""
     function = law.original()
     names = {**function.__globals__}
     exec(law.source(), names)
@@ -78,7 +78,7 @@ def changed(law: Law) -> Iterator[None]:
 
 
 def notice(law: Law) -> Noticed:
-    """Take all rows with a changed law."""
+    """Return a law with the rows that notice its change."""
     rig = Rig(load_catalogue())
     checks = [check for check in CHECKS if check.name not in known_failures() and check.name != OF_ENTRIES]
     with changed(law):
@@ -86,7 +86,7 @@ def notice(law: Law) -> Noticed:
 
 
 def mutate(laws: Sequence[Law] = LAWS) -> list[Noticed]:
-    """Change laws one at a time, in processes that run plain Python; returns what notices them, in order."""
+    """Return each law with the rows that notice its change; laws change one at a time, in uncompiled processes."""
     before = os.environ.get("NUMBA_DISABLE_JIT", "0")
     os.environ["NUMBA_DISABLE_JIT"] = "1"
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:

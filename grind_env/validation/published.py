@@ -18,7 +18,7 @@ CASES: Mapping[str, tuple[str, str]] = {
 }
 """The set-ups of expected_magnitudes.csv."""
 NO_GROWTH = "material.thermal_expansion: 0"
-"""The depth of cut is told, so that the part must not grow."""
+"""Set-up of a part that does not grow, because the published depth of cut is given."""
 STATES = {"sharp": ("sharp", "sharp"), "dull": ("A 4 %", "dulled 0.04")}
 QUANTITIES = {
     "specific energy": "u_s",

@@ -14,13 +14,13 @@ from grind_env.process.state import StrokeResult
 from grind_env.validation.rig import Grinder, crossing
 
 STEADY = 5
-"""Strokes after which the depth of cut has come up to the downfeed."""
+"""Number of strokes after which the depth of cut has reached the downfeed."""
 SPARK_OUT, FULL_SPARK_OUT = 10, 40
-"""Passes after which force and power are to be near those of the threshold, and after which nothing more happens."""
+"""Passes after which force and power should be near the threshold, and after which nothing changes any more."""
 ROUGHING = 17
-"""Strokes of roughing after which the growth of a part is looked at."""
+"""Number of roughing strokes after which the growth of a part is computed."""
 FLATS: tuple[float, ...] = tuple(np.geomspace(0.004, 0.145, 181).tolist())
-"""Wear-flat areas by which the heat flux is raised."""
+"""Wear-flat areas, share of the wheel's face, with which the heat flux is raised in steps."""
 
 
 def flats(grinder: Grinder) -> float:
@@ -46,7 +46,7 @@ def grain_density(grinder: Grinder) -> float:
 
 
 def force_ratio(grinder: Grinder) -> float:
-    """Return tangential over normal force."""
+    """Return the ratio of tangential to normal force."""
     done = grinder.grind(STEADY)
     return done.Ft / done.Fn
 
@@ -69,7 +69,7 @@ def wear_depth(grinder: Grinder, volume: float) -> float:
 
 
 def dressed_share(grinder: Grinder) -> float:
-    """Return the share of the wheel that the dresser takes: a dress every 15 parts of 0.1 mm stock, %."""
+    """Return the share of the lost wheel volume that is dressed off, %: a dress every 15 parts of 0.1 mm stock."""
     removed = grinder.dress()
     worn = 0.0
     for _ in range(15):
@@ -91,27 +91,27 @@ def cut_at_half_the_threshold(grinder: Grinder) -> float:
 
 
 def rubbing_force(grinder: Grinder) -> float:
-    """Return the normal force at half the interference of the threshold over that of the threshold."""
+    """Return the ratio of the normal force at half the threshold interference to the threshold force."""
     threshold = grinder.threshold().Fn
     return grinder.trial(0.5 * threshold * grinder.setup.width / grinder.p.ke).Fn / threshold
 
 
 def over_threshold(grinder: Grinder, name: str) -> float:
-    """Return a field of the last of ten spark-out passes over the same field at the wheel's threshold."""
+    """Return the ratio of a field of the last of ten spark-out passes to its value at the wheel's threshold."""
     grinder.grind(10)
     last = grinder.grind(SPARK_OUT, 0.0)
     return float(getattr(last, name) / getattr(grinder.threshold(), name))
 
 
 def residual_power(grinder: Grinder) -> float:
-    """Return the power of a pass that cuts 0.1 um, and so has all but died, over that of the plunge."""
+    """Return the ratio of the power of a pass that cuts only 0.1 um to the power of the plunge."""
     return grinder.cut(1e-4).power / grinder.grind(STEADY).power
 
 
 def least_energy(grinder: Grinder) -> float:
     """Return the specific energy of a cut so deep that only chips count, J/mm3.
 
-    What flats and ploughing add falls with the square root of the depth; cuts of 20 and 80 um give what is left.
+    Flats and ploughing add a term that falls with the square root of the depth; cuts of 20 and 80 um eliminate it.
     """
     return 2.0 * grinder.cut(0.080).u_s - grinder.cut(0.020).u_s
 
@@ -122,7 +122,7 @@ def settled_roughness(grinder: Grinder) -> float:
 
 
 def touched(grinder: Grinder) -> float:
-    """Return what a touch of 1 nm takes off the Ra of an unground face, %."""
+    """Return by how much a cut of 1 nm reduces the Ra of an unground face, %."""
     return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
 
 
@@ -133,19 +133,19 @@ def sparked_out(grinder: Grinder) -> float:
 
 
 def spark_out_gain(grinder: Grinder) -> float:
-    """Return Ra after full spark-out over that of the plunge."""
+    """Return the ratio of Ra after full spark-out to Ra of the plunge."""
     plunged = grinder.grind(40).Ra
     return grinder.grind(FULL_SPARK_OUT, 0.0).Ra / plunged
 
 
 def growth(grinder: Grinder) -> float:
-    """Return by how much the part stands higher after roughing, um."""
+    """Return the growth in height of the part after roughing, um."""
     grinder.grind(ROUGHING)
     return 1000.0 * part_growth(sum(grinder.heat), grinder.p.swell)
 
 
 def heat_kept(grinder: Grinder) -> float:
-    """Return the growth of an uncooled part over the growth from all heat that has entered it."""
+    """Return the ratio of the growth of an uncooled part to the growth from all heat that has entered it."""
     grinder.p = grinder.p._replace(r_1=0.0, r_2=0.0, r_3=0.0, r_4=0.0)
     entered = sum(grinder.grind().heat for _ in range(ROUGHING)) / grinder.setup.table_speed
     return part_growth(sum(grinder.heat), grinder.p.swell) / (grinder.p.swell * grinder.p.per_capacity * entered)
@@ -157,7 +157,7 @@ def flats_at_burn(grinder: Grinder) -> float:
 
 
 def temperature_at_burn(grinder: Grinder) -> float:
-    """Return the temperature rise of that cut, K."""
+    """Return the temperature rise of the cut of `flats_at_burn`, K."""
     return _cut_when(grinder, 0.01 * flats_at_burn(grinder)).T
 
 
@@ -174,7 +174,7 @@ def flat_pressure(grinder: Grinder) -> float:
 
 
 def _unboiled(grinder: Grinder, depth: float, **parameters: float) -> StrokeResult:
-    """Cut a depth in a fluid that never boils, with other parameters."""
+    """Return a cut of a depth, mm, in a fluid that never boils, with other parameters."""
     return replace(grinder, p=grinder.p._replace(Tb=1e5, **parameters)).cut(depth)
 
 
@@ -191,14 +191,14 @@ def convection(grinder: Grinder) -> float:
 
 
 def temperature_factor(grinder: Grinder) -> float:
-    """Return the C of T = C q/beta (lc/vw)^(1/2), of the heat flux q into the work."""
+    """Return the C of T = C q/beta (lc/vw)^(1/2), where q is the heat flux into the work."""
     done = grinder.cut(0.010)
     flux = done.heat / (grinder.setup.width * done.lc)
     return 1e-6 * done.T * grinder.p.beta / flux * sqrt(grinder.setup.table_speed / done.lc)
 
 
 def cooling_time(grinder: Grinder) -> float:
-    """Return the time in which fluid and chuck take the rise of a part down to 1/e of it, once it is soaked, s."""
+    """Return the time in which fluid and chuck reduce the temperature rise of a soaked part to 1/e, s."""
     grinder.grind(ROUGHING)
     grinder.Z = -1.0
     grinder.grind(SPARK_OUT, 0.0)
@@ -214,21 +214,21 @@ def texture_left(grinder: Grinder) -> float:
 
 
 def spark_out_left(grinder: Grinder, passes: float) -> float:
-    """Return Ra after ten strokes and some spark-out passes over that after full spark-out."""
+    """Return the ratio of Ra after ten strokes and some spark-out passes to Ra after full spark-out."""
     grinder.grind(10)
     some = grinder.grind(int(passes), 0.0).Ra
     return some / grinder.grind(FULL_SPARK_OUT, 0.0).Ra
 
 
 def burn_out_flux(grinder: Grinder) -> float:
-    """Return the heat flux at which the film boils: where the temperature rises most steeply with it, W/mm2."""
+    """Return the heat flux at which the film boils, W/mm2: the temperature rises most steeply there."""
     strokes = [_cut_when(grinder, flats) for flats in FLATS]
     slopes = _steepness(strokes)
     return _flux(strokes[slopes.index(max(slopes))])
 
 
 def boiling_range(grinder: Grinder) -> float:
-    """Return the heat flux at which the film has boiled over that at which it begins to boil."""
+    """Return the ratio of the heat flux at which the film has boiled to the flux at which it begins to boil."""
     strokes = [_cut_when(grinder, flats) for flats in FLATS]
     shares = [done.eps for done in strokes]
     middle = max(range(len(shares) - 1), key=lambda k: shares[k + 1] / shares[k])
@@ -241,7 +241,7 @@ def boiling_range(grinder: Grinder) -> float:
 
 
 def _cut_when(grinder: Grinder, flats: float) -> StrokeResult:
-    """Cut 10 um with a wear-flat area."""
+    """Return a cut of 10 um with a wear-flat area, share of the wheel's face."""
     grinder.wheel = grinder.wheel._replace(A=flats)
     return grinder.cut(0.010)
 
@@ -252,5 +252,5 @@ def _flux(done: StrokeResult) -> float:
 
 
 def _steepness(strokes: list[StrokeResult]) -> list[float]:
-    """Return how steeply the temperature rises with the heat flux between strokes: 1 where it is proportional."""
+    """Return the exponents of temperature on heat flux between successive strokes; 1 if both are proportional."""
     return [log(two.T / one.T) / log(_flux(two) / _flux(one)) for one, two in pairwise(strokes)]

@@ -17,11 +17,11 @@ from grind_env.validation.mutations import LEAST, Noticed
 from grind_env.validation.rig import CONDITIONS
 
 WIDTH = 120
-"""Characters of the longest line."""
+"""Most characters of a line."""
 
 
 def number(value: float) -> str:
-    """Return a number in three digits; a dash where there is none."""
+    """Return a number in three digits; a dash for NaN."""
     return "-" if math.isnan(value) else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
@@ -38,7 +38,7 @@ def reason(row: Row) -> str:
 
 
 def _described(row: Row) -> Cell:
-    """Return the number, its conditions, the source of its band, and remarks on the row; a line each."""
+    """Return a cell with name, conditions, source of the band and remarks of a row, a line each."""
     why = f"why: {reason(row)}" if reason(row) else ""
     said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
     return Cell(row.check.what, "" if row.passed else "poor" if is_as_known(row) else "bad", said)
@@ -111,7 +111,7 @@ def _law(found: Noticed) -> Cell:
 
 
 def print_mutations(found: Sequence[Noticed], console: Console) -> None:
-    """Print what notices each changed law, and how many are noticed."""
+    """Print the rows that notice each changed law, and the number of laws that are noticed."""
     counted = Column("rows", lambda each: len(each.rows), right=True)
     columns = (Column("law, noticed by", _law, wrap=True), Column("decides", "law.decides"), counted)
     table_of(columns, found, "Laws of the process, changed one at a time").print(console, **LOOK)
@@ -123,7 +123,7 @@ def print_mutations(found: Sequence[Noticed], console: Console) -> None:
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:
-    """Write a line for each row, numbers to six digits; a cell is empty where there is no number."""
+    """Write a line for each row, with six digits of each number; a missing number is an empty cell."""
     write_rows(path, [CSV_COLUMNS, *map(_cells, rows)])
 
 

@@ -24,7 +24,7 @@ from grind_env.process.process import PROCESS, PartHeat, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 SHARP = 25
-"""Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
+"""Number of strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
 
 constants_of, grind_stroke, part_grown = PROCESS.constants, PROCESS.stroke, grown_of(PROCESS)
 
@@ -32,11 +32,11 @@ EntryT = TypeVar("EntryT", bound=Entry)
 
 
 COLD = PartHeat()
-"""A part as it is put on."""
+"""Heat of a cold part, as it is put on."""
 
 
 def crossing(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a rising function passes zero; the nearer end where it does not."""
+    """Return where a rising function passes zero; the nearer end if there is no zero between `low` and `high`."""
     if function(low) >= 0.0 or function(high) <= 0.0:
         return low if function(low) >= 0.0 else high
     return float(brentq(function, low, high, xtol=1e-14))
@@ -59,16 +59,16 @@ class RigState(NamedTuple):
     worn: float
     """Wheel volume worn on this part, mm3."""
     part: PartHeat
-    """What the process remembers of the part."""
+    """Heat of the part, as the process remembers it."""
 
 
 @entry
 def grind_strokes(
     before: RigState, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters, pause: float
 ) -> tuple[RigState, StrokeResult]:
-    """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
+    """Return wheel and part after `count` strokes (at least one), and the last stroke.
 
-    Each takes `pause` s more than the way over the part. Return wheel and part after them, and the last stroke.
+    Each stroke follows a downfeed of `downfeed` mm, and takes `pause` s more than the way over the part.
     """
     constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
     Z = before.Z + downfeed
@@ -85,13 +85,13 @@ def grind_strokes(
 
 @entry
 def dress(wheel: WheelState, passes: float, lead: float, depth: float, p: StrokeParameters) -> tuple[WheelState, float]:
-    """One dress execution; arguments and values as of `process.stroke.dress_wheel`."""
+    """Return the wheel after a dress, and the volume removed, mm3; arguments as in `process.stroke.dress_wheel`."""
     return stroke.dress_wheel(wheel, passes, lead, depth, p)
 
 
 @entry
 def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
-    """A fully dressed wheel; arguments as of `process.stroke.dressed_wheel`."""
+    """Return a fully dressed wheel; arguments as in `process.stroke.dressed_wheel`."""
     return stroke.dressed_wheel(ds, wd, lead, depth, p)
 
 
@@ -103,38 +103,38 @@ class SetUp:
     wheel: str = "a60j"
     dresser: str = "single_point"
     fluid: str = "emulsion"
-    wheel_speed: float = 30.0  # of the wheel at its new diameter, m/s
-    constant_surface_speed: bool = False  # whether that speed is held as the wheel shrinks
-    diameter: float = 300.0  # of the wheel, mm
+    wheel_speed: float = 30.0  # surface speed of the wheel at its new diameter, m/s
+    constant_surface_speed: bool = False  # whether the surface speed is held as the wheel shrinks
+    diameter: float = 300.0  # diameter of the wheel, mm
     table_speed: float = 200.0  # mm/s
-    downfeed: float = 0.010  # of each plunge, mm
-    width: float = 20.0  # engaged, mm
-    length: float = 200.0  # ground, mm
-    height: float = USUAL_HEIGHT  # of the part, mm
-    pause: float = 0.5  # between strokes, off the part, s
-    lead: float = 0.10  # of the dress, mm per revolution
-    depth: float = 0.020  # of each dress pass, mm
+    downfeed: float = 0.010  # downfeed of each plunge, mm
+    width: float = 20.0  # engaged width, mm
+    length: float = 200.0  # ground length, mm
+    height: float = USUAL_HEIGHT  # height of the part, mm
+    pause: float = 0.5  # time between strokes, off the part, s
+    lead: float = 0.10  # lead of the dress, mm per revolution
+    depth: float = 0.020  # depth of each dress pass, mm
     diamond_flat: float = 0.0  # wear flat of the diamond, mm
-    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of fields, by kind of entry
+    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # changed fields, by kind of entry
 
 
 NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
-"""A part that stays as high as it is: changes of a set-up for what the elastic loop alone does."""
+"""Changes of a set-up for a part that does not grow with heat, so that only the elastic loop acts."""
 
 CONDITIONS = (
     "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
     "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; the row "
     f"names what differs. A wheel is sharp {SHARP} strokes after the dress. A is the share of its face that is flat."
 )
-"""What the conditions of a check leave out."""
+"""Usual conditions, which the conditions of a check do not repeat."""
 
 
 SLACK = 1e-9
-"""By which a number that a limit allows may lie beyond it: numbers are converted."""
+"""Tolerance of a limit as a share of the limit, for rounding errors of unit conversions."""
 
 
 class Beyond(NamedTuple):
-    """A number of a set-up and the limit of an entry that it lies beyond, both in `unit`."""
+    """A number of a set-up that is beyond the limit of an entry, and this limit, both in `unit`."""
 
     what: str
     value: float
@@ -171,7 +171,7 @@ def beyond(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Beyond]:
 
 @dataclass(slots=True)
 class Grinder:
-    """A wheel over a part; its methods grind on from where it is."""
+    """A wheel over a part; each method continues from the state that the last one has left."""
 
     setup: SetUp
     p: StrokeParameters
@@ -183,26 +183,26 @@ class Grinder:
     heat: PartHeat = COLD
 
     def grind(self, count: int = 1, downfeed: float | None = None) -> StrokeResult:
-        """Grind strokes with the downfeed of the set-up, or another; returns the last one."""
+        """Grind strokes with the downfeed of the set-up, or another, mm; return the last stroke."""
         state = RigState(self.wheel, self.S, self.Rs, self.Z, self.worn, self.heat)
         state, done = self._ground(state, self.setup.downfeed if downfeed is None else downfeed, count)
         self.wheel, self.S, self.Rs, self.Z, self.worn, self.heat = state
         return done
 
     def grind_volume(self, volume: float) -> StrokeResult:
-        """Grind as many strokes as take `volume` mm3/mm off a part, feeds of a new wheel taken; the last of them."""
+        """Grind as many strokes as would remove `volume` mm3/mm at the full downfeed; return the last stroke."""
         return self.grind(max(1, round(volume / (self.setup.downfeed * self.setup.length))))
 
     def trial(self, interference: float) -> StrokeResult:
-        """Return the stroke that this wheel would make with so much interference, mm; nothing is changed."""
+        """Return the stroke that this wheel would make with an interference, mm; nothing is changed."""
         return self._ground(RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0, COLD), interference + self.wheel.W, 1)[1]
 
     def cut(self, depth: float) -> StrokeResult:
-        """Return the stroke that removes just `depth` mm."""
+        """Return the stroke that removes exactly `depth` mm."""
         return self.trial(crossing(lambda u: self.trial(u).ae - depth, 0.0, 100.0 * depth + 1.0))
 
     def threshold(self) -> StrokeResult:
-        """Return the stroke with the greatest interference that removes nothing, less than 1 nm."""
+        """Return the stroke at the threshold of cutting, which removes 1 nm."""
         return self.cut(1e-6)
 
     def _ground(self, state: RigState, feed: float, count: int) -> tuple[RigState, StrokeResult]:
@@ -210,36 +210,36 @@ class Grinder:
         return grind_strokes(state, feed, count, setup.table_speed, setup.width, setup.length, self.p, setup.pause)
 
     def new_part(self) -> None:
-        """Touch off on the next part, which is cold."""
+        """Touch off on a new part, which is cold."""
         self.S, self.Rs, self.Z, self.worn, self.heat = 0.0, eq.INITIAL_ROUGHNESS, 0.0, 0.0, COLD
         self.wheel = self.wheel._replace(W=0.0)
 
     def dress(self, passes: float = 2.0) -> float:
-        """Dress with the lead and depth of the set-up; returns the wheel volume taken off, mm3."""
+        """Dress with the lead and depth of the set-up; return the wheel volume removed, mm3."""
         self.wheel, removed = dress(self.wheel, passes, self.setup.lead, self.setup.depth, self.p)
         return removed
 
     def g_ratio(self) -> float:
-        """Work volume over wheel volume since the part was put on."""
+        """Return the ratio of work volume to wheel volume since the part was put on."""
         return self.S * self.setup.length * self.setup.width / self.worn
 
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """Makes grinders from the entries of a catalogue; `outside` keeps what set-ups asked farthest beyond its limits."""
+    """Maker of grinders from a catalogue; `outside` keeps the conditions of set-ups farthest beyond its limits."""
 
     catalogue: Catalogue
     outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
-        """Return a freshly dressed wheel over a new part; arguments as of `SetUp`."""
+        """Return a freshly dressed wheel over a new part; arguments as in `SetUp`."""
         chosen = SetUp(**setup)
         p = self.parameters(chosen)
         wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)
 
     def sharp(self, **setup: Any) -> Grinder:
-        """Return the same `SHARP` strokes of the set-up later."""
+        """Return a wheel over a new part, `SHARP` strokes of the set-up after its dress."""
         grinder = self.fresh(**setup)
         grinder.grind(SHARP)
         grinder.new_part()
@@ -298,7 +298,7 @@ class Rig:
 
 
 def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
-    """Return an entry with some fields changed; refuse one that it has not, or a value out of its range."""
+    """Return an entry with some fields changed; an unknown field or a value out of range is an error."""
     for name in values:
         if name not in quantities(type(known)):
             raise RigError(f"{known} has no {name}")
@@ -306,7 +306,7 @@ def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
 
 
 def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
-    """Return the example `plate_g82` by `machine.grind`, on the default machine with another power limit, W."""
+    """Return the record of the example `plate_g82` on the default machine with another power limit, W."""
     machine = changed(rig.catalogue.machine("default"), {"power_limit": power_limit})
     part = Part(material=rig.catalogue.material("aisi_52100"), length=200, width=20, stock=0.2, scrap_cost=40)
     setup = Setup(

@@ -1,4 +1,4 @@
-"""Fitted exponents and orders of series of numbers."""
+"""Fitted exponents, and least and greatest steps, of series of numbers."""
 
 from collections.abc import Sequence
 from itertools import pairwise

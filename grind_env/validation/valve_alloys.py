@@ -1,8 +1,8 @@
 """Group 10: wear and roughness of alumina and cBN in two valve alloys.
 
-Neither units nor conditions of `valve_alloys.csv` are stated, so that only exponents and ratios are compared. Rates are
-read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are ground by plunging at one work speed,
-so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
+`valve_alloys.csv` states neither units nor conditions, so only exponents and ratios are compared. Rates are read as
+mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are ground by plunging at one work speed, so the
+infeed sets the rate. 3NQ is assumed to be a wheel of ceramic alumina.
 """
 
 from itertools import groupby, product
@@ -18,21 +18,21 @@ from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 
 WIDTH = 20.0
-"""mm; the width that volumes are taken to be ground on."""
+"""Assumed width on which the volumes are ground, mm."""
 TABLE_SPEED = 200.0
-"""mm/s; the rates are made by the downfeed."""
+"""Table speed, mm/s; the downfeed sets the removal rate."""
 AMPLE = {"machine": {"power_limit": 200_000.0}}
-"""A spindle that no run slows."""
+"""Changes of a set-up for a spindle that no run slows."""
 ALLOY = "INC751"
 RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
 FACTORS = ("removal rate", "volume removed")
 LEAST = 0.1
-"""Half width of the band of an exponent where twice its standard error is less."""
+"""Least half width of the band of an exponent; above it, the half width is twice the standard error."""
 SOURCE = Basis(
     Evidence.MEASURED, "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1"
 )
 POOLED, POOLED_ERROR = 0.29, 0.03
-"""Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
+"""Exponent of Ra on the removal rate over all wheels and alloys of the data, and its standard error."""
 
 
 class AlloyWheel(NamedTuple):
@@ -40,7 +40,7 @@ class AlloyWheel(NamedTuple):
 
     measured: str
     speed: float
-    """m/s."""
+    """Wheel speed, m/s."""
     entry: str
 
 
@@ -51,9 +51,9 @@ class AlloyRuns(NamedTuple):
     """Runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
 
     rate: Array
-    """mm3/s per mm."""
+    """Removal rate, mm3/s per mm."""
     volume: Array
-    """mm3."""
+    """Volume removed, mm3."""
     wheel_wear_um: Array
     Ra_um: Array
 
@@ -70,7 +70,7 @@ def measured(wheel: AlloyWheel) -> AlloyRuns:
 
 
 def simulated(rig: Rig, wheel: AlloyWheel) -> AlloyRuns:
-    """Return the same nine runs by the model: a wheel for each rate, from a dress on to the greatest volume."""
+    """Return the same nine runs of the model: for each rate, a dressed wheel grinds up to the greatest volume."""
     plan = measured(wheel)
     wear, roughness = [], []
     for rate, runs in groupby(zip(plan.rate.tolist(), plan.volume.tolist(), strict=True), lambda run: run[0]):
@@ -92,7 +92,7 @@ def simulated(rig: Rig, wheel: AlloyWheel) -> AlloyRuns:
 
 
 def fitted(runs: AlloyRuns, response: str) -> Array:
-    """Exponents of a response on rate and volume."""
+    """Return the exponents of a response on rate and volume."""
     return exponents([runs.rate, runs.volume], getattr(runs, response))
 
 

@@ -1,7 +1,7 @@
 """Corners between the offset paths of two successive motions (`radius-compensation.md` 2).
 
 `out` is the angle, rad, by which the path turns away from the compensated side: above 0 the centre runs round the
-outside of the corner, below 0 it is inside (1.2). Tangents stand for arcs.
+outside of the corner, below 0 it is inside (1.2). Arcs count by their tangents.
 """
 
 import math
@@ -25,7 +25,7 @@ from grind_env.control.compensation.plane import (
 )
 
 TANGENTIAL = 1e-6
-"""rad; a smaller turn is none, as the perpendicular point then errs by less than 1e-6 of the radius."""
+"""rad; a smaller turn counts as none: the perpendicular point then errs by less than 1e-6 of the radius."""
 
 
 class CompensationFault(ValueError):
@@ -38,7 +38,7 @@ class CompensationFault(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """The end of a compensated element, and what is generated between it and the start of the next one."""
+    """The end of a compensated element, and the elements generated up to the start of the next one."""
 
     end: Point
     generated: tuple[Element, ...]
@@ -132,7 +132,7 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
 
 
 def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> float:
-    """Return the centre feed on an element over F: below 1 on inside arcs, never below the minimum (1.7)."""
+    """Return the centre feed on an element as a share of F: below 1 on inside arcs, at least the minimum (1.7)."""
     if isinstance(element, PathSegment):
         return 1.0
     share = centre_radius(element, offset) / element.radius
@@ -140,15 +140,15 @@ def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> fl
 
 
 def centre_radius(arc: Bow, offset: Offset) -> float:
-    """Radius of the path of the centre along an arc: smaller if the centre of the arc is on the compensated side."""
+    """Return the radius of the centre path along an arc, mm: smaller if the arc's centre is on the compensated side."""
     return _concentric(arc, min(arc.radius, math.dist(arc.end, arc.centre)), offset)
 
 
 def outward(first: Element, second: Element, offset: Offset) -> float:
     """Return the angle `out` between two elements, rad, above -pi and up to pi.
 
-    A reversal is outside unless the second element bends away from the compensated side more than the first one run
-    backwards: then the centre is between the two.
+    A reversal counts as outside. Exception: the second element bends away from the compensated side more than the
+    reversed first one; then the centre runs between the two.
     """
     turned = -offset.side * turn(first.direction_at_end, second.direction_at_start)
     if math.pi - abs(turned) > TANGENTIAL:
@@ -160,8 +160,8 @@ def outward(first: Element, second: Element, offset: Offset) -> float:
 def around(point: Point, before: Point, after: Point, offset: Offset, out: float) -> tuple[Point, Point, Point, Point]:
     """Return the points of the straight way round an outside corner between two directions (2.2, 2.5).
 
-    They are the perpendicular point of the first path, the ends of the extensions of both by at most one radius, which
-    are one point up to 90 degrees, and the perpendicular point of the second path.
+    The points are the perpendicular point of the first path, the ends of both paths extended by at most one radius
+    (one point for turns up to 90 degrees), and the perpendicular point of the second path.
     """
     extension = offset.radius * min(1.0, math.tan(0.5 * out))
     start, end = offset.beside(point, before), offset.beside(point, after)
@@ -188,7 +188,7 @@ def _linear(first: Element, second: Element, offset: Offset, out: float, minimum
 
 
 def _mitre(first: Element, out: float, offset: Offset) -> Point:
-    """Return the point on the offset of `first` where that of another line after the angle `out` begins."""
+    """Return the intersection of the offset of `first` with the offset of a line that follows at the angle `out`."""
     return moved(offset.beside_end(first), first.direction_at_end, offset.radius * math.tan(0.5 * out))
 
 

@@ -26,8 +26,8 @@ def entry(
 ) -> tuple[Element, ...]:
     """Return the way from an uncompensated point to the start of the first compensated element.
 
-    Without a `following` motion it ends at right angles to itself (1.8). Type "A" is straight, "B" keeps one radius
-    from the start of `following` (15-27), with an arc under G39.1.
+    Without a `following` motion the way ends beside the end of `move`, at right angles to it (1.8). Type "A" is
+    straight, "B" keeps one radius from the start of `following` (15-27), with an arc under G39.1.
     """
     end = offset.beside_end(move) if following is None else offset.beside_start(following)
     if kind == "A" or following is None or offset.radius == 0.0:
@@ -48,8 +48,8 @@ def exit_junction(
 ) -> Junction:
     """Return the way from the last compensated element up to the straight exit to `move.end`, which is not offset.
 
-    Type "B" keeps one radius from the end of `last` outside (mill 21-25). I, J, K words of the exit block, the `vector`
-    along the axes of the plane, decide in either type.
+    Type "B" keeps one radius from the end of `last` outside (mill 21-25). In both types, I, J, K words of the exit
+    block (`vector` along the axes of the plane) take precedence.
     """
     end = offset.beside_end(last)
     if offset.radius == 0.0:
@@ -72,8 +72,8 @@ def exit_junction(
 def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
     """Return the end of the last compensated element after an exit block with I, J, K words (15-26, mill 21-18).
 
-    It is where the offset of a line along the vector meets it, at most one radius away. An arc is followed along
-    its circle by at most a quarter turn; without an intersection nothing changes.
+    The end is where the offset of a line along the vector meets the element, at most one radius away. An arc is
+    followed along its circle by at most a quarter turn; without an intersection nothing changes.
     """
     end, direction, radius = offset.beside_end(last), last.direction_at_end, offset.radius
     parallel = abs(cross(direction, vector)) < TANGENTIAL

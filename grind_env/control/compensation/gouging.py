@@ -1,7 +1,7 @@
-"""Gouging: elements of a path closer than the wheel is wide, without being neighbours (compensation-D18).
+"""Gouging: the wheel does not fit between two elements of a path that are not neighbours (compensation-D18).
 
-Where the wheel runs along both and does not fit between them, the path of its centre crosses itself: along one of them
-it cuts into the other. Neighbours are a matter of their corner (`corners`).
+The path of the wheel centre then crosses itself: along one element the wheel cuts into the other. `corners` checks
+neighbours.
 """
 
 import math
@@ -26,9 +26,9 @@ from grind_env.control.compensation.plane import (
 from grind_env.control.errors import Place
 
 HELD = 200
-"""Elements behind the wheel that are compared with each new one."""
+"""Number of last elements with which each new one is compared."""
 NEAR = 1e-6
-"""mm; a crossing so close to the end of a new element is none, for it may end beside the wheel's old path."""
+"""mm; a crossing so close to the end of a new element does not count: the element may end beside the old path."""
 PARALLEL = 1e-6
 """Sine of the angle below which two paths touch and do not cross."""
 
@@ -40,22 +40,22 @@ class Passed(NamedTuple):
     """Place of its block."""
     programmed: Element
     centre: tuple[Element, ...]
-    """The path of the wheel's centre along it, with what is generated behind it."""
+    """Path of the wheel centre along the element, with the elements generated behind it."""
     level: float
     """Third coordinate, mm."""
 
 
 @dataclass(slots=True)
 class GougeCheck:
-    """Compares each element with those along which the wheel has run since the compensation was switched on."""
+    """Comparison of each element with the last ones since the compensation was switched on."""
 
-    count: int = 0  # elements so far
-    passed: list[Passed] = field(default_factory=list)  # the last ones, each at the remainder of its number by `HELD`
-    # of their paths, mm, shape (4, `HELD`): least coordinates, and greatest with the other sign; NaN where none is
+    count: int = 0  # number of elements so far
+    passed: list[Passed] = field(default_factory=list)  # last elements; element n has index n modulo `HELD`
+    # boxes around their paths, mm, shape (4, `HELD`): least coordinates, then negated greatest ones; NaN if empty
     boxes: NDArray[np.float64] = field(default_factory=lambda: np.full((4, HELD), math.nan))
 
     def follow(self, place: Place, programmed: Element, centre: tuple[Element, ...], level: float) -> Place | None:
-        """Take up an element; returns the block of an earlier one that the wheel cannot pass beside it."""
+        """Add an element; return the block of an earlier one if the wheel does not fit between both, else None."""
         new, (left, low, right, high) = Passed(place, programmed, centre, level), _box(centre)
         overlap = np.logical_and.reduce(self.boxes <= [[right], [high], [-left], [-low]])
         oldest_first = sorted(overlap.nonzero()[0].tolist(), key=lambda number: (number - self.count) % HELD)
@@ -78,7 +78,7 @@ def _box(elements: tuple[Element, ...]) -> tuple[float, float, float, float]:
     corners: list[Point] = []
     for element in elements:
         corners += [element.start, element.end]
-        if isinstance(element, Bow):  # its circle is large enough and quick to find
+        if isinstance(element, Bow):  # the box of its whole circle is large enough and cheap
             (u, v), radius = element.centre, element.radius
             corners += [(u - radius, v - radius), (u + radius, v + radius)]
     us, vs = zip(*corners, strict=True)

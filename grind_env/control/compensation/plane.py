@@ -13,7 +13,7 @@ Point: TypeAlias = tuple[float, float]
 """A point, or a vector, of the plane."""
 
 NEGLIGIBLE_LENGTH = 1e-9
-"""Below this two points are one; words carry 1e-3 mm and rounding some 1e-13 mm."""
+"""mm; points closer than this are equal. Words carry 1e-3 mm, rounding errors are some 1e-13 mm."""
 
 NEGLIGIBLE_ANGLE = 1e-9
 """rad; an arc that ends where it starts within this angle is a full circle."""
@@ -30,12 +30,12 @@ def between(start: Point, end: Point) -> Point:
 
 
 def dot(a: Point, b: Point) -> float:
-    """Scalar product."""
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1]
 
 
 def cross(a: Point, b: Point) -> float:
-    """Third component of the vector product: positive if b points to the left of a."""
+    """Return the third component of the vector product: positive if b points to the left of a."""
     return a[0] * b[1] - a[1] * b[0]
 
 
@@ -72,7 +72,7 @@ class PathSegment:
 
 @dataclass(frozen=True, slots=True)
 class Bow:
-    """An arc, counter-clockwise if its rotation is 1; a full circle if its ends are one.
+    """An arc, counter-clockwise if its rotation is 1; a full circle if start and end coincide.
 
     As words are rounded, start and end may be at slightly different distances from the centre.
     """
@@ -124,7 +124,7 @@ def rotated(point: Point, centre: Point, angle: float) -> Point:
 
 
 def polyline(*points: Point) -> tuple[PathSegment, ...]:
-    """Return the straight lines through some points, without those that have no length."""
+    """Return the straight lines through some points; lines without length are left out."""
     kept = [points[0]]
     for point in points[1:]:
         if math.dist(kept[-1], point) > NEGLIGIBLE_LENGTH:

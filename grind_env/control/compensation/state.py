@@ -33,7 +33,7 @@ TOO_SMALL = "circular-departure-too-small"
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A path to run; `share` is the part of F that its centre feed is, `generated` marks one that is not programmed."""
+    """A path to run; `share` is its centre feed as a share of F, `generated` marks a path that is not programmed."""
 
     path: Path
     generated: bool = False
@@ -45,10 +45,10 @@ class Compensation:
 
     def __init__(self, control: Control) -> None:
         self.control = control
-        self.offset: Offset | None = None  # in force where the axes stand; None while it is off or armed
-        # the programmed point, machine coordinates; None where it is the actual one
+        self.offset: Offset | None = None  # offset in force where the axes stand; None while it is off or armed
+        # the programmed point, machine coordinates; None if it equals the actual one
         self.programmed: Position | None = None
-        self.plane = "G18"  # in which it differs from the actual one
+        self.plane = "G18"  # plane in which the programmed point differs from the actual one
         self.detect = True  # whether interference and backwards motion are errors (M801) or not (M800)
         self._gouge_check = GougeCheck()
 

@@ -1,9 +1,9 @@
-"""The grinding cycles: a module with the rules of each.
+"""The grinding cycles: one module with the rules of each cycle.
 
-A cycle is a named tuple of numbers, and three functions of it and of how far it has come: `begin`, `after_reversal`
-(what follows a stroke: picks, and the dresses that fall due) and `finished`. The interpreter calls them as they stand,
-`machine` compiles them; so they take and give numbers and hold conditional expressions only. By `least_strokes` the
-control refuses what is too much before it begins.
+A cycle is a named tuple of numbers. Three functions handle its progress: `begin`, `after_reversal` (picks and dresses
+after a stroke) and `finished`. The interpreter calls them as plain Python and `machine` compiles them, so they take
+and return numbers and contain conditional expressions only. With `least_strokes` the control refuses a cycle of too
+many strokes before it begins.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,24 +22,24 @@ class Progress(Protocol):
 
     @property
     def dresses(self) -> float:
-        """Executions to run at this reversal, before the next stroke."""
+        """Number of dresses at this reversal, before the next stroke."""
 
 
 class Rules(NamedTuple):
     """The rules of a cycle."""
 
     cycle_of: Callable[[CyclePlan, bool], Any]
-    """Its numbers from a block, with or without a coverage pass (PD-13)."""
+    """Function from the plan of a block, and whether there is a coverage pass (PD-13), to the numbers of the cycle."""
     begin: Callable[[Any], Progress]
     after_reversal: Callable[[Any, Any], Progress]
     finished: Callable[[Any, Any], bool]
     least_strokes: Callable[[Any], float]
-    """How many strokes it makes at least, of those of its own."""
+    """Function from a cycle to its least number of strokes."""
     cross: Callable[[Any, float, float], float] | None = None
-    """From its progress and the ends of the crossover, mm: cross coordinate of the next stroke; None if it does not
-    cross."""
+    """Function from progress and both ends of the crossover, mm, to the cross coordinate of the next stroke, mm; None
+    for a cycle that does not cross."""
     plunges: bool = True
-    """Whether it plunges to a depth of its own and then is done; if not, its strokes go on beside the program."""
+    """Whether the cycle plunges to a depth and is then done; if not, its strokes continue beside the program."""
 
 
 def _of(module: Any, **more: Any) -> Rules:
@@ -55,6 +55,6 @@ RULES: Mapping[str, Rules] = {
 
 
 def codes_said(conjunction: str) -> str:
-    """The codes of all cycles as a message lists them, with "and" or "or" before the last."""
+    """Return the codes of all cycles for a message, with "and" or "or" before the last."""
     *others, last = RULES
     return f"{', '.join(others)} {conjunction} {last}"

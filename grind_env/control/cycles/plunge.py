@@ -30,7 +30,7 @@ class PlungeProgress(NamedTuple):
     """Progress of a G82 cycle."""
 
     reversal: float
-    """Number of strokes made, which is that of the reversal point reached."""
+    """Number of strokes made; also the number of the reversal point reached."""
     depth: float
     """Depth reached, mm."""
     left: float
@@ -38,11 +38,11 @@ class PlungeProgress(NamedTuple):
     dressed: float
     """Number of auto-dresses that were due so far."""
     dresses: float
-    """Number of executions to run at this reversal, before the next stroke."""
+    """Number of dresses at this reversal, before the next stroke."""
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:
-    """The numbers of a block, with or without a coverage stroke (PD-13)."""
+    """Return the numbers of a block, with or without a coverage stroke (PD-13)."""
     return PlungeCycle(
         depth=plan.depth,
         primary_pick=plan.primary_pick,
@@ -54,12 +54,12 @@ def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:
 
 
 def begin(cycle: PlungeCycle) -> PlungeProgress:
-    """Before the first stroke."""
+    """Return the progress before the first stroke."""
     return PlungeProgress(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=cycle.pre_dress)
 
 
 def after_reversal(cycle: PlungeCycle, progress: PlungeProgress) -> PlungeProgress:
-    """After the next stroke, and the pick at the reversal that ends it."""
+    """Return the progress after the next stroke and the pick at the reversal that ends it."""
     at_depth = progress.depth >= cycle.depth
     reversal = progress.reversal + 1.0
     picked = depth_after_pick(reversal, progress.depth, cycle.depth, cycle.primary_pick, cycle.secondary_pick)
@@ -75,10 +75,10 @@ def after_reversal(cycle: PlungeCycle, progress: PlungeProgress) -> PlungeProgre
 
 
 def finished(cycle: PlungeCycle, progress: PlungeProgress) -> bool:
-    """Whether there is no stroke to make any more."""
+    """Return whether no stroke is left to make."""
     return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
 
 
 def least_strokes(cycle: PlungeCycle) -> float:
-    """Strokes that it makes at least."""
+    """Return the least number of strokes."""
     return least_picks(cycle.depth, cycle.primary_pick, cycle.secondary_pick) + cycle.at_depth

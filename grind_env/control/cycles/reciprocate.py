@@ -19,36 +19,36 @@ class ReciprocationProgress(NamedTuple):
     """Progress of a G81 cycle."""
 
     reversal: float
-    """Number of strokes made, which is that of the reversal point reached."""
+    """Number of strokes made; also the number of the reversal point reached."""
     dresses: float
-    """Number of executions to run at this reversal, before the next stroke."""
+    """Number of dresses at this reversal, before the next stroke."""
 
     @property
     def depth(self) -> float:
-        """Depth of the plunge picks; there are none."""
+        """Depth of the plunge picks, mm: 0, as there are none."""
         return 0.0
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> ReciprocationCycle:
-    """The numbers of a block; there is no depth for a coverage pass."""
+    """Return the numbers of a block; a cycle without depth has no coverage pass."""
     return ReciprocationCycle(pre_dress=float(plan.pre_dress))
 
 
 def begin(cycle: ReciprocationCycle) -> ReciprocationProgress:
-    """Before the first stroke."""
+    """Return the progress before the first stroke."""
     return ReciprocationProgress(reversal=0.0, dresses=cycle.pre_dress)
 
 
 def after_reversal(cycle: ReciprocationCycle, progress: ReciprocationProgress) -> ReciprocationProgress:
-    """After the next stroke, which nothing follows."""
+    """Return the progress after the next stroke; no pick follows."""
     return ReciprocationProgress(reversal=progress.reversal + 1.0, dresses=0.0)
 
 
 def finished(cycle: ReciprocationCycle, progress: ReciprocationProgress) -> bool:
-    """Whether there is no stroke to make any more: the block is done once the table is free to set out."""
+    """Return True: the block is done as soon as the table is free to set out."""
     return True
 
 
 def least_strokes(cycle: ReciprocationCycle) -> float:
-    """Strokes that it makes at least: those of the table are none of its own."""
+    """Return 0: the strokes of the table are not counted as strokes of the cycle."""
     return 0.0

@@ -1,7 +1,7 @@
 """G83: a plunge pick at each end of the crossover, cross picks between, then traverses at depth.
 
 The stroke before a plunge grinds the last strip without a pick (16-16, PD-10, PD-12 to PD-14). Lengths are mm. Depths
-count from the start of the plunge, positive towards the part, ways across from the end that was left last.
+count from the start of the plunge, positive towards the part; distances across count from the last end left.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ class TraverseCycle(NamedTuple):
     secondary_pick: float
     """Q, mm."""
     width: float
-    """From one end of the crossover to the other, mm."""
+    """Distance between the ends of the crossover, mm."""
     primary_cross_pick: float
     """K in G17, mm."""
     secondary_cross_pick: float
@@ -37,25 +37,25 @@ class TraverseProgress(NamedTuple):
     """Progress of a G83 cycle."""
 
     reversal: float
-    """Number of strokes made, which is that of the reversal point reached."""
+    """Number of strokes made; also the number of the reversal point reached."""
     plunges: float
     """Number of plunge picks made."""
     depth: float
     """Depth reached, mm."""
     crossed: float
-    """Way across since the last end, mm."""
+    """Distance crossed since the last end of the crossover, mm."""
     forward: float
-    """1 if it leads away from where the crossover began, else 0."""
+    """1 if the crossing leads away from the cross start, else 0."""
     left: float
     """Number of traverses to begin at full depth; -1 once the last one has ended."""
     dressed: float
     """Number of auto-dresses that were due so far."""
     dresses: float
-    """Number of executions to run at this reversal, before the next stroke."""
+    """Number of dresses at this reversal, before the next stroke."""
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> TraverseCycle:
-    """The numbers of a block, with or without a coverage traverse (PD-13)."""
+    """Return the numbers of a block, with or without a coverage traverse (PD-13)."""
     return TraverseCycle(
         depth=plan.depth,
         primary_pick=plan.primary_pick,
@@ -70,7 +70,7 @@ def cycle_of(plan: CyclePlan, coverage: bool) -> TraverseCycle:
 
 
 def begin(cycle: TraverseCycle) -> TraverseProgress:
-    """Before the first stroke, which ends at a plunge."""
+    """Return the progress before the first stroke, which ends at a plunge."""
     return TraverseProgress(
         reversal=0.0,
         plunges=0.0,
@@ -84,7 +84,7 @@ def begin(cycle: TraverseCycle) -> TraverseProgress:
 
 
 def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> TraverseProgress:
-    """After the next stroke, and the pick at the reversal that ends it."""
+    """Return the progress after the next stroke and the pick at the reversal that ends it."""
     reversal = progress.reversal + 1.0
     at_end = progress.crossed >= cycle.width
     plunge = at_end & (progress.depth < cycle.depth)
@@ -108,12 +108,12 @@ def after_reversal(cycle: TraverseCycle, progress: TraverseProgress) -> Traverse
 
 
 def cross(progress: TraverseProgress, start: float, end: float) -> float:
-    """Cross coordinate of the next stroke, exactly that of an end where the crossover has come to it.
+    """Return the cross coordinate of the next stroke, mm; exactly `start` or `end` once it is reached.
 
     Args:
-        progress: before the stroke.
-        start: where the crossover begins, mm.
-        end: where it ends, mm.
+        progress: progress before the stroke.
+        start: begin of the crossover, mm.
+        end: end of the crossover, mm.
     """
     near = start if progress.forward > 0.0 else end
     far = end if progress.forward > 0.0 else start
@@ -122,12 +122,12 @@ def cross(progress: TraverseProgress, start: float, end: float) -> float:
 
 
 def finished(cycle: TraverseCycle, progress: TraverseProgress) -> bool:
-    """Whether there is no stroke to make any more."""
+    """Return whether no stroke is left to make."""
     return progress.left < 0.0
 
 
 def least_strokes(cycle: TraverseCycle) -> float:
-    """Strokes that it makes at least: one at the begin of each traverse, and one after each pick across."""
+    """Return the least number of strokes: one at the begin of each traverse, and one after each cross pick."""
     traverses = least_picks(cycle.depth, cycle.primary_pick, cycle.secondary_pick) + cycle.at_depth
     crossing = least_picks(cycle.width, cycle.primary_cross_pick, cycle.secondary_cross_pick)
     return traverses + max(traverses - 1.0, 0.0) * crossing
