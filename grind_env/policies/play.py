@@ -18,19 +18,19 @@ class Played:
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
     job: Job
-    """Job of that program: with the wheel, lots and stocks of the episode."""
+    """Job of the program, with the wheel, lots and stocks of the episode."""
     requests: tuple[float, ...]
-    """Times of the control, s, at which the operator asks for a dress while it runs."""
+    """Times of the control, s, at which the operator asks for a dress while the program runs."""
     cost: float
-    """$."""
+    """Cost of the episode, $."""
     handover: float
-    """Part of it that is the price of the wheel after the last block, $: no run of the program shows it."""
+    """Part of `cost` for the wheel's state after the last block, $, which no run of the program shows."""
     good: float
     """Expected number of good parts."""
     finished: int
-    """Parts finished."""
+    """Number of finished parts."""
     dresses: int
-    """Dress executions."""
+    """Number of dress executions."""
     seconds: float
     """Time on the machine, s."""
 
@@ -63,7 +63,7 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     Args:
         policy: the policy.
         problem: the problem.
-        seed: of the episode.
+        seed: seed of the episode.
         split: split of the contexts, as in `evaluate`.
         render_mode: `"human"` for a window, or without a screen text in the terminal; `"ansi"` for text; None to show
             nothing.
