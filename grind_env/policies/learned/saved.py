@@ -217,7 +217,7 @@ def spaces_digest(view: LearnerView) -> str:
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
-    """Check that all weights are finite.
+    """Check that all weights are finite, whatever their shapes.
 
     Raises:
         PolicyFileError: a weight is NaN or infinite.
