@@ -54,7 +54,7 @@ DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 def kept_evaluation(
     policy: Policy, problem: Problem, seeds: range, folder: Path = RUNS, *, split: str = EVERY, fresh: bool = False
 ) -> Evaluation:
-    """Return the evaluation on some seeds; chunks cached for an equal policy, code and problem are not run.
+    """Return the evaluation on some seeds; chunks cached with equal inputs are not run again.
 
     On another machine, a policy on measurements computes with the model; other policies know the machine.
     """
@@ -121,7 +121,7 @@ def behaviour(simulation: Simulation) -> str:
 
 
 def said_by(simulation: Simulation) -> list[str]:
-    """Return the modules of a simulation that its probe does not fully run, such as reading observations."""
+    """Return the modules of a simulation; the probe does not run all of their code, such as reading observations."""
     parts = simulation, simulation.branches, simulation.room(0)
     return sorted({kind.__module__ for part in parts for kind in type(part).__mro__} - {object.__module__})
 

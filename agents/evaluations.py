@@ -36,7 +36,7 @@ class Chunk:
 
 
 def run_chunk(chunk: Chunk) -> Evaluation:
-    """Return the evaluation of a chunk; a policy on measurements computes with the model, on any machine."""
+    """Return the evaluation of a chunk; on any machine, a policy on measurements computes with the model."""
     policy = chunk.policy()
     model = model_beside(chunk.problem) if policy.sees == "measurements" else None
     return run_seeds(policy, chunk.problem.simulation(), chunk.seeds, chunk.split, model)

@@ -66,7 +66,7 @@ class RecipeRow:
     E: float
     D: float
     cpu_seconds: float
-    """CPU-seconds of imports, training and judging, on one core."""
+    """CPU time of imports, training and judging on one core, s."""
     wall_seconds: float
 
 

@@ -1,4 +1,4 @@
-"""Run trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
+"""Runs of trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
 
 import atexit
 import multiprocessing
@@ -118,7 +118,7 @@ def _processes(trials: Sequence[Any], run: Callable[[Any], Any], jobs: int) -> A
 
 
 def _begin_worker() -> None:
-    """Let a worker print nothing, and end with its parent, even with a killed parent."""
+    """Let a worker print nothing, and end with its parent, even if the parent is killed."""
     sys.stdout = sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
     parent: Any = multiprocessing.parent_process()
     threading.Thread(target=lambda: os._exit(parent.join() or 1), daemon=True).start()

@@ -38,7 +38,7 @@ class Sampled:
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
 
     def of_first(self, n: int) -> tuple[Draws, Draws]:
-        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN for fewer episodes."""
+        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN for shorter results."""
         return _of_first(tuple(self.results), self.prefix, n)
 
     def fixed(self) -> int | None:
@@ -89,7 +89,7 @@ class Sampled:
         return self._each(lambda cost, _, i: of_costs(cost[..., i], *(cost[..., [k]] for k in known)), lengths)
 
     def _each(self, number: Callable[[Array, Array, list[int]], Array], lengths: Array) -> Draws:
-        """Return `number` of each result over its first episodes, as many as `lengths` says, and of each resample."""
+        """Return `number` for each result over its first `lengths` episodes, and for each resample."""
         mean, draws = np.empty(len(lengths)), np.empty((RESAMPLES, len(lengths)))
         for n in np.unique(lengths):
             of = np.flatnonzero(lengths == n).tolist()

@@ -1,4 +1,4 @@
-"""Measure one cell: build or train the policy if needed, and run it through the episodes."""
+"""Measurement of one cell: the policy is built, or trained if needed, and run through the episodes."""
 
 from dataclasses import replace
 from typing import Any

@@ -37,7 +37,7 @@ def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -
 
 
 def decision_ms(policy: Policy, simulation: Simulation) -> float:
-    """Measure the CPU time that a policy takes for a decision, ms."""
+    """Return the measured CPU time of a decision of a policy, ms."""
     episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
     codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
     policy.begin(simulation, EPISODES)

@@ -88,7 +88,7 @@ def replicate(
     Agents come from the cache folder. A result without an agent is left out; an agent of other code is trained again.
 
     Raises:
-        ConfigError: there are no such results, or a set has seeds of another one or of `SEEDS`.
+        ConfigError: no result can be re-run, or a set shares seeds with another set or with `SEEDS`.
     """
     check_sets(firsts, episodes)
     cells = [

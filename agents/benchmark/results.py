@@ -32,7 +32,7 @@ TABLE = Own("table of `python -m agents benchmark`", re.compile(b"task,policy,ki
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Result:
-    """One row. Intervals are 95 %, over the episodes; missing values are None."""
+    """Row of the table. Intervals are 95 %, over the episodes; missing values are None."""
 
     task: str
     policy: str

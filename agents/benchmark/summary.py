@@ -49,7 +49,7 @@ class PolicySummary:
 
 
 def budget(blocks: float | None) -> str:
-    """Return the budget class for a number of blocks of training or tuning; one rollout more does not count."""
+    """Return the budget class for a number of blocks of training or tuning; one rollout beyond the limit is allowed."""
     return NONE if blocks is None else "1M" if blocks < 1.02 * LIMIT else "open"
 
 

@@ -52,7 +52,7 @@ def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:
 
 
 def draw_costs(axes: Axes, found: Sequence[DressFinding], labels: Sequence[str]) -> None:
-    """Draw costs and their 95 % intervals, one beside the other."""
+    """Draw costs and their 95 % intervals, side by side."""
     at, cost = np.arange(len(found)), np.array([each.cost for each in found])
     low, high = np.array([each.cost_low for each in found]), np.array([each.cost_high for each in found])
     axes.errorbar(at, cost, np.stack([cost - low, high - cost]), color=BLUE, marker="o", capsize=3, lw=1.2)

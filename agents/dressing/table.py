@@ -54,7 +54,7 @@ def read_study(path: Path) -> DressStudy:
         rows = csv_rows(path)
         found = [typed(DressFinding, row) for row in rows]
         first, last = map(int, rows[0]["seeds"].split(".."))
-        # tables of the first task version do not name it
+        # tables of the first task version do not name their version
         version = int(rows[0].get("task_version", 1))
         if missing := {"plan", "decision"} - {each.question for each in found}:
             raise ValueError(f"it does not answer {min(missing)!r}")

@@ -27,7 +27,7 @@ TO_A_CHIP = np.array([[0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.
 
 
 class MeanCuts(NamedTuple):
-    """Cuts of each stroke, or means over several, shape (n,)."""
+    """Cuts of each stroke, or means over several strokes, shape (n,); `fitted` explains the symbols."""
 
     a: Array
     v: Array
@@ -44,8 +44,8 @@ class MeanCuts(NamedTuple):
 def fitted(cuts: MeanCuts, power: Array) -> Array:
     """Return the regression of a shop without a model: log P/b = c + e log a + f log v + g log(V' + 10).
 
-    Depth of cut a, mm, width b, mm, and volume V', mm3/mm, come from the machine of the catalogue, which is more than a
-    shop knows; v is the programmed table speed, mm/s. `power` is in W; strong strokes count more than weak ones.
+    Depth of cut a, mm, width b, mm, and volume V', mm3/mm, come from the machine of the catalogue; a shop knows less. v
+    is the programmed table speed, mm/s. `power` is in W; strong strokes count more than weak strokes.
     """
     usable = (power > 0.0) & (cuts.a > LEAST) & (cuts.b > 0.0)
     some = MeanCuts(*(each[usable] for each in cuts))

@@ -33,7 +33,7 @@ SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
-    """Files of a shop: program, job, log of a run and gauged parts; `gain` is metered power over power."""
+    """Files of a shop: program, job, log of a run and gauged parts; `gain` is the ratio of metered to true power."""
 
     program: Path
     job: Path

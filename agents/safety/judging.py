@@ -28,7 +28,7 @@ from grind_env.training.gru_ppo import Settings
 
 PLANNERS, DIGITS = ("look_ahead", "mpc"), 4
 """Planners on measurements and on the state, and decimals of a budget. The budget of a task is the geometric mean of
-both planners' scrap: the second planner keeps it, the first does not. It is measured, and so fits any task."""
+both planners' scrap: the second planner keeps it, the first does not. This measured budget fits any task."""
 VALIDATED = 128
 """Number of validation episodes of the planners."""
 UNCONSTRAINED, LAGRANGIAN = "plain_gru", "plain_gru, Lagrangian"
@@ -46,7 +46,7 @@ SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("r
 
 @dataclass(frozen=True)
 class SafetyTrial:
-    """Policy in a problem, with the training of an agent."""
+    """Policy in a problem; `seed` and `steps` are of the training of an agent."""
 
     problem: Problem
     who: str

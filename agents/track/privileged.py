@@ -51,7 +51,7 @@ def measured(policy: Policy, plant: str, seeds: Sequence[int], said: str = "", *
 
 
 def scales_of(plant: str, seeds: Sequence[int]) -> dict[str, MachineRuns]:
-    """Return runs of the best fixed plan of a machine, and of the planner that holds the machine and sees its state.
+    """Return runs of the best fixed plan of a machine, and of the planner that knows the machine and its state.
 
     Both are tuned on tuning seeds of this machine. The horizon of the planner is doubled until the gain is small.
     """

@@ -65,7 +65,7 @@ class FineTuned(Trained):
     """Agent `robust` with drawn actions, trained after every shift towards actions that were followed by less cost.
 
     The training follows the clipped policy gradient of PPO on all shifts so far, as if the present agent had drawn
-    their actions, up to a bound on the divergence from `robust`.
+    their actions. A bound limits the divergence from `robust`.
     """
 
     name: ClassVar[str] = "fine_tuned"

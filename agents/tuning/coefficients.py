@@ -13,7 +13,7 @@ DIGITS = 5
 class Coefficient(NamedTuple):
     """Parameter as a function of the search variable z: `start + step z`, or `start exp(step z)` if `positive`.
 
-    `whole` is for a number of executions, `blocks` for a number of blocks; a task without the table `needs` has no use.
+    `whole` is for a number of executions, `blocks` for a number of blocks. `needs` is a table that the task must have.
     """
 
     name: str

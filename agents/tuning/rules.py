@@ -1,4 +1,4 @@
-"""Tune the scripted policies on training episodes of a task, and choose between runs on validation episodes."""
+"""Tuning of scripted policies on training episodes of a task, and choice between runs on validation episodes."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -42,7 +42,7 @@ from grind_env.targets import check_own
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
 INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
-"""Numbers of blocks from one dress to the next that are tried."""
+"""Tried numbers of blocks from one dress to the next."""
 COST_DIGITS = 1e-3
 """Tolerance of the cost of an episode in a file, $."""
 
@@ -103,7 +103,7 @@ class Tuner:
         return self._fixed("constant", SPEEDS, range(self.task.action.executions + 1), (1,))
 
     def interval(self) -> tuple[Fixed, int]:
-        """Return the best constant E with one or two executions in every N-th block."""
+        """Return the best constant E with one or two executions in every N-th block, and the evaluations spent."""
         D = range(1, min(2, self.task.action.executions) + 1)
         return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS)
 
@@ -193,7 +193,7 @@ def tunable(simulation: Simulation) -> list[str]:
 
 
 def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned:
-    """Tune one policy."""
+    """Tune one policy; return its parameters and costs."""
     if name in RULES:
         policy, parameters, spent = tuner.rule(name, evaluations, starts)
     else:

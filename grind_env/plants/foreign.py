@@ -5,7 +5,7 @@
 At the nominal point (10 um at 12 m/min, current wheel state), each law gives the package's value times a drawn factor.
 Ft' replaces all force terms of the package; the depth of cut solves u - ae = b kc Ft'(ae)/ke. A stroke of the package
 whose only term is the chip energy Ft' vs/Q has this force and depth, and gives heat and part. Power then hardly depends
-on wheel speed, so a spindle at its power limit does not slow down but stalls where the torque is too high.
+on wheel speed. A spindle at its power limit does not slow down but stalls at too high a torque.
 """
 
 import functools

@@ -25,7 +25,7 @@ shown_as = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     """Power is shown above the idle power that was zeroed at the start of the shift and has crept since then.
 
-    A meter that lags flattens peaks above the mean of a block, and its reading still rises in the first stroke.
+    A lagging meter flattens peaks above the mean of a block, and its reading still rises in the first stroke.
     """
     kept = 1.0 / (1.0 + own.meter_lag)
     crept = own.meter_idle * own.meter_creeps * (1.0 - exp(-seconds / own.meter_warms))

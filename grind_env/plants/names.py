@@ -72,7 +72,7 @@ class Plants:
 
 
 def find_plants(text: str, *, modules: bool = False) -> Plants:
-    """Return the machines of a name; unlike `find_plant`, it may lack a seed, for example `meter` or `held-out`.
+    """Return the machines of a name, which may lack a seed, for example `meter` or `held-out`.
 
     Raises:
         PlantError: no machine has this name.

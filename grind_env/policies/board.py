@@ -116,7 +116,7 @@ def _own(judgements: Mapping[str, Judgement]) -> BoardRow:
 
 
 def _published(known: list[Reference], names: list[str]) -> BoardRow:
-    """Return the row of published mean returns; normal errors of their standard errors replace resamples."""
+    """Return the row of published mean returns; normal random errors replace resamples."""
     mean, error = np.array([each.returns[name] for each, name in zip(known, names, strict=True)]).T
     zero, hundred = np.array([(each.zero, each.hundred) for each in known]).T
     returns = mean + error * np.random.default_rng(0).standard_normal((RESAMPLES, len(known)))

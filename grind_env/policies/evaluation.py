@@ -1,4 +1,4 @@
-"""Run a policy on the episodes of a list of seeds, side by side."""
+"""Runs of a policy on the episodes of a list of seeds, side by side."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields

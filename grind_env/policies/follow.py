@@ -32,7 +32,7 @@ class Followed:
         chosen: chosen E, mm/min, and D.
         beside: E and D of other policies in the same states, by name.
         wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        dulling: true log of the factor on the dulling rate, of wheel and lot.
+        dulling: log of the true factor of wheel and lot on the dulling rate.
         belief: belief of an ensemble filter before the block.
         cost: cost of the block, $.
     """

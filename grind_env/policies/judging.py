@@ -1,4 +1,4 @@
-"""Evaluate a policy: cost per good part and score on fixed seeds, with intervals."""
+"""Evaluation of a policy: cost per good part and score on fixed seeds, with intervals."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Play one episode with a policy, and return it with its part program."""
+"""Episodes played by a policy, with their part programs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Played:
 def stepped(
     policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None
 ) -> Iterator[tuple[Any, Mapping[str, Any]]]:
-    """Yield the environment and the `info` of an episode at its reset and after every step; arguments as of `play`."""
+    """Yield the environment and the `info` of an episode at its reset and after every step; arguments as for `play`."""
     env: Any = problem.make(render_mode=render_mode).unwrapped
     try:
         observation, info = env.reset(seed=seed, options={"split": split})
@@ -69,7 +69,7 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
             nothing.
 
     Raises:
-        GrindError: there is no such split, or the policy decides what the environment does not have.
+        GrindError: there is no such split, or the policy chooses an E or a D that the environment lacks.
     """
     executions = 0
     for env, info in stepped(policy, problem, seed, split, render_mode):

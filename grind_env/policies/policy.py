@@ -38,7 +38,7 @@ NOMINAL_STOCK = KindRow._fields.index("stock")
 
 
 class Policy(Protocol):
-    """Decides E and D of every step of N episodes that run side by side."""
+    """Policy that decides E and D of every step of N episodes side by side."""
 
     @property
     def name(self) -> str:
@@ -46,10 +46,10 @@ class Policy(Protocol):
 
     @property
     def sees(self) -> Sees:
-        """Return how much of the truth `act` sees."""
+        """Return the information that `act` sees."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Reset all memory at the start of a number of `episodes` of the simulation."""
+        """Forget everything; `episodes` new episodes of the simulation begin."""
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Decide the coming step.

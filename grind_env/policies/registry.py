@@ -69,7 +69,7 @@ UNSCORED = ("empirical_rule", "belief_planner")
 """Policies without reference scores, in no list: the fallback on out-of-model machines, and the planner on the
 belief."""
 TRAINED = ("plain_gru", "robust")
-"""Bundled agents, each with a folder: trained on the model, or on public machines, a new machine in every episode."""
+"""Bundled agents, each with a folder: the first is trained on the model, the second on a public machine per episode."""
 RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}
 """New name of each renamed policy."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
@@ -119,8 +119,8 @@ def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -
     """Return the policy of a name, with the parameters tuned for the environment; see `tuned_folder`.
 
     Raises:
-        ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if the file does
-            not have the parameters that the policy takes.
+        ConfigError: the policy does not exist, it has not been tuned for the environment yet, or the file does not have
+            the parameters that it takes.
     """
     check_names(simulation, [name])
     if name in UNTUNED:
@@ -152,7 +152,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
-    """Check one parameter."""
+    """Raise a ConfigError unless a parameter has `count` finite numbers."""
     numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
     if not numbers or len(values) != count:
         raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

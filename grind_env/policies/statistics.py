@@ -24,7 +24,7 @@ CLIP = -100.0
 
 
 class Interval(NamedTuple):
-    """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of what is estimated."""
+    """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of the estimate."""
 
     value: float
     low: float
@@ -171,12 +171,12 @@ class ScoredRuns(NamedTuple):
 
 
 def interquartile_mean(scores: Array) -> Array:
-    """Return the mean of the middle half of all runs, shape (..., runs, tasks); a quarter is rounded down."""
+    """Return the mean of the middle half of scores of shape (..., runs, tasks); a quarter is rounded down."""
     runs = np.sort(scores.reshape(*scores.shape[:-2], -1), axis=-1)
     cut = runs.shape[-1] // 4
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
 def mean_score(scores: Array) -> Array:
-    """Return the mean over runs and tasks, of shape (..., runs, tasks)."""
+    """Return the mean over runs and tasks of scores of shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))

@@ -1,4 +1,4 @@
-"""The track: a policy grinds ten shifts on one machine, and may learn from the log of each.
+"""The track: a policy grinds ten shifts on one machine, and may learn from the log of each shift.
 
 The machine's memory at the end of a shift carries over into the next shift. Lots and wheels are new in each shift.
 """

@@ -42,7 +42,7 @@ class Tuned:
     """Outcome of tuning one policy.
 
     `training_cost` and `validation_cost` are $ per episode, means over the training and the validation seeds, given as
-    [first, count]; `parameters` are in the units that the policy takes them in.
+    [first, count]; `parameters` are in the units of the policy.
     """
 
     parameters: Parameters

@@ -43,7 +43,7 @@ FAMILIES: Mapping[str, Layers] = {
     "actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net"),
     "gru": Layers("actor.{}", "actor.{}", recurrent=True),
 }
-"""Network families that a file may name; no other family exists."""
+"""Network families that a file may name; other names are refused."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,9 +34,9 @@ GRID = "multidiscrete"
 """Form of the action in `grind_env.envs.actions`."""
 
 MEMBERS = 16
-"""Members of the belief's ensemble."""
+"""Number of members of the belief's ensemble."""
 STACKED = 8
-"""Observations in a stack."""
+"""Number of observations in a stack."""
 FEATURE_BOUND = 30.0
 LEAST_AREA = 1e-4
 """Least believed wear-flat area in the features; smaller areas count as this one."""
@@ -99,7 +99,7 @@ class LearnerView:
 
     Args:
         simulation: simulation of the environment, which shows the measurements.
-        memory: content of the memory.
+        memory: kind of memory.
     """
 
     def __init__(self, simulation: Simulation, memory: MemoryKind = "belief") -> None:

@@ -26,7 +26,7 @@ class CostLeft(NamedTuple):
     """Remaining cost of N episodes after the coming part."""
 
     table: Array
-    """Table of cost, $, shape (any, nodes of the axes of `Worth`)."""
+    """Table of the remaining cost, $, shape (any, nodes of the axes of `Worth`)."""
     number: NDArray[np.int64]
     """Index on the first axis of `table`, shape (N,)."""
     margin: Array

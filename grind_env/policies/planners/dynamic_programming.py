@@ -58,8 +58,8 @@ def surcharges(task: Task) -> list[Surcharge]:
 def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
     """Return a cheap plan for each of N episodes with known tapes: E and D of shape (N, steps).
 
-    From every retained state, every E of a grid is tried with every D up to 2. In each class of wear-flat area and
-    volume since the dress, the cheapest new state is retained, if its cost is not much above the cheapest of all.
+    From every retained state, every E of a grid is tried with every D up to 2. Each class of wear-flat area and volume
+    since the dress retains its cheapest new state, unless this costs much more than the cheapest of all.
     """
     every = all_choices(simulation.task, SPEEDS)
     choices = Decision(*(values[every.executions <= MOST_EXECUTIONS] for values in every))

@@ -17,7 +17,7 @@ from grind_env.policies.policy import Sees
 
 SWEEPS = 3
 STRETCH = 6
-"""Blocks whose E is scaled together."""
+"""Number of blocks whose E is scaled together."""
 
 
 @dataclass

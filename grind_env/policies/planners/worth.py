@@ -1,7 +1,7 @@
 """Table of the remaining cost of an episode: dynamic programming on the model, once per simulation.
 
-The table is over blocks, kind of the coming block, lot (dulling rate and pressure of wear flats), dullness of the wheel
-and, in tasks with due dates, spare time. Costs and transitions come from the compiled cycle, tried with every E and D
+Axes are block, kind of the coming block, lot (dulling rate and pressure of wear flats), dullness of the wheel and, in
+tasks with due dates, spare time. Costs and transitions come from the compiled cycle, tried with every E and D
 of a grid on wheels, lots and stocks that the task draws. So the table needs no tuning and holds for any simulated task,
 material or machine. It assumes a known state from the next block on, as QMDP does (Littman, Cassandra, Kaelbling, ICML
 1995), and usual values for all else.

@@ -46,7 +46,7 @@ class EmpiricalRule:
     The wheel is dressed before a part that would exceed the usual volume, with enough executions to keep every section
     of the part within it (unless late for a due date). It is dressed before a part that would take longer than the mean
     part since the last dress, including the time of that dress. It is also dressed after a power beyond its limit, a
-    part too thick, or a hot part, which is nearly too thin. These parts reduce the usual volume for a while.
+    part too thick, or a part nearly too thin, because it was hot. These parts reduce the usual volume for a while.
 
     Attributes:
         step: largest factor on E from block to block.

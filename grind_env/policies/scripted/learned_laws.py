@@ -20,7 +20,7 @@ AIM = 0.65
 
 
 class PowerLaw:
-    """Peak power P of N machines over their removal rates Q and the volume V' ground since the dress.
+    """Law of the peak power P of N machines by removal rate Q and volume V' ground since the dress.
 
         ln P = c + f ln Q + g ln(V' + 10 mm3/mm)
 

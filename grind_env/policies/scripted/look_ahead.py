@@ -75,7 +75,7 @@ def member_wheels(simulation: Simulation, belief: WheelBelief, burnt: Array, rou
 
 @dataclass(kw_only=True)
 class LookAhead:
-    """Try every E and D of the coming block on possible wheels; choose the cheapest on average.
+    """Policy that tries every E and D of the coming block on possible wheels and chooses the cheapest on average.
 
     A process engineer with a simulator beside the machine could do this. An ensemble filter estimates the wheel from
     the power readings (`grind_env.belief`), and each member grinds the coming block with every choice, by the same

@@ -1,6 +1,6 @@
 """Scripted policies: fixed plans of a program, and rules on measured signals.
 
-E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
+E is in mm/min in fixed plans, decisions and the parameters of rules.
 """
 
 from dataclasses import dataclass, field
