@@ -125,7 +125,6 @@ def plain(panel: Axes, axis: str) -> None:
 
 
 def _legend(figure: Figure, results: Sequence[Result]) -> None:
-    """Draw the legend of colours and marks."""
     panel = figure.axes[0]
     kinds = dict.fromkeys(each.kind for each in results)
     handles = [panel.plot([], [], "o", color=colour, ms=5, label=f"sees {sees}")[0] for sees, colour in SEES.items()]

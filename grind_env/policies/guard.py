@@ -29,7 +29,7 @@ class Guarded:
     When the policy returns, its E rises step by step.
     """
 
-    policy: Policy  # the guarded policy
+    policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)  # the rule that replaces it
     step: float = STEP  # largest factor on E from block to block when the policy returns
     PREFIX: ClassVar[str] = "guarded:"
