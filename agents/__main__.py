@@ -7,7 +7,7 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Run the command; a user's mistake, or a file that cannot be written, is one sentence and exit status 2."""
+    """Run the command; a user's mistake, or a file that cannot be written, gives one sentence and exit status 2."""
     try:
         from agents.application import app
         from grind_env.terminal import command

@@ -30,7 +30,7 @@ EXAMPLES: dict[str, tuple[Callable[..., None], str, str]] = {
     "video": (video, "--left adaptive_rule --output one.gif", "--left adaptive_rule --right E8000D0 --output two.gif"),
     "dataset": (dataset, "--task rush", "--policy adaptive_rule --episodes 50"),
 }
-"""The commands beside the studies, each with the options of two examples."""
+"""Commands other than the studies, each with the options of two examples."""
 
 for name, (function, *examples) in EXAMPLES.items():
     epilog = "\n".join(f"python -m agents {name} {options}".rstrip() for options in examples)

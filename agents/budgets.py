@@ -1,21 +1,21 @@
 """Default amounts of work for tuning and scoring.
 
-It stands alone, so that the command line can show these numbers without loading the libraries that do the work.
+This module imports nothing, so the command line shows these numbers without loading the libraries that do the work.
 """
 
 TUNING_EPISODES = 48
-"""Episodes on training and on validation seeds that a scripted policy is tuned on."""
+"""Number of training episodes, and of validation episodes, for tuning a scripted policy."""
 TUNING_EVALUATIONS = 700
-"""Evaluations of one CMA-ES run."""
+"""Number of evaluations in a CMA-ES run."""
 TUNING_STARTS = 4
-"""CMA-ES runs of a rule."""
+"""Number of CMA-ES runs for a rule."""
 
 GAP_EPISODES = 256
-"""Evaluation episodes of the table of gaps."""
+"""Number of evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
-"""Evaluation episodes of the dress study."""
+"""Number of evaluation episodes of the dress study."""
 STUDY_MACHINES = 3
-"""Machines of each family in the study of those that are not the model."""
+"""Number of machines of each family in the study of out-of-model machines."""
 
 PICTURES = 3
-"""Pictures of each block of an animation."""
+"""Number of pictures per block of an animation."""

@@ -1,6 +1,6 @@
 """Cached evaluations of policies.
 
-They are run once, in chunks of episodes, and taken up again while nothing that decides has changed.
+Evaluations run once, in chunks of episodes, and are reused while no input of the result has changed.
 """
 
 import ast
@@ -27,11 +27,11 @@ from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
 
 RUNS = ROOT / "runs"
-"""Folder of what is kept."""
+"""Folder of the cache."""
 RESULTS = ROOT / "agents" / "results"
 """The checked-in results."""
 CHUNK = 64
-"""Episodes evaluated at once. A planner may share random moves among them, so the chunks are part of its result."""
+"""Number of episodes evaluated at once. A planner may share random moves among them, so the result depends on it."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
 UNPROBED = (
@@ -46,17 +46,17 @@ UNPROBED = (
     "grind_env.envs.wrappers",
     "grind_env.kernel.layers",
 )
-"""Where else lies what decides what a policy sees or does, and what the probe of a problem does not run."""
+"""Prefixes of modules that decide observations or actions, but that the probe of a problem does not run."""
 DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
-"""Where the code of policies lies, and of what trains them."""
+"""Prefixes of all modules with code of policies and of their training."""
 
 
 def kept_evaluation(
     policy: Policy, problem: Problem, seeds: range, folder: Path = RUNS, *, split: str = EVERY, fresh: bool = False
 ) -> Evaluation:
-    """Return the evaluation of some seeds; chunks that are cached of the same policy, code and problem are not run.
+    """Return the evaluation on some seeds; chunks cached with equal inputs are not run again.
 
-    On another machine a policy that sees measurements holds the model; one that sees more is a yardstick.
+    On another machine, a policy on measurements computes with the model; other policies know the machine.
     """
     simulation = problem.simulation()
     model, code = model_beside(problem) if policy.sees == "measurements" else None, code_of(policy, problem)
@@ -73,7 +73,7 @@ def kept_evaluation(
 
 
 def code_of(policy: Policy, problem: Problem) -> str:
-    """Return a fingerprint of a policy on a problem, and of its model."""
+    """Return a fingerprint of a policy, its problem and its model."""
     model = model_beside(problem) if policy.sees == "measurements" else None
     simulation = problem.simulation()
     made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
@@ -89,7 +89,7 @@ def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, f
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
-    """Return the evaluation in a file; None if the file is missing, damaged or of something else."""
+    """Return the evaluation in a file; None if the file is missing, damaged or has another fingerprint."""
     with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
         if str(file["fingerprint"]) == fingerprint:
             return Evaluation(*(file[each.name] for each in fields(Evaluation)))
@@ -97,7 +97,7 @@ def kept(path: Path, fingerprint: str) -> Evaluation | None:
 
 
 def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
-    """Write the evaluation, whole or not at all."""
+    """Write an evaluation and its fingerprint in one atomic step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.npz")
     np.savez(partial, fingerprint=np.array(fingerprint), **asdict(result))
@@ -107,7 +107,7 @@ def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
 def behaviour(simulation: Simulation) -> str:
     """Return a hash of a problem's code and data, from its answers to a probe.
 
-    A hash of the code would discard hours of planning for a comment. Cached results set the unit of the reward.
+    A hash of the code would discard hours of planning for a comment. The reward is left out: results set its unit.
     """
     digest = hashlib.sha256()
     probe, state = Random(), start_episodes(simulation, episode_seeds("training", PROBES))
@@ -121,7 +121,7 @@ def behaviour(simulation: Simulation) -> str:
 
 
 def said_by(simulation: Simulation) -> list[str]:
-    """Return modules that decide parts of a problem that its probe does not show, such as reading observations."""
+    """Return the modules of a simulation; the probe does not run all of their code, such as reading observations."""
     parts = simulation, simulation.branches, simulation.room(0)
     return sorted({kind.__module__ for part in parts for kind in type(part).__mro__} - {object.__module__})
 
@@ -136,7 +136,7 @@ def sources(module: str, deciding: tuple[str, ...] = DECIDING) -> str:
 
 
 def imported(module: str, deciding: tuple[str, ...] = DECIDING) -> dict[str, Path]:
-    """Return the files of the modules that a module imports by name: its own, and those of `deciding`."""
+    """Return the files of a module and of its direct and indirect imports in `deciding`, by module name."""
     found: dict[str, Path] = {}
     waiting = [module]
     while waiting:
@@ -152,7 +152,7 @@ def imported(module: str, deciding: tuple[str, ...] = DECIDING) -> dict[str, Pat
 
 
 def _file_of(module: str) -> Path | None:
-    """Return the file of a module; None of a name in one."""
+    """Return the file of a module; None for another name."""
     if module in sys.modules:
         return Path(str(sys.modules[module].__file__))
     path = ROOT.joinpath(*module.split("."))

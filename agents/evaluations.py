@@ -1,4 +1,4 @@
-"""Evaluations of named policies as trials: chunks of episodes, cached for every study that asks for them."""
+"""Evaluations of named policies as trials: chunks of episodes, cached for all studies."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from grind_env.policies.problem import Problem
 
 @dataclass(frozen=True)
 class Chunk:
-    """Some evaluation episodes of a policy."""
+    """Consecutive evaluation episodes of a policy, one trial of a study."""
 
     problem: Problem
     who: str
@@ -36,7 +36,7 @@ class Chunk:
 
 
 def run_chunk(chunk: Chunk) -> Evaluation:
-    """Return the evaluation of a chunk of episodes; the policy knows the model, also where another machine grinds."""
+    """Return the evaluation of a chunk; on any machine, a policy on measurements computes with the model."""
     policy = chunk.policy()
     model = model_beside(chunk.problem) if policy.sees == "measurements" else None
     return run_seeds(policy, chunk.problem.simulation(), chunk.seeds, chunk.split, model)
@@ -49,14 +49,14 @@ def _code(problem: Problem, who: str, configs: Path | None) -> tuple[str, str]:
 
 
 def chunk_seconds(chunk: Chunk) -> float:
-    """Return the CPU-seconds of a chunk, about."""
+    """Return the estimated CPU time of a chunk, s."""
     decision = DECISION.get(chunk.who.rpartition(":")[2], USUAL_DECISION)
     return len(chunk.seeds) * chunk.problem.simulation().task.blocks * decision
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluations(Study):
-    """A study whose trials are chunks."""
+    """Study whose trials are chunks."""
 
     run: Callable[[Any], Any] = run_chunk
     seconds: Callable[[Any], float] = chunk_seconds
@@ -75,7 +75,7 @@ class Evaluations(Study):
 def chunks(
     asked: StudyOptions, policies: Callable[[Problem], Iterable[str]], splits: Iterable[str] = (EVERY,)
 ) -> list[Chunk]:
-    """Return the evaluation episodes that a study asks for, of the policies of each problem, as chunks."""
+    """Return the chunks of a study: the evaluation episodes of the policies of each problem."""
     seeds = episode_seeds("evaluation", asked.episodes)
     return [
         Chunk(problem, who, seeds[first : first + CHUNK], split, asked.configs)
@@ -86,7 +86,7 @@ def chunks(
 
 
 def joined(found: Found) -> Mapping[tuple[Problem, str, str], Evaluation]:
-    """Return whole evaluations by problem, split and policy."""
+    """Return the evaluations joined from chunks, by problem, split and policy."""
     parts: dict[tuple[Problem, str, str], list[Any]] = {}
     for chunk, evaluation in found.items():
         parts.setdefault((chunk.problem, chunk.split, chunk.who), []).append(evaluation)
@@ -94,7 +94,7 @@ def joined(found: Found) -> Mapping[tuple[Problem, str, str], Evaluation]:
 
 
 def by_problem(found: Found) -> Mapping[Problem, Mapping[str, Evaluation]]:
-    """Return whole evaluations by problem and policy, of one split."""
+    """Return the evaluations joined from chunks of one split, by problem and policy."""
     of: dict[Problem, dict[str, Evaluation]] = {}
     for (problem, _, who), evaluation in joined(found).items():
         of.setdefault(problem, {})[who] = evaluation

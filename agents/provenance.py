@@ -16,7 +16,7 @@ TRAINING = ("stable_baselines3", "torch")
 
 
 def provenance(seeds: range, *, trains: bool = True) -> dict[str, str | int]:
-    """Return versions, seeds and commit of the results; those of packages that train only if something was trained."""
+    """Return versions, seeds and commit of results; versions of `TRAINING` packages only if `trains`."""
     packages = ("grind_env", "numpy", "numba", *TRAINING * trains)
     return {
         "task_version": TASK_VERSION,
@@ -28,12 +28,12 @@ def provenance(seeds: range, *, trains: bool = True) -> dict[str, str | int]:
 
 
 def shown_seeds(seeds: range) -> str:
-    """Return the first and the last seed."""
+    """Return the first and the last seed as text."""
     return f"{seeds.start}..{seeds.stop - 1}"
 
 
 def installed(package: str) -> str:
-    """Version of an installed package."""
+    """Return the version of an installed package, or `none`."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""The training recipe of `docs/howto/train.md`, as printed, and with other seeds, without belief, on other tasks."""
+"""Study of the training recipe of `docs/howto/train.md`, also with other seeds, without belief, and on other tasks."""
 
 import os
 import re
@@ -26,7 +26,7 @@ from grind_env.table import Column, table_of
 SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 TRAINS = "model.learn("
-"""By which the block is known."""
+"""Text that marks the Python block of the recipe."""
 BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
 SEED, STEPS, TASK = "seed=0", "1_000_000", '"grind/PowerLimited-v0"'
 WAYS = {"measurements": "measurements", "belief": "measurements and belief"}
@@ -37,7 +37,7 @@ TITLE = "# The training recipe"
 
 @dataclass(frozen=True)
 class RecipeTrial:
-    """Training of a task: its observation, its seed, and its lines."""
+    """Training of an agent: task, observation, seed, number of steps, and the code lines."""
 
     problem: Problem
     way: str
@@ -66,12 +66,12 @@ class RecipeRow:
     E: float
     D: float
     cpu_seconds: float
-    """CPU-seconds of imports, training and judging, on one core."""
+    """CPU time of imports, training and judging on one core, s."""
     wall_seconds: float
 
 
 def recipe(page: str) -> str:
-    """Return the Python block of a page that trains; there must be one."""
+    """Return the only Python block of a page that trains."""
     found = [block for block in BLOCK.findall(page) if TRAINS in block]
     if len(found) != 1:
         raise GrindError(f"{SOURCE.name} has {len(found)} blocks with {TRAINS!r}, but must have one: the recipe")
@@ -82,7 +82,7 @@ def variant(text: str, trial: RecipeTrial) -> str:
     """Return the recipe changed to another task, seed or number of steps, or without the belief.
 
     Raises:
-        GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
+        GrindError: a text to change is not in the recipe exactly once, or the task is a file, which has no id.
     """
     if trial.problem.arguments:
         raise GrindError(
@@ -101,7 +101,7 @@ def variant(text: str, trial: RecipeTrial) -> str:
 
 
 def run(text: str) -> dict[str, Any]:
-    """Run the lines of the recipe; return the names they bind and the seconds they took."""
+    """Run the lines of the recipe; return the names that they bind, and the seconds that they took."""
     names: dict[str, Any] = {}
     wall, cpu = time.perf_counter(), time.process_time()
     exec(compile(text, SOURCE.name, "exec"), names)
@@ -109,7 +109,7 @@ def run(text: str) -> dict[str, Any]:
 
 
 def train(trial: RecipeTrial) -> dict[str, Any]:
-    """Return what the recipe comes to in a trial: the fields of `RecipeRow`."""
+    """Return the result of the recipe in a trial: the fields of `RecipeRow`."""
     text, before = variant(trial.text, trial), Path.cwd()
     with TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -123,7 +123,7 @@ def train(trial: RecipeTrial) -> dict[str, Any]:
 
 
 def study(asked: StudyOptions) -> Study:
-    """Return the study: the recipe both ways."""
+    """Return the study of the recipe, on measurements alone and with the belief."""
     text = recipe(read_text(SOURCE))
     trials = [
         RecipeTrial(problem, way, seed, asked.steps, text)
@@ -151,7 +151,7 @@ def study(asked: StudyOptions) -> Study:
 
 
 def write(found: Sequence[RecipeRow], results: Path) -> str:
-    """Write table and page; what they have of other tasks of this version and of as many steps stays."""
+    """Write table and page; rows of other tasks stay if steps, episodes and task version are equal."""
     made_with = provenance(episode_seeds("evaluation", EPISODES))
     new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
     tasks = {row["task"] for row in new}
@@ -189,11 +189,11 @@ SHOWN = (
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
     Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
 )
-"""Columns of the page, a row for all seeds of a task and way."""
+"""Columns of the page; a row is for all seeds of a task and observation."""
 
 
 def page(found: Sequence[RecipeRow]) -> str:
-    """Return the table of all seeds, Markdown."""
+    """Return the table of all seeds as Markdown."""
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (

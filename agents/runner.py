@@ -1,4 +1,4 @@
-"""Run trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
+"""Runs of trials in processes or as tasks of a Ray cluster. A failed trial does not stop the others."""
 
 import atexit
 import multiprocessing
@@ -27,18 +27,18 @@ Answers = Generator[tuple[Any, Any], None, None]
 ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "RAY_USAGE_STATS_ENABLED": "0",
-    "PYTHONWARNINGS": "ignore:resource_tracker",  # of a parent that was killed it prints what was left
+    "PYTHONWARNINGS": "ignore:resource_tracker",  # hides messages on leftovers of a killed parent
 }
 """Environment of the workers, whose libraries read it when they are loaded."""
 RETRIES, ANSWER_SECONDS = 3, 5.0
-"""How often Ray begins a trial again whose worker or node was lost, and how long a cluster may take to answer."""
+"""Number of times that Ray repeats a trial of a lost worker or node, and time limit of a cluster's answer, s."""
 KILLED = "its process was killed; the same command goes on with it"
 LOST = f"its worker or node was lost {1 + RETRIES} times; the same command goes on with it"
 HEAD = "give host:port as `ray start --head` prints it, and run `ray start --address` on this machine, too"
 
 
 class Failed(str):
-    """A sentence on what failed."""
+    """Sentence on the failure of a trial."""
 
 
 def run_all(
@@ -49,10 +49,10 @@ def run_all(
     ray: str | None,
     done: Callable[[Any, Any], object],
 ) -> dict[Any, str]:
-    """Run trials by a function of a module; return one sentence of each that failed.
+    """Run trials by a function of a module; return a sentence for each failed trial.
 
-    `jobs` processes do it, on one thread each, or a Ray cluster: `ray` is `host:port` of its head, or `local`. `done`
-    is called here with each trial that has ended and what was found.
+    `jobs` processes run the trials, on one thread each, or a Ray cluster: `ray` is `host:port` of its head, or `local`.
+    `done` is called in this process with each finished trial and its result.
 
     Raises:
         GrindError: the cluster does not answer.
@@ -73,7 +73,7 @@ def run_all(
 
 
 def attempt(run: Callable[[Any], Any], trial: Any, asked: str = "") -> Any:
-    """Return what is found in a trial, or `Failed`; `asked` is the commit that a node must have."""
+    """Return the result of a trial, or `Failed`; `asked` is the commit that a node must have."""
     if asked and commit() != asked:
         return Failed(f"the node {socket.gethostname()} has commit {commit()} and not {asked}: check out the same")
     try:
@@ -85,7 +85,7 @@ def attempt(run: Callable[[Any], Any], trial: Any, asked: str = "") -> Any:
 
 
 def _processes(trials: Sequence[Any], run: Callable[[Any], Any], jobs: int) -> Answers:
-    # a pool of one process for each job: a process that is killed takes no other trial with it
+    # one pool of one process per job, so that a killed process stops no other trial
     pools = SimpleQueue[ProcessPoolExecutor]()
     begun = list[ProcessPoolExecutor]()
 
@@ -104,7 +104,7 @@ def _processes(trials: Sequence[Any], run: Callable[[Any], Any], jobs: int) -> A
         pools.put(pool)
         return trial, answer
 
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # workers inherit it: Ctrl-C is for their parent
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # workers inherit it, so that Ctrl-C stops only the parent
     for _ in range(min(jobs, len(trials))):
         begin()
     signal.signal(signal.SIGINT, before)
@@ -118,7 +118,7 @@ def _processes(trials: Sequence[Any], run: Callable[[Any], Any], jobs: int) -> A
 
 
 def _begin_worker() -> None:
-    """Let a worker print nothing, and end with its parent, however that ends."""
+    """Let a worker print nothing, and end with its parent, even if the parent is killed."""
     sys.stdout = sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
     parent: Any = multiprocessing.parent_process()
     threading.Thread(target=lambda: os._exit(parent.join() or 1), daemon=True).start()
@@ -143,19 +143,19 @@ def _tasks(trials: Sequence[Any], run: Callable[[Any], Any], address: str, jobs:
 
 
 def _joined(address: str, jobs: int) -> Any:
-    """Return Ray, after joining a cluster, or starting one of this machine alone for the address `local`."""
+    """Return Ray after joining a cluster or, for the address `local`, starting a cluster on this machine."""
     with needing("ray", "--ray needs"):
         import ray
     if ray.is_initialized():
         return ray
-    # it has no option against printing the log of a dead node in the middle of a table
+    # Ray has no option against printing the log of a dead node in the middle of a table
     ray._private.worker.print_to_stdstream = lambda *_, **__: None
     own: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False} if address == "local" else {}
     host, _, port = address.rpartition(":")
     if not own and not (host and port.isdecimal()):
         raise GrindError(f"{quoted(address)} is no address of a Ray cluster: {HEAD}")
     try:
-        if not own:  # Ray itself would ask for minutes
+        if not own:  # Ray itself would try for minutes
             socket.create_connection((host, int(port)), ANSWER_SECONDS).close()
         ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
     except (OSError, RuntimeError, ValueError, OverflowError) as error:

@@ -30,11 +30,11 @@ class SplitScore(NamedTuple):
     split: str
     who: str
     score: Interval
-    """0 is the fixed plan that is best on all contexts, 100 hindsight."""
+    """Score: 0 is the best fixed plan on all contexts, 100 is hindsight."""
     cost: Interval
-    """$ per good part."""
+    """Cost per good part, $."""
     scrap: float
-    """Share of the parts."""
+    """Share of the parts that are scrap."""
 
 
 def study(asked: StudyOptions) -> Study:
@@ -51,18 +51,18 @@ def study(asked: StudyOptions) -> Study:
 
 
 def all_lines(found: Found) -> list[SplitScore]:
-    """Return what every policy comes to in the splits of all tasks."""
+    """Return the scores of all policies in the splits of all tasks."""
     runs = joined(found)
     return [line for problem in dict.fromkeys(key[0] for key in runs) for line in lines_of(problem, runs)]
 
 
 def plans_of(problem: Problem) -> list[str]:
-    """Names of the fixed plans of a task."""
+    """Return the names of the fixed plans of a task."""
     return [name for name in policy_names(problem.simulation()) if name in FIXED_PLANS]
 
 
 def judged(problem: Problem) -> list[str]:
-    """Return those of `WHO` that exist for a task: bundled agents, and tuned rules."""
+    """Return the policies of `WHO` that exist for a task: bundled agents and tuned rules."""
     found = []
     for who in WHO:
         with suppress(GrindError):
@@ -72,7 +72,7 @@ def judged(problem: Problem) -> list[str]:
 
 
 def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[SplitScore]:
-    """Return what every policy comes to in the splits of a task."""
+    """Return the scores of all policies in the splits of a task."""
     by_split = {
         split: {who: run for (of, drawn, who), run in found.items() if (of, drawn) == (problem, split)}
         for split in SHOWN
@@ -88,7 +88,7 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
 
 
 def page(lines: Sequence[SplitScore], episodes: int) -> str:
-    """Return the tables, Markdown."""
+    """Return the tables as Markdown."""
     scores, costs = [], []
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
         of = {each.who: each for each in lines if (each.task, each.split) == (task, split)}
@@ -110,7 +110,7 @@ def page(lines: Sequence[SplitScore], episodes: int) -> str:
 
 
 def leading(lines: Sequence[SplitScore], split: str) -> str:
-    """Return in how many tasks each policy on measurements scores best, and in how many significantly."""
+    """Return a sentence: in how many tasks each policy on measurements scores best, and in how many significantly."""
     first, clear = Counter[str](), Counter[str]()
     for task in dict.fromkeys(each.task for each in lines):
         of = [each for each in lines if (each.task, each.split) == (task, split) and each.who in MEASURED]

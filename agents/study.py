@@ -56,7 +56,7 @@ class Options:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyOptions:
-    """Options of a study; `tasks` is None where nobody names any; `seeds` counts trainings, or runs on each machine."""
+    """Options of a study; `tasks` is None if the user names none; `seeds` counts trainings, or runs on each machine."""
 
     problems: Sequence[Problem]
     tasks: str | None = None
@@ -110,11 +110,11 @@ class Study:
         return own if self.files is None else self.files
 
     def path(self, trial: Any, runs: Path) -> Path:
-        """Return the file in which a trial is cached: its name has a hash of all that decides it."""
+        """Return the cache file of a trial; its name has a hash of all inputs of the result."""
         return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{self.digest(trial)}.json"
 
     def digest(self, trial: Any) -> str:
-        """Return a hash of all that decides what is found in a trial."""
+        """Return a hash of all inputs that decide the result of a trial."""
         name = getattr(trial, "problem", None) or getattr(trial, "task", None)
         problem = find_problem(name) if isinstance(name, str) else name
         decides = [
@@ -127,8 +127,8 @@ class Study:
         return hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
 
     def cached(self, trial: Any, runs: Path) -> Any:
-        """Return what was found in a trial; None if nothing was."""
-        with suppress(ReadError, ValueError):  # a file that is missing or damaged is written anew
+        """Return the cached result of a trial; None without one."""
+        with suppress(ReadError, ValueError):  # a missing or damaged file is written again
             return json.loads(read_text(self.path(trial, runs)))
         return None
 
@@ -136,7 +136,7 @@ class Study:
         write_whole(self.path(trial, runs), json.dumps(found, default=lambda array: array.tolist()))
 
     def find(self, options: Options) -> tuple[Found, Mapping[Any, str]]:
-        """Run the trials that are not cached; return what was found in all, and a sentence of each that failed."""
+        """Run the trials that are not cached; return all results, and a sentence for each failed trial."""
         runs = options.runs.absolute()
         waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
         hours = sum(map(self.seconds, waiting)) / 3600.0
@@ -152,7 +152,7 @@ class Study:
         return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
 
     def found(self, options: Options) -> Found:
-        """Return what was found in all trials; one that failed is an error."""
+        """Return the results of all trials; raise a GrindError if a trial has failed."""
         found, failed = self.find(options)
         if failed:
             trial, why = next(iter(failed.items()))
@@ -160,7 +160,7 @@ class Study:
         return found
 
     def write(self, found: Found, folder: Path) -> str:
-        """Write the table and the page; the page comes back."""
+        """Write the table and the page, and return the page."""
         if self.publish is not None:
             return self.publish(found, folder)
         made = provenance(episode_seeds("evaluation", self.episodes or 1), trains=self.trains)
@@ -195,7 +195,7 @@ def _plain(found: Found) -> list[tuple[object, ...]]:
 
 
 def main(study: Study) -> None:
-    """Run a study by the command line of its file; the cache and the tables are below the working folder."""
+    """Run a study from the command line of its file; cache and tables lie below the working folder."""
     app = Application()
 
     @app.command(help=study.title)

@@ -14,14 +14,14 @@ RowT = TypeVar("RowT")
 
 
 def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
-    """Refuse a folder in which a file that is no table of the command has the name of one."""
+    """Raise an error if a file has the name of a table of the command, but is no such table."""
     for name, begin in begins.items():
         own = Own(f"table of `python -m agents {command}`", re.compile(re.escape(begin.encode())).match)
         check_own(folder / name, own, "--results")
 
 
 def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table as CSV, its cells as they are."""
+    """Return a table as CSV, with unrounded cells."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -30,10 +30,10 @@ def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def csv_rows(path: Path) -> list[dict[str, str]]:
-    """Rows of a table, by the names of its columns; errors as of `read_text`."""
+    """Return the rows of a table, by the names of its columns; raise the errors of `read_text`."""
     return list(csv.DictReader(io.StringIO(read_text(path), newline="")))
 
 
 def typed(kind: type[RowT], row: Mapping[str, str]) -> RowT:
-    """Return a row of a table as a dataclass, whose types read the texts of its cells."""
+    """Return a row of a table as a dataclass; the types of its fields convert the texts of the cells."""
     return kind(**{name: read(row[name]) for name, read in get_type_hints(kind).items()})

@@ -39,13 +39,13 @@ from grind_env.terminal import command
 from grind_env.training.gru_ppo import LAST_SEED
 
 CHECKPOINTS = 24
-"""Checkpoints of a training."""
+"""Number of checkpoints in a training."""
 VERSIONS = [installed(each) for each in ("grind_env", "numpy", "stable_baselines3", "torch")]
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """An algorithm with its settings; the learning rate falls linearly to 0."""
+    """Algorithm with its settings; the learning rate falls linearly to 0."""
 
     algorithm: type[BaseAlgorithm]
     action: str
@@ -70,7 +70,7 @@ RECIPES = {
 
 
 class Checkpoints(BaseCallback):
-    """Writes the training to a file every so many steps, between two updates."""
+    """Callback that writes the training to a file after every `every` steps, between two updates."""
 
     def __init__(self, path: Path, every: int) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ class Checkpoints(BaseCallback):
 
 
 def train(problem: Problem, algorithm: str, seed: int, steps: int, path: Path, *, belief: bool = True) -> BaseAlgorithm:
-    """Train an agent, or resume its training, and save it as a .zip file; its checkpoint lies beside it until then.
+    """Train an agent, or resume its training, and save it as a .zip file; the checkpoint beside it is then deleted.
 
     Raises:
         GrindError: there is no such algorithm, or the checkpoint is damaged or of another training.
@@ -111,7 +111,7 @@ def train(problem: Problem, algorithm: str, seed: int, steps: int, path: Path, *
             f"there is no algorithm {quoted(algorithm)}{did_you_mean(algorithm, RECIPES)}:"
             f" choose from {', '.join(RECIPES)}"
         )
-    torch.set_num_threads(1)  # at this size a second thread only costs
+    torch.set_num_threads(1)  # a second thread slows down networks of this size
     checkpoint = path.with_suffix(".checkpoint")
     path.parent.mkdir(parents=True, exist_ok=True)
     asked = f"{problem.name} {algorithm} seed {seed} belief {belief} steps {steps}"
@@ -129,7 +129,7 @@ def train(problem: Problem, algorithm: str, seed: int, steps: int, path: Path, *
 
 
 def begun(problem: Problem, algorithm: str, seed: int, belief: bool) -> Any:
-    """Return an agent that has not been trained, in its environments."""
+    """Return an untrained agent with its environments."""
     recipe = RECIPES[algorithm]
     envs: Any = problem.make_vec(recipe.envs, action=recipe.action, autoreset_mode="SameStep")
     if belief:
@@ -143,7 +143,7 @@ def begun(problem: Problem, algorithm: str, seed: int, belief: bool) -> Any:
 
 
 def resumed(path: Path, asked: str) -> Any:
-    """Return the training in a checkpoint; the random generators go on from where they were.
+    """Return the training in a checkpoint, and restore the random generators.
 
     Raises:
         GrindError: the checkpoint is damaged, of another training or of other versions.

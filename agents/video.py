@@ -1,4 +1,4 @@
-"""Animated picture of one or two policies grinding an episode."""
+"""Animations of one or two policies that grind an episode."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -21,12 +21,12 @@ from grind_env.render.frames import TALL, render
 from grind_env.render.view import EpisodePicture, PictureInstant
 
 COLOURS = 128
-"""Colours of an animation: the picture has few, and their mixtures at the edges."""
+"""Number of colours of an animation: a picture has few colours, and mixtures of them at its edges."""
 SAMPLES = 12
-"""Pictures from which they are taken."""
+"""Number of pictures from which the colours are taken."""
 
 PICTURE, LAST = 100, 3000
-"""ms for which a picture stays, and the last one."""
+"""Time for which a picture stays, and time of the last picture, ms."""
 MOST_BYTES = 1_500_000
 
 TURNS = 0.29
@@ -34,13 +34,13 @@ TURNS = 0.29
 
 
 TRAINED = "trained agent"
-"""Title of one: who looks on does not know the names of algorithms."""
+"""Title of all trained agents, because viewers do not know the names of algorithms."""
 
 
 def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[EpisodePicture]:
     """Return the views of an episode: before the first step, then `frames` of each step, the last of them at rest.
 
-    On a machine that is not the model, the policy holds the model.
+    On an out-of-model machine, the policy computes with the model.
     """
     view: EpisodePicture | None = None
     for env, _ in stepped(policy, problem, seed, split):
@@ -56,7 +56,7 @@ def _titled(view: EpisodePicture, policy: Policy) -> EpisodePicture:
 
 
 def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: int) -> EpisodePicture:
-    """Picture k of a step between two views: as much of its depth is gone as of its pictures."""
+    """Return picture k of a step between two views; the depth is ground in proportion to the number of pictures."""
     block, part = after.ground[-1], after.part
     goes_on = before.ground and not before.ground[-1].finished and before.part == replace(part, left=before.part.left)
     stock = before.part.left if goes_on else part.stock

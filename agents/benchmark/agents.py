@@ -28,15 +28,15 @@ from grind_env.training.gru_ppo import Settings, form_of, policy_of, shown
 
 LIBRARIES = ("torch", "numpy")
 BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
-"""Where else lies what decides a training; what `gru_ppo` prints with does not."""
+"""Further modules that decide the result of a training; modules for the output of `gru_ppo` do not."""
 POINTS, CURVE_EPISODES = 16, 64
-"""Points of a learning curve, and validation episodes of each."""
+"""Number of points of a learning curve, and number of validation episodes per point."""
 
 
 class AgentTraining(NamedTuple):
-    """How an agent was trained: environment steps, split of the contexts, the CPU time that it took, and scores.
+    """Training of an agent: environment steps, split of the contexts, CPU time, s, and learning curve.
 
-    `curve` has steps and the score on validation seeds after them.
+    Each point of `curve` is a number of steps, and the score on validation seeds after them.
     """
 
     steps: int
@@ -46,10 +46,10 @@ class AgentTraining(NamedTuple):
 
 
 class LearningCurve:
-    """Scores an agent while it is trained, in the place of a checkpoint of `gru_ppo.train`."""
+    """Learning curve of an agent, made in place of a checkpoint of `gru_ppo.train`."""
 
     def __init__(self, problem: Problem, settings: Settings) -> None:
-        # also an agent that is trained on other machines is scored on the model
+        # an agent that is trained on other machines is scored on the model, too
         self.problem, self.settings = without_plant(problem), settings
         self.points, self.seconds, self.next = list[tuple[int, float]](), 0.0, 1
 
@@ -75,7 +75,7 @@ def plain_agent(
 ) -> Path:
     """Return the file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
-    It is trained, in about a minute, unless an agent of the same code, settings and seed is there.
+    The agent is trained, in about a minute, unless the file of the same code, settings and seed exists.
     """
     stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, settings, seed)}"
     path = stem.with_suffix(SUFFIX)
@@ -97,7 +97,7 @@ def plain_agent(
 
 
 def agent_of(cell: BenchmarkCell, request: Request) -> Path:
-    """Return the file of the agent of a cell, which is trained if it is not there."""
+    """Return the file of the agent of a cell; train the agent if the file does not exist."""
     assert cell.seed is not None
     problem, steps = ground_by(cell), cell.steps or request.steps or LIMIT
     if cell.base in PLAIN:
@@ -110,7 +110,7 @@ def agent_of(cell: BenchmarkCell, request: Request) -> Path:
 
 
 def ground_by(cell: BenchmarkCell) -> Problem:
-    """Return what the agent of a cell is trained on."""
+    """Return the problem on which the agent of a cell is trained."""
     return on(cell.problem, PUBLIC) if cell.base == ROBUST else cell.problem
 
 
@@ -124,7 +124,7 @@ def training_of(path: Path) -> AgentTraining:
 
 
 def code_of_training(cell: BenchmarkCell, request: Request) -> str:
-    """Return a hash of all that decides what the training of a cell ends in."""
+    """Return a hash of all inputs that decide the trained agent of a cell."""
     assert cell.seed is not None
     steps = cell.steps or request.steps or LIMIT
     if cell.base in PLAIN:
@@ -135,8 +135,8 @@ def code_of_training(cell: BenchmarkCell, request: Request) -> str:
 
 
 def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:
-    """Return a hash of all that decides what a training of `gru_ppo` ends in."""
-    # what the true state reads is there in training, whoever is shown it later
+    """Return a hash of all inputs that decide the agent of a training with `gru_ppo`."""
+    # a training also uses the true state, whatever the agent sees later
     tasks = map(of_problem, (problem, shown(problem, "state")))
     modules = bare(inspect.getsource(gru_ppo)), *map(sources, BESIDE)
     return digest(*modules, *tasks, settings, seed, *map(installed, LIBRARIES))

@@ -19,21 +19,21 @@ from grind_env.policies.statistics import (
 )
 
 SINGLE_KIND = {"constant_per_kind": "constant"}
-"""What stands for a policy in a task with one kind of block, where the two are the same."""
+"""Policy that replaces another in tasks with one kind of block, where both are equal."""
 
 MEASURES: dict[str, Callable[[Array], Array]] = {"IQM": interquartile_mean, "mean": mean_score}
 
 
 def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
-    """Return the tasks that have a score: those with both anchors, which do not cost nearly the same."""
+    """Return the tasks with a score: both anchors were run, and their costs are not nearly equal."""
     tasks = {name: Sampled(each for each in results if each.task == name) for name in tasks_of(results)}
     return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
 
 
 def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
-    """Scores of every policy that was run on all scored tasks, without variants of hindsight.
+    """Return the scores of every policy that was run on all scored tasks, without variants of hindsight.
 
-    Where tasks have different numbers of runs, the first ones of each are taken, as many as all of them have.
+    If tasks have different numbers of runs, the first runs of each task are taken, as many as every task has.
     """
     tasks = scored_tasks(results)
     found: dict[str, ScoredRuns] = {}
@@ -55,6 +55,6 @@ def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
 
 
 def aggregates(runs: dict[str, ScoredRuns]) -> dict[str, dict[str, Interval]]:
-    """Every measure of every policy, the best policy first."""
+    """Return every measure of every policy, the best policy first."""
     found = {policy: {name: of.interval(measure) for name, measure in MEASURES.items()} for policy, of in runs.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1]["IQM"].value))

@@ -1,4 +1,4 @@
-"""The figures of the benchmark: `iqm` and `curves`, PNG files."""
+"""Figures of the benchmark: `iqm` and `curves`, PNG files."""
 
 import io
 from collections.abc import Sequence
@@ -17,21 +17,21 @@ from grind_env.files import write_atomically
 from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
 
 WIDTH = 9.0
-"""Inches; at `DPI` a little wider than a page of a repository shows."""
+"""Width of the figures, inches; at `DPI` a little wider than a page of a repository."""
 DPI = 110
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Of Okabe and Ito: told apart with any colour vision."""
+"""Colours of Okabe and Ito, which differ for any colour vision."""
 DASHES = ("-", "--", ":", "-.")
-"""Beside them, for grey prints."""
+"""Line styles in addition to the colours, for grey prints."""
 GREY = "#8a8a8a"
 SEES = {"measurements": "#0072B2", "state": "#D55E00", "future": "#000000"}
-"""Colours of what a policy sees."""
+"""Colour of the information that a policy sees."""
 MARKS = {"scripted": "o", "planner": "s", "learned": "D"}
 
 
 def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
-    """Draw what the results allow, below `folder`; the files that were written."""
+    """Draw the figures that the results allow, in `folder`; return the written files."""
     folder.mkdir(parents=True, exist_ok=True)
     runs, tasks = all_runs(results), len(scored_tasks(results))
     draw = {
@@ -45,12 +45,12 @@ def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
 
 
 def figure_names(results: Sequence[Result], *, scored: bool) -> list[str]:
-    """Names of the figures that can be drawn; `scored` if policies have scores in all tasks."""
+    """Return the names of the figures that can be drawn; `scored` if policies have scores in all tasks."""
     return ["iqm"] * scored + ["curves"] * any(len(each.curve_steps) for each in results)
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a PNG file, whole or not at all; the same figure gives the same bytes."""
+    """Write a PNG file in one atomic step; equal figures give equal bytes."""
     picture = io.BytesIO()
     FigureCanvasAgg(figure)
     figure.savefig(picture, format="png", metadata={"Software": None})
@@ -58,7 +58,7 @@ def write_figure(figure: Figure, path: Path) -> None:
 
 
 def aggregate_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tasks: int) -> Figure:
-    """Interquartile mean and mean of every policy."""
+    """Draw the interquartile mean and the mean of every policy."""
     found = aggregates(runs)
     names = list(found)
     figure = Figure(figsize=(WIDTH, 1.0 + 0.24 * len(names)), dpi=DPI, layout="constrained")
@@ -76,7 +76,7 @@ def aggregate_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tas
 
 
 def curve_figure(results: Sequence[Result]) -> Figure:
-    """Mean score on validation seeds over the steps of a training, a panel a task; bands are from least to most."""
+    """Draw the mean score on validation seeds over training steps, a panel per task; bands are from least to most."""
     with_curve = [each for each in results if len(each.curve_steps)]
     tasks, kinds = tasks_of(with_curve), list(dict.fromkeys(each.policy for each in with_curve))
     columns = min(4, len(tasks))
@@ -112,20 +112,19 @@ def curve_figure(results: Sequence[Result]) -> Figure:
 
 
 def _dot(panel: Axes, interval: Interval, place: float, colour: str, mark: str) -> None:
-    """An estimate with its interval, on a line of its own."""
+    """Draw an estimate with its interval, on a separate line."""
     panel.plot([interval.low, interval.high], [place, place], color=colour, lw=2.2, alpha=0.55, solid_capstyle="butt")
     panel.plot([interval.value], [place], mark, color=colour, ms=4.5)
 
 
 def plain(panel: Axes, axis: str) -> None:
-    """A faint grid and no box."""
+    """Give a panel a faint grid and no box."""
     panel.grid(True, axis="x" if axis == "x" else "both", color="#dddddd", lw=0.6)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
 
 
 def _legend(figure: Figure, results: Sequence[Result]) -> None:
-    """Return the meaning of colours and marks."""
     panel = figure.axes[0]
     kinds = dict.fromkeys(each.kind for each in results)
     handles = [panel.plot([], [], "o", color=colour, ms=5, label=f"sees {sees}")[0] for sees, colour in SEES.items()]

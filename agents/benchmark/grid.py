@@ -1,4 +1,4 @@
-"""The full grid: the cells that remake all results, and their durations."""
+"""Full grid of the benchmark: the cells of all results, and estimates of their CPU time."""
 
 from collections.abc import Sequence
 
@@ -12,23 +12,23 @@ from grind_env.policies.registry import REFERENCE
 
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 512, 256, 256
 SEEDS, LONGER_SEEDS = 5, 3
-"""Trainings of every kind in a task, and of those that are longer than a million steps."""
+"""Number of trainings of every kind in a task, and of every kind with more than a million steps."""
 LONGER = {"plain_gru@3M": CORE, "plain_gru@10M": ("power_limited", "wide_plates", "blades")}
 """Longer trainings, and their tasks."""
 MORE_SEARCH = f"{REFERENCE}{AT}12"
 """Hindsight with four times the search: shows whether 100 is near the optimum."""
 TRAINING = {"gru": 80.0, "belief": 55.0}
 RECIPE_TRAINING = 100.0
-"""CPU-seconds of a plain training of a million steps, and of one by the recipe, by measurement, as what follows."""
+"""Measured CPU time of a million training steps, s, of plain agents by memory, and of the recipe."""
 DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
 USUAL_DECISION = 6e-5
-"""Seconds of a decision."""
+"""Measured CPU time of a decision, s, of slow policies and of all others."""
 
 
 def grid(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str] | None, seeds: int | None
 ) -> list[BenchmarkCell]:
-    """Return the cells of the grid, those that take long first; by default of all policies, variants and kinds."""
+    """Return the cells of the grid, the slowest first; by default of all policies, variants and kinds."""
     cells = dict.fromkeys(planned(problems, policies, [], 0))
     for problem in problems:
         usual = [*KINDS, *(kind for kind, tasks in LONGER.items() if problem.name in tasks)]
@@ -41,7 +41,7 @@ def grid(
 
 
 def making(cell: BenchmarkCell, request: Request) -> float:
-    """Return CPU-seconds in which the agent of a cell is trained."""
+    """Return the estimated CPU time of the training of a cell, s."""
     if not cell.trains:
         return 0.0
     million = TRAINING[PLAIN[cell.base]] if cell.base in PLAIN else RECIPE_TRAINING
@@ -49,11 +49,11 @@ def making(cell: BenchmarkCell, request: Request) -> float:
 
 
 def running(cell: BenchmarkCell, request: Request) -> float:
-    """Return CPU-seconds in which the policy of a cell is judged."""
+    """Return the estimated CPU time of the evaluation of a cell, s."""
     steps = cell.problem.simulation().task.blocks
     if cell.base == REFERENCE and cell.variant:
-        # the plan that sweeps begin with takes about as long as one
+        # the plan before the first sweep takes about as long as a sweep
         return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)
-    # what knows the machine is not judged on others
+    # policies that know the machine are not judged on out-of-model machines
     episodes = request.size - request.plants_episodes * (cell.base in EXACT)
     return episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)

@@ -23,13 +23,13 @@ from grind_env.policies.statistics import (
 from grind_env.scores import find_reference
 
 Draws = tuple[Array, Array]
-"""Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
+"""Values of k results, shape (k,), and values of each resample, shape (resamples, k)."""
 
 
 class Sampled:
-    """Results of one task with resamples of its episodes, the same ones for all of as many episodes.
+    """Results of one task with resamples of its episodes, equal for results with equal numbers of episodes.
 
-    Results of fewer episodes than others are of the first ones of these, and are compared with them on those.
+    Results with fewer episodes have the first episodes of the others; comparisons use the common episodes.
     """
 
     def __init__(self, results: Iterable[Result], prefix: str = "") -> None:
@@ -38,11 +38,11 @@ class Sampled:
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
 
     def of_first(self, n: int) -> tuple[Draws, Draws]:
-        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN where there are fewer."""
+        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN for shorter results."""
         return _of_first(tuple(self.results), self.prefix, n)
 
     def fixed(self) -> int | None:
-        """Number of the fixed plan of least mean cost; None if one that every task has was not run."""
+        """Return the index of the fixed plan of least mean cost; None if one of `UNIFORM_PLANS` was not run."""
         plans = {name: self.index[name, None] for name in FIXED_PLANS if (name, None) in self.index}
         if not plans.keys() >= set(UNIFORM_PLANS):
             return None
@@ -50,25 +50,25 @@ class Sampled:
         return min(plans.values(), key=lambda i: float(mean[i]))
 
     def runs(self, policy: str) -> list[int]:
-        """Numbers of the results of a policy, in the order of their seeds."""
+        """Return the indices of the results of a policy, in the order of their seeds."""
         return [i for i, each in enumerate(self.results) if each.policy == policy]
 
     def scores(self) -> Draws | None:
-        """Scores, shape (k,), and those of each resample, shape (resamples, k); None if an anchor was not run."""
+        """Return scores, shape (k,), and of each resample, shape (resamples, k); None if an anchor was not run."""
         return self._against(score_of_means, self.fixed(), self.index.get((REFERENCE, None)))
 
     def ratios(self) -> Draws | None:
-        """Costs over that of the best fixed plan, likewise."""
+        """Return costs over the cost of the best fixed plan, with resamples; None if a fixed plan was not run."""
         return self._against(np.divide, self.fixed())
 
     def costs(self) -> Draws:
-        """Costs per good part, $, likewise."""
+        """Return costs per good part, $, with resamples."""
         return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
 
     def gain(self, ours: str, theirs: str) -> Interval | None:
-        """Points that one policy scores more than another, paired: over the same episodes, and the runs of each.
+        """Return the score of one policy minus the score of another, paired over episodes, and over the runs of each.
 
-        None if one of both or an anchor was not run.
+        None if one of the policies or an anchor was not run.
         """
         fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
         runs = self.runs(ours), self.runs(theirs)
@@ -81,7 +81,7 @@ class Sampled:
         return percentile_interval(float(one - other), ones - others)
 
     def _against(self, of_costs: Callable[..., Array], *anchors: int | None) -> Draws | None:
-        """Return a function of the mean costs of each result and of the anchors, over their common episodes."""
+        """Return `of_costs` of the mean costs of each result and of the anchors, over their common episodes."""
         known = [each for each in anchors if each is not None]
         if len(known) < len(anchors):
             return None
@@ -89,7 +89,7 @@ class Sampled:
         return self._each(lambda cost, _, i: of_costs(cost[..., i], *(cost[..., [k]] for k in known)), lengths)
 
     def _each(self, number: Callable[[Array, Array, list[int]], Array], lengths: Array) -> Draws:
-        """Return a number of each result over so many of its episodes, and of each resample."""
+        """Return `number` for each result over its first `lengths` episodes, and for each resample."""
         mean, draws = np.empty(len(lengths)), np.empty((RESAMPLES, len(lengths)))
         for n in np.unique(lengths):
             of = np.flatnonzero(lengths == n).tolist()
@@ -98,7 +98,7 @@ class Sampled:
         return mean, draws
 
 
-# the tables of a page ask for the same resamples again and again
+# the tables of a page need the same resamples many times
 @lru_cache(maxsize=32)
 def _of_first(results: tuple[Result, ...], prefix: str, n: int) -> tuple[Draws, Draws]:
     found = [np.asarray(getattr(each, f"{prefix}{name}"), float) for name in ("cost", "good") for each in results]
@@ -108,13 +108,13 @@ def _of_first(results: tuple[Result, ...], prefix: str, n: int) -> tuple[Draws, 
 
 
 def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:
-    """Return the results of a task by columns of a prefix; None if there are none."""
+    """Return the results of a task that have episodes in columns of a prefix; None if there are none."""
     found = [each for each in results if getattr(each, f"{prefix}episodes")]
     return Sampled(found, prefix) if found else None
 
 
 def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interval | None:
-    """Return the mean over the results of these numbers, with an interval over runs and episodes."""
+    """Return the mean over the results with these indices, with an interval over runs and episodes."""
     if found is None or not runs:
         return None
     values, draws = found[0][list(runs)], resampled_runs(found[1][:, list(runs), None])[..., 0]
@@ -128,7 +128,7 @@ def is_ratio(task: str) -> bool:
 
 
 def judged(results: Sequence[Result]) -> list[Result]:
-    """Return the results with what depends on the fixed plan and the planner of their task."""
+    """Return the results with costs, scores and ratios, which need fixed plan and planner of their task."""
     filled: list[Result] = []
     for _, of_task in groupby(results, key=lambda each: each.task):
         group = list(of_task)
@@ -138,7 +138,7 @@ def judged(results: Sequence[Result]) -> list[Result]:
             if of is None:
                 continue
             found: dict[str, Draws | None] = {f"{prefix}cost_per_good_part": of.costs()}
-            if prefix != PLANTS:  # of machines that are drawn there are no anchors
+            if prefix != PLANTS:  # drawn machines have no anchors
                 found |= {f"{prefix}score": of.scores(), f"{prefix}cost_ratio": of.ratios()}
             for i, result in enumerate(of.results):
                 row = columns[group.index(result)]

@@ -1,4 +1,4 @@
-"""Measure one cell: build or train the policy if needed, and run it through the episodes."""
+"""Measurement of one cell: the policy is built, or trained if needed, and run through the episodes."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,14 +19,14 @@ from grind_env.policies.registry import make_policy
 
 
 def measure(cell: BenchmarkCell, request: Request) -> Result:
-    """Measure a cell; what is cached of the same code, parameters and seeds is not run again."""
+    """Return the result of a cell; episodes cached for equal code, parameters and seeds are not run again."""
     make = trained if cell.trains else scripted
     policy, made = make(cell, request)
     problem = cell.problem
     runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
     plants = request.plants_episodes if policy.sees == "measurements" else 0
     if cell.variant and not cell.trains:
-        # of the curve of hindsight, which is long to make, and paired
+        # variants of hindsight are slow, and paired comparisons need few episodes
         episodes, between = min(episodes, CHUNK), 0
 
     def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
@@ -41,7 +41,7 @@ def measure(cell: BenchmarkCell, request: Request) -> Result:
         run(between, "interpolation") if between else None,
         run(plants, on_plants=True) if plants else None,
         request.first,
-        # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
+        # measured after the evaluation, which compiles the code, in a new simulation, for which no table exists
         decision_ms=decision_ms(policy, replace(problem).simulation()),
         model=model_of(cell),
         **made,
@@ -49,7 +49,7 @@ def measure(cell: BenchmarkCell, request: Request) -> Result:
 
 
 def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, dict[str, Any]]:
-    """Return a policy that is not trained, with its tuned parameters."""
+    """Return an untrained policy, with the number of blocks of its tuning."""
     simulation = cell.problem.simulation()
     policy = make_policy(cell.base, simulation, request.configs)
     if cell.variant and isinstance(policy, Hindsight):
@@ -58,7 +58,7 @@ def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, dict[str, A
 
 
 def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, dict[str, Any]]:
-    """Return an agent, with how it was made."""
+    """Return an agent, with the facts of its training."""
     # torch takes seconds to import
     from agents.benchmark.agents import agent_of, training_of
 

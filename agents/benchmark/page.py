@@ -1,4 +1,4 @@
-"""The page of all results, from the checked-in results."""
+"""Page of all results, made from the checked-in results."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -68,13 +68,13 @@ class TaskRoom(NamedTuple):
     on_state: Interval | None
     """Score of the planner on the true state."""
     room: Interval | None
-    """Points of that planner over the best known policy."""
+    """Points of the planner on the true state over the best known policy."""
     searched: Interval | None
     """Points over 100 of hindsight with more search."""
 
 
 def room(task: str, of: Sampled) -> TaskRoom | None:
-    """Return what is known of the optimum of a task; None without a score."""
+    """Return the room that a task leaves; None without a score."""
     known, fixed = best(of, MEASUREMENTS), of.fixed()
     if known is None or fixed is None or is_ratio(task):
         return None
@@ -86,7 +86,7 @@ def room(task: str, of: Sampled) -> TaskRoom | None:
 
 
 def rooms(samples: Mapping[str, Sampled]) -> list[str]:
-    """Return what each task decides and hides, and how much room is left above the best known policy."""
+    """Return the section on the decisions, the hidden state and the room of each task."""
     found = [each for each in (room(*item) for item in samples.items()) if each is not None]
     if not found:
         return []
@@ -107,18 +107,18 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
 
 
 class AgentVerdict(NamedTuple):
-    """The best agent on measurements of a task with the budget 1M, and the best rule."""
+    """Best agent on measurements of a task with the budget 1M, and best rule."""
 
     task: str
     agent: str
     score: Interval
     rule: str
     over: Interval
-    """Points over the best rule that sees the same."""
+    """Points over the best rule with the same inputs."""
 
 
 def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:
-    """Return the verdict on a task, by agent and rule that are best in `chosen`; None without these or a score."""
+    """Return the verdict on a task for the best agent and rule of `chosen`; None without them or a score."""
     agent = best(chosen or of, MEASUREMENTS, "learned", limited=True)
     rule, fixed = best(chosen or of, MEASUREMENTS, "scripted"), of.fixed()
     if agent is None or rule is None or fixed is None or is_ratio(task):
@@ -128,7 +128,7 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdi
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
-    """Return how the best learned agent of each task compares with the best rule."""
+    """Return the section that compares the best agent of each task with the best rule."""
     found = [each for each in (verdict(*item) for item in samples.items()) if each is not None]
     if not found:
         return []
@@ -159,7 +159,7 @@ def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return what the results were made with: version, seeds and commits."""
+    """Return a sentence with the task version, seeds, splits and commits of the results."""
     values: dict[str, list[object]] = {
         "task version": [each.task_version for each in results],
         "evaluation seeds": [each.seeds for each in results],

@@ -21,20 +21,19 @@ LONG = (REFERENCE, ON_BELIEF, "mpc")
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 128, 64, 64
 ROBUST = "robust"
 PLAIN: dict[str, Literal["gru", "belief"]] = {"plain_gru": "gru", "plain_belief": "belief", ROBUST: "gru"}
-"""Kinds of agents of `grind_env/training/gru_ppo.py`, with what they remember or are shown; `robust` is trained on
-public machines."""
+"""Kinds of agents of `grind_env/training/gru_ppo.py`, with their memory; `robust` is trained on public machines."""
 RECIPE = "ppo"
-"""The kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
+"""Kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
 KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
 LAST_SEED = 398
-"""Last seed of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
+"""Last seed of trainings: a larger seed would use validation seeds for episodes (`gru_ppo.LAST_SEED`)."""
 PUBLIC, HELD_OUT = "public", "held-out"
-"""Machines that are not the model, one in every episode: to train on, and to judge on."""
+"""Sets of out-of-model machines for training and for judging, one machine in every episode."""
 AT = "@"
-"""In the name of a variant: `plain_gru@3M` is trained for more steps, `hindsight@12` sweeps more often."""
+"""Separator in a variant's name: `plain_gru@3M` is trained for more steps, `hindsight@12` sweeps more often."""
 STEPS = re.compile(r"([1-9]\d{0,2})M")
 LIMIT = 1_000_000
-"""Blocks that may be ground to make a policy of the budget class 1M; the other class is open."""
+"""Number of blocks that training or tuning may grind in the budget class 1M; the other class is open."""
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's wear rate"),
     "reciprocation": ("plunges; E also sets the depth", "lot's wear rate"),
@@ -44,11 +43,11 @@ ABOUT = {
     "rush": ("orders with due dates", "lot's wear rate"),
     "job_shop": ("parts of three kinds", "lot's wear rate"),
 }
-"""E and D of what a core task decides, and what is hidden."""
+"""Work whose E and D are chosen in a core task, and hidden state."""
 
 
 class BenchmarkCell(NamedTuple):
-    """One policy on one problem, of one training seed if it is trained."""
+    """One policy on one problem, with a training seed if it is trained."""
 
     problem: Problem
     policy: str
@@ -68,7 +67,7 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def base(self) -> str:
-        """The policy of which it is a variant, or it itself."""
+        """Name of the policy without its variant."""
         return self.policy.partition(AT)[0]
 
     @property
@@ -78,13 +77,13 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def steps(self) -> int | None:
-        """Steps of its training, if it is a variant with steps of its own."""
+        """Number of training steps of a variant such as `@3M`; None for others."""
         asked = STEPS.fullmatch(self.variant)
         return int(asked[1]) * 1_000_000 if asked else None
 
     @property
     def apart(self) -> str:
-        """Folder of what is kept of a variant, which has the name of the policy itself; empty for none."""
+        """Cache folder of a variant, whose policy has the name without the variant; empty without a variant."""
         return f"{AT}{self.variant}/" if self.variant else ""
 
     @property
@@ -111,7 +110,7 @@ class Request:
 
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
-    """Return the problems of a list with commas, of `core` or of `all` tasks; two of one name are refused."""
+    """Return the problems of a list with commas, of `core` or of `all` tasks; refuse two problems of one name."""
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
     problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
     found = [problem.name for problem in problems]
@@ -125,7 +124,7 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
 def planned(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int
 ) -> list[BenchmarkCell]:
-    """Return the cells, those that take long first; the policies that anchor the score are always among them."""
+    """Return the cells, the slowest first; they always include the policies that anchor the score."""
     names = {problem: named(problem) for problem in problems}
     known = list(dict.fromkeys(name for each in names.values() for name in each))
     variants = [name for name in policies or () if AT in name]
@@ -154,6 +153,6 @@ def planned(
 
 
 def named(problem: Problem) -> list[str]:
-    """Return the policies of a problem, among them the planner on the belief, and the rule that holds no model."""
+    """Return the names of the policies of a problem, with the planner on the belief and the empirical rule."""
     simulation = problem.simulation()
     return [*policy_names(simulation), *fitting([EMPIRICAL, ON_BELIEF], simulation)]

@@ -1,4 +1,4 @@
-"""Blocks that made a policy, equations of the simulator that it holds, and time of its decisions."""
+"""Price of a policy: blocks of its training or tuning, knowledge of the simulator, and time of its decisions."""
 
 import time
 from pathlib import Path
@@ -14,13 +14,13 @@ from grind_env.policies.registry import REFERENCE
 from grind_env.policies.tuned import read_tuned, tuned_folder
 
 EPISODES = 16
-"""Validation episodes on which a decision is timed."""
+"""Number of validation episodes on which a decision is timed."""
 NOMINAL = ("adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
-"""They hold the equations with nominal constants, by which they read or follow the wheel."""
+"""Policies that use the equations with nominal constants, to estimate or follow the wheel."""
 EXACT = ("mpc", REFERENCE)
-"""They hold the simulator, with the true lot and wheel of the episode."""
+"""Policies that use the simulator with the true lot and wheel of the episode."""
 RULE = {"mpc": "full_state_rule"}
-"""What is tuned of a policy, if it is another one."""
+"""Tuned rule of a policy, if the rule has another name."""
 
 
 def model_of(cell: BenchmarkCell) -> str:
@@ -31,13 +31,13 @@ def model_of(cell: BenchmarkCell) -> str:
 
 
 def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -> int:
-    """Blocks that were ground to tune a policy, without those of validation; 0 if nothing of it is tuned."""
+    """Return the number of blocks ground to tune a policy, without validation blocks; 0 for an untuned policy."""
     tuned = read_tuned(simulation.task.name, tuned_folder(simulation.task, configs)).get(RULE.get(policy, policy))
     return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.task.blocks
 
 
 def decision_ms(policy: Policy, simulation: Simulation) -> float:
-    """Measure the CPU time that a policy takes for a decision, ms."""
+    """Return the measured CPU time of a decision of a policy, ms."""
     episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
     codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
     policy.begin(simulation, EPISODES)

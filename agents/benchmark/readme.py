@@ -1,4 +1,4 @@
-"""The results section of the README, from the checked-in results, and the page of all of them."""
+"""Results section of the README, and page of all results, made from the checked-in results."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)
 def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
     """Return the results table of the README: scores, and costs on the model and on out-of-model machines.
 
-    The bundled agents are the ones of training seed 0.
+    The bundled agents are the agents of training seed 0.
     """
     ratio = is_ratio(task)
     columns = (
@@ -52,7 +52,7 @@ def replaced(text: str, results: Sequence[Result]) -> str:
     """Return the text of a page with both tables between their markers.
 
     Raises:
-        ConfigError: the page has no such lines.
+        ConfigError: the page lacks a marker.
     """
     for begin, end, table in ((BEGIN, END, section(results)), (CORE_BEGIN, CORE_END, core_tasks(results))):
         before, first, rest = text.partition(begin)
@@ -64,6 +64,6 @@ def replaced(text: str, results: Sequence[Result]) -> str:
 
 
 def write_readme(results: Sequence[Result]) -> None:
-    """Put the section into the README, and write the page of all results beside the checked-in ones."""
+    """Put the section into the README, and write the page of all results beside the checked-in results."""
     write_whole(README, replaced(read_text(README), results))
     write_whole(ROOT / PAGE, page(results))

@@ -26,9 +26,9 @@ from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
-"""First seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
+"""First seed of each set; no seed of the sets is in a range of `grind_env.policies.evaluation.SEEDS`."""
 PLACES = {"": "the model", PLANTS: "held-out machines"}
-"""What is ground, by what the columns of a result begin with."""
+"""Machines that grind, by the prefix of the columns of a result."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
 COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", "found", "holds")
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
@@ -45,7 +45,7 @@ the rule (the interval of the paired difference is above 0) in {beaten} of {task
 
 
 class Replication(NamedTuple):
-    """A published number and what came of it on other seeds; $ an episode."""
+    """Published mean cost, and mean cost on other seeds, $ per episode."""
 
     task: str
     policy: str
@@ -53,11 +53,11 @@ class Replication(NamedTuple):
     """Training seed."""
     on: str
     first: int
-    """First of the other seeds."""
+    """First seed of the set."""
     published: float
     low: float
     high: float
-    """Ends of where the published row has the mean of as many other episodes with 95 %."""
+    """Ends of the 95 % prediction interval of the published row for the mean of as many other episodes."""
     found: float
 
     @property
@@ -66,7 +66,7 @@ class Replication(NamedTuple):
 
 
 def study(asked: StudyOptions, first: Sequence[int] | None, published: Path) -> Study:
-    """Return the study that runs published results on other seeds; errors as of `replicate`."""
+    """Return the study that runs published results on other seeds; raise the errors of `replicate`."""
     check_tables(asked.results, "replicate", BEGINS)
     known = read_results(published)
     problems = chosen_problems(asked.tasks or ",".join(tasks_of(known)), asked.job, asked.parts) if known else []
@@ -84,10 +84,10 @@ def replicate(
 ) -> Study:
     """Return the study that runs all policies of published results, variants left out, on other seeds.
 
-    Agents are those of the folder of the cache. Without one its result is left out; one of other code is trained anew.
+    Agents come from the cache folder. A result without an agent is left out; an agent of other code is trained again.
 
     Raises:
-        ConfigError: there are no such results, or a set has seeds of another one or of `SEEDS`.
+        ConfigError: no result can be re-run, or a set shares seeds with another set or with `SEEDS`.
     """
     check_sets(firsts, episodes)
     cells = [
@@ -96,7 +96,7 @@ def replicate(
         for each in published
         if each.task == problem.name and AT not in each.policy
     ]
-    # agents that were trained anew would be others
+    # newly trained agents would be other agents
     known = {cell: cell.policy in KINDS and any((options.runs / cell.task).glob(f"{cell.name}-*")) for cell in cells}
     gone = [cell for cell in cells if cell.trains and not known[cell]]
     if gone:
@@ -121,7 +121,7 @@ def by_first(found: Found) -> Mapping[int, Sequence[Result]]:
 
 
 def check_sets(firsts: Sequence[int], episodes: int) -> None:
-    """Refuse sets of seeds with seeds of another set, or of those that policies were made and chosen by."""
+    """Refuse sets that share seeds with another set, or with `SEEDS`, by which policies were made and chosen."""
     taken = {f"the {name} seeds": range(first, first + SEEDS_EACH) for name, first in SEEDS.items()}
     for first in firsts:
         for name, other in taken.items():
@@ -134,7 +134,7 @@ def check_sets(firsts: Sequence[int], episodes: int) -> None:
 
 
 def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]]) -> list[Replication]:
-    """Return each published number beside those of all sets."""
+    """Return each published mean cost with the mean cost of every set."""
     others = {first: {each.key: each for each in results} for first, results in found.items()}
     replications = []
     for each in published:
@@ -151,7 +151,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
 
 
 def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
-    """Return the published best agent and best rule of every task, on other seeds."""
+    """Return the verdicts of every task on other seeds, for the published best agent and best rule."""
     given = []
     for task in tasks_of(found):
         chosen, of = (Sampled(each for each in results if each.task == task) for results in (published, found))
@@ -162,7 +162,7 @@ def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Ag
 def page(
     published: Sequence[Result], found: Mapping[int, Sequence[Result]], replications: Sequence[Replication]
 ) -> str:
-    """Return the tables, Markdown."""
+    """Return the tables as Markdown."""
     results = next(iter(found.values()))
     tasks, sets = tasks_of(results), [f"from {first}" for first in found]
     shares = [
@@ -194,14 +194,14 @@ def page(
 
 
 def _share(replications: Sequence[Replication], on: str, task: str | None = None, first: int | None = None) -> str:
-    """Return how many hold, of a task or all, and of a set or all."""
+    """Return how many replications hold, of one task or all, and of one set or all."""
     of = [each for each in replications if each.on == on and task in (None, each.task) and first in (None, each.first)]
     held = sum(each.holds for each in of)
     return f"{held} of {len(of)}" + (f" ({100.0 * held / len(of):.1f} %)" if of and task is None else "")
 
 
 def write(published: Sequence[Result], trials: Found, folder: Path) -> str:
-    """Write both files; the page comes back."""
+    """Write both files, and return the page."""
     found = by_first(trials)
     replications = compared(published, found)
     facts = {first: provenance(range(first, first + results[0].episodes)) for first, results in found.items()}

@@ -1,4 +1,4 @@
-"""The table of results: a row for each cell and its inputs. Parquet also holds the episodes, CSV does not."""
+"""Table of results: a row for each cell and its inputs. Parquet also holds the episodes, CSV does not."""
 
 import io
 import re
@@ -32,7 +32,7 @@ TABLE = Own("table of `python -m agents benchmark`", re.compile(b"task,policy,ki
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Result:
-    """One row. Intervals are 95 %, over the episodes; what a policy has not is None."""
+    """Row of the table. Intervals are 95 %, over the episodes; missing values are None."""
 
     task: str
     policy: str
@@ -43,25 +43,25 @@ class Result:
     """Training seed."""
     episodes: int
     cost_per_good_part: float | None = None
-    """$."""
+    """Cost per good part, $, with the ends of its interval in the next fields."""
     cost_per_good_part_low: float | None = None
     cost_per_good_part_high: float | None = None
     score: float | None = None
-    """0 is the best fixed plan, 100 the hindsight planner; noise where these cost the same: see `cost_ratio`."""
+    """Score: 0 is the best fixed plan, 100 the hindsight planner; where both cost the same, `cost_ratio` is used."""
     score_low: float | None = None
     score_high: float | None = None
     cost_ratio: float | None = None
-    """Cost of an episode over that of the best fixed plan."""
+    """Ratio of the cost of an episode to the cost of the best fixed plan."""
     cost_ratio_low: float | None = None
     cost_ratio_high: float | None = None
     scrap: float
-    """Share of the parts."""
+    """Share of the parts that are scrap."""
     E_mean: float
-    """mm/min, over all blocks."""
+    """Mean E over all blocks, mm/min."""
     D_mean: float
-    """Dress executions a block."""
+    """Mean D, dress executions per block."""
     interpolation_episodes: int
-    """With contexts of the split `interpolation`, as the columns that follow; those before are of the split `all`."""
+    """Number of episodes of the split `interpolation`, as in the next columns; the columns above are of `all`."""
     interpolation_cost_per_good_part: float | None = None
     interpolation_cost_per_good_part_low: float | None = None
     interpolation_cost_per_good_part_high: float | None = None
@@ -74,26 +74,26 @@ class Result:
     interpolation_scrap: float | None
     interpolation_seeds: str | None
     plants_episodes: int = 0
-    """On machines that are held out, as the columns that follow."""
+    """Number of episodes on held-out machines; the next columns are of these machines, too."""
     plants_cost_per_good_part: float | None = None
     plants_cost_per_good_part_low: float | None = None
     plants_cost_per_good_part_high: float | None = None
     plants_scrap: float | None = None
     plants_seeds: str | None = None
     trained_on: str | None
-    """Split that the contexts of the training were drawn from."""
+    """Split of the contexts of the training."""
     steps: int | None
-    """Steps of the training."""
+    """Number of steps of the training."""
     train_seconds: float | None
-    """CPU time."""
+    """CPU time of the training, s."""
     model: str | None = None
-    """What of the simulator's equations it holds when it decides: `none`, `nominal` or `exact`."""
+    """Knowledge of the simulator's equations in a decision: `none`, `nominal` or `exact`."""
     blocks: int | None = None
-    """Of interaction that made it: of training or tuning, validation left out."""
+    """Number of blocks ground for training or tuning, without validation."""
     decision_ms: float | None = None
-    """CPU time of a decision."""
+    """CPU time of a decision, ms."""
     digest: str = ""
-    """Hash of all that decides the row; a row with it is not made again."""
+    """Hash of all inputs of the row; a row with an equal hash is not run again."""
     task_version: int
     seeds: str
     commit: str
@@ -104,7 +104,7 @@ class Result:
     stable_baselines3: str
     torch: str
     cost: Episodes
-    """$ of every episode, shape (episodes,); single precision."""
+    """Cost of every episode, $, shape (episodes,); single precision."""
     good: Episodes
     """Expected good parts of every episode."""
     interpolation_cost: Episodes
@@ -122,7 +122,7 @@ class Result:
 
 INTERPOLATION, PLANTS = "interpolation_", "plants_"
 PREFIXES = ("", INTERPOLATION, PLANTS)
-"""What the names of columns begin with: of the split `all`, of that of contexts between, and on machines held out."""
+"""Prefixes of the columns of the split `all`, of the split `interpolation`, and of held-out machines."""
 EPISODES = (*(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good")), "curve_steps", "curve_score")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
 WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
@@ -131,7 +131,7 @@ FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
 def column_type(name: str) -> Any:
-    """Type of a column."""
+    """Return the type of a column."""
     if name in EPISODES:
         return pyarrow.list_(pyarrow.float32())
     if name in (*TEXT, *FACTS):
@@ -151,9 +151,9 @@ def result_of(
     first: int = SEEDS["evaluation"],
     **made: Any,
 ) -> Result:
-    """Return the row of a cell, without what depends on other cells; see `judge.judged`.
+    """Return the row of a cell, without the values that depend on other cells; see `judge.judged`.
 
-    `first` is the first seed of its evaluations, `made` the columns that say how its policy was made.
+    `first` is the first seed of the evaluations; `made` holds the columns on the making of the policy.
     """
     facts: dict[str, Any] = dict(provenance(range(first, first + len(run.cost))))
     for prefix, other in ((INTERPOLATION, interpolation), (PLANTS, plants)):
@@ -182,20 +182,20 @@ def result_of(
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:
-    """Return a number of every episode in single precision; of no episode if there is no run."""
+    """Return a value of every episode in single precision; an empty array without a run."""
     values: Array = np.zeros(0) if run is None else getattr(run, name)
     return values.astype(np.float32)
 
 
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
-    """Return new results in place of old ones; those of fewer episodes are compared on the ones that they share."""
+    """Return old and new results, in the order of the table; a new result replaces the old one of the same key."""
     replaced = {each.key for each in new}
     kept = [each for each in old if each.key not in replaced]
     return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
 
 
 def read_results(folder: Path) -> list[Result]:
-    """Return the results in a folder that are of the present task version; a damaged file is refused."""
+    """Return the results of the present task version in a folder; a damaged file raises a ConfigError."""
     path = folder / PARQUET
     if not path.exists():
         return []
@@ -214,7 +214,7 @@ def read_results(folder: Path) -> list[Result]:
 
 
 def write_results(results: Sequence[Result], folder: Path) -> None:
-    """Write both files, each whole or not at all; the folder is made."""
+    """Write both files, each in one atomic step, and make the folder."""
     cells = [
         ["" if (value := getattr(each, name)) is None else csv_cell(value) for name in COLUMNS] for each in results
     ]

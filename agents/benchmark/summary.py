@@ -1,4 +1,4 @@
-"""One line for each policy of a task, over its training runs."""
+"""Summaries of the policies of a task, one line per policy, over its training runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, Column, Table, table_of
 
 KNOWLEDGE = ("measurements", "state", "future")
-"""From least to most, the order of the table."""
+"""Information that policies see, from least to most; the order of the table."""
 ON_SCREEN = 8
-"""Columns that a terminal has room for."""
+"""Number of columns that fit on a terminal."""
 MEANS = ("blocks", "decision_ms", "train_seconds")
-"""Columns of results of which a line has the mean."""
+"""Columns of results whose mean over the runs is in a line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolicySummary:
-    """One line of a table: means over the runs of a policy; what is not known of it is None."""
+    """One line of a table: means over the runs of a policy; unknown values are None."""
 
     policy: str
     kind: str
@@ -30,18 +30,18 @@ class PolicySummary:
     model: str | None
     runs: int
     cost: Interval
-    """$ per good part."""
+    """Cost per good part, $."""
     scrap: float
     score: Interval | None
     ratio: Interval | None
-    """Cost over that of the best fixed plan."""
+    """Ratio of the cost to the cost of the best fixed plan."""
     over: Interval | None
-    """Points more than the best rule with the same inputs, paired."""
+    """Points over the best rule with the same inputs, paired."""
     interpolation_score: Interval | None
-    """With contexts of the split `interpolation`, as the ratio that follows."""
+    """Score in the split `interpolation`; the next field is the cost ratio in this split."""
     interpolation_ratio: Interval | None
     plants_cost: Interval | None
-    """$ per good part on machines that are held out."""
+    """Cost per good part on held-out machines, $."""
     plants_scrap: float | None
     blocks: float | None
     decision_ms: float | None
@@ -49,12 +49,12 @@ class PolicySummary:
 
 
 def budget(blocks: float | None) -> str:
-    """Return the budget class of a policy that so many blocks were ground to make; a rollout more does not count."""
+    """Return the budget class for a number of blocks of training or tuning; one rollout beyond the limit is allowed."""
     return NONE if blocks is None else "1M" if blocks < 1.02 * LIMIT else "open"
 
 
 def shown(interval: Interval | None, ratio: bool, form: str = "") -> str:
-    """Return a score, or a ratio of costs, with its interval; with half its length if the form is `±`."""
+    """Return a score, or a ratio of costs, with its interval as text; the form `±` gives half the length."""
     if interval is None or np.isnan(interval.value):
         return NONE
     digits = 3 if ratio else 1 if abs(interval.value) < 100.05 else 0
@@ -63,20 +63,20 @@ def shown(interval: Interval | None, ratio: bool, form: str = "") -> str:
 
 
 def brief(interval: Interval | None, ratio: bool) -> str:
-    """Return the same with half the length of the interval."""
+    """Return a score, or a ratio of costs, with half the length of its interval as text."""
     return shown(interval, ratio, "±")
 
 
 def tasks_of(results: Sequence[Result]) -> list[str]:
-    """Return the tasks of results, those of the core set first."""
+    """Return the tasks of results, the core tasks first."""
     found = dict.fromkeys(each.task for each in results)
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
 
 def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) -> str | None:
-    """Return the policy with such inputs that scores best; None if there is none, or no score.
+    """Return the policy that scores best among policies with the inputs `sees`; None without a policy or a score.
 
-    `kind` is that of its results, by default any; a limited one is of the budget class 1M.
+    `kind` is the kind of its results, by default any; `limited` allows only the budget class 1M.
     """
     scores = sampled.scores()
     if scores is None:
@@ -90,7 +90,7 @@ def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) 
 
 
 def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
-    """Return the lines of a task, from those that know least to those that know most, and from poor to good."""
+    """Return the lines of a task, ordered by what policies see, from least to most, and then from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()
@@ -125,13 +125,13 @@ def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
 
 
 def mean_of(results: Sequence[Result], name: str) -> float | None:
-    """Mean of a column over runs of which it is known."""
+    """Return the mean of a column over the runs with a value; None without a value."""
     values = [value for each in results if (value := getattr(each, name)) is not None]
     return float(np.mean(values)) if values else None
 
 
 def columns_of(ratio: bool) -> Sequence[Column]:
-    """Return the columns of a table of lines; `ratio` for a task of which the ratio stands in place of the score."""
+    """Return the columns of a table of lines; `ratio` is for a task with cost ratios in place of scores."""
     between = "interpolation_ratio" if ratio else "interpolation_score"
     return (
         Column("policy", "policy"),
@@ -152,5 +152,5 @@ def columns_of(ratio: bool) -> Sequence[Column]:
 
 
 def table_of_task(results: Sequence[Result], task: str, title: str = "", most: int | None = None) -> Table:
-    """Return the table of a task, a row a policy; of its columns the first ones, `most` of them."""
+    """Return the table of a task, with a row per policy and the first `most` columns, by default all."""
     return table_of(columns_of(is_ratio(task))[:most], summaries(results, task), title)

@@ -1,4 +1,4 @@
-"""A trained agent among the policies of a benchmark."""
+"""Trained agents from the files of a benchmark."""
 
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,10 @@ ZIP = ".zip"
 
 
 def from_file(path: Path, simulation: Simulation, name: str) -> Any:
-    """Return the trained agent in a file, perhaps a .zip of Stable-Baselines3 made here; its repr is of its weights."""
+    """Return the agent in a file, perhaps a .zip of Stable-Baselines3 made here; its repr identifies its weights."""
     if path.suffix != ZIP:
         return load_policy(path, simulation=simulation, name=name)
-    # it takes seconds to import
+    # grind_env.sb3 takes seconds to import
     from grind_env.sb3 import load_zip
 
     policy = load_zip(path, simulation)

@@ -1,4 +1,4 @@
-"""The cells of a benchmark as trials of a study, and their cached rows."""
+"""Cells of a benchmark as trials of a study, and their cached rows."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from grind_env.policies.registry import make_policy
 
 @dataclass(frozen=True)
 class BenchmarkTrial:
-    """A cell, and how it is measured."""
+    """Cell, and request for its measurement."""
 
     cell: BenchmarkCell
     request: Request
@@ -36,10 +36,10 @@ class BenchmarkTrial:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchmarkStudy(Study):
-    """The study of cells; rows that are published already are not made again."""
+    """Study of cells; published rows are not run again."""
 
     finished: dict[str, Result]
-    """Rows by their digests."""
+    """Published rows by their digests."""
 
     def digest(self, trial: BenchmarkTrial) -> str:
         return digest(trial)
@@ -52,7 +52,7 @@ class BenchmarkStudy(Study):
 
 @cache
 def digest(trial: BenchmarkTrial) -> str:
-    """Return a hash of all that decides a row: the task, the parameters and code of a policy or of its training."""
+    """Return a hash of all inputs of a row: the task, and parameters and code of a policy or of its training."""
     cell, request = trial.cell, trial.request
     if cell.trains:
         # torch takes seconds to import
@@ -71,17 +71,17 @@ def run(trial: BenchmarkTrial) -> dict[str, Any]:
 
 
 def row_of(found: Result) -> dict[str, Any]:
-    """Return a result as it is cached."""
+    """Return a result as the row that is cached."""
     return {each.name: getattr(found, each.name) for each in fields(Result)}
 
 
 def result(row: Mapping[str, Any]) -> Result:
-    """Return a row that was cached."""
+    """Return the result in a cached row."""
     return Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}})
 
 
 def seconds(trial: BenchmarkTrial) -> float:
-    """CPU-seconds of a trial, about."""
+    """Return the estimated CPU time of a trial, s."""
     return grid.making(trial.cell, trial.request) + grid.running(trial.cell, trial.request)
 
 
@@ -93,7 +93,7 @@ def study(
     finished: Sequence[Result] = (),
     **more: Any,
 ) -> BenchmarkStudy:
-    """Return the study of cells, each measured as every request says, without what is among the finished rows."""
+    """Return the study that measures each cell for each request; finished rows are not run again."""
     trials = [BenchmarkTrial(cell, request) for request in requests for cell in cells]
     known = {each.digest: each for each in finished if each.digest}
     return BenchmarkStudy(

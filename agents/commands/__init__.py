@@ -1,1 +1,1 @@
-"""The commands of `python -m agents`, one module a group."""
+"""The commands of `python -m agents`, one module per group."""

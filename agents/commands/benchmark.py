@@ -71,7 +71,7 @@ def benchmark(
     published = full and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
-    before = read_results(folder)  # better now than after hours of work
+    before = read_results(folder)  # a damaged file fails now, not after hours of work
     chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
     if full:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
@@ -105,7 +105,7 @@ def benchmark(
         with going_on(fresh):
             found, failed = made.find(asked)
     except typer.Exit as end:
-        if end.exit_code:  # of an interrupted command, the rows that are finished
+        if end.exit_code:  # keep the finished rows of an interrupted command
             write(row for row in (made.cached(trial, runs.absolute()) for trial in made.trials) if row is not None)
         raise
     table = write(found.values())
@@ -123,7 +123,7 @@ def benchmark(
 
 
 def rebuild(folder: Path, console: Console) -> None:
-    """Write the figures below a folder of results, and the README if they are the checked-in ones."""
+    """Write the figures below a folder of results, and the README if these are the checked-in results."""
     from agents.benchmark.figures import write_figures
     from agents.benchmark.readme import PAGE, write_readme
     from agents.benchmark.results import read_results

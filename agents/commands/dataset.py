@@ -55,11 +55,11 @@ def dataset(
 def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY) -> "MinariDataset":
     """Record a policy in the folder `MINARI_DATASETS_PATH`, by default `runs/datasets`.
 
-    Observations are the measured ones, actions come from the Box of the task's environment, for every policy.
+    For every policy, observations are measurements, and actions are in the Box of the task's environment.
     `env.reset(seed=..., options={"split": ...})` and the actions of an episode reproduce its rewards.
 
     Raises:
-        GrindError: there is a dataset of that policy and task, no such split, or no room on the disk.
+        GrindError: the dataset exists already, the split does not exist, or the disk has no room.
     """
     import minari
     from minari.data_collector import EpisodeBuffer

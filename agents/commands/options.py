@@ -16,12 +16,12 @@ Tasks = Annotated[
     typer.Option(*TASKS, help="core, all, or tasks, ids, task files, part programs with commas between."),
     PROBLEM,
 ]
-"""What each command has by default, its own help says."""
+"""Option for tasks; the help of each command says its default."""
 
 
 @contextmanager
 def going_on(fresh: bool = False) -> Iterator[None]:
-    """Say after Ctrl-C that the command goes on where it was, without `--fresh` if it was given."""
+    """Print after Ctrl-C that the same command, without `--fresh`, resumes the work."""
     try:
         yield
     except KeyboardInterrupt:

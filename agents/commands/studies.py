@@ -73,9 +73,9 @@ def replicate(
 
 
 class StudyCommand(NamedTuple):
-    """Command of a study: the module whose `study(asked, **own)` makes it, its help, example and defaults.
+    """Command of a study: the module whose `study(asked, **own)` makes the study, help, example and defaults.
 
-    The parameters of the function `own` are the command's own options. `without` names common options that it lacks.
+    The parameters of the function `own` are the command's own options. `without` names missing common options.
     `free` names own options that do not choose trials; a choice of trials becomes part of the cache folder.
     """
 

@@ -1,4 +1,4 @@
-"""The picture of a dress study."""
+"""Figure of a dress study."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -15,13 +15,13 @@ from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
 TITLE = 10
 WIDTH = 9.0
-"""Inches: at 90 dots each, about as many as a page of the site has."""
+"""Width of the figure, inches; at 90 dots per inch about the width of a page of the site."""
 DEAREST = 20.0
-"""Intervals that cost more than so many times the best one are left out of the picture; the table has them."""
+"""Ratio of the cost to the best plan above which the figure leaves out an interval; the table has all intervals."""
 
 
 def dress_figure(found: Sequence[DressFinding], title: str) -> Figure:
-    """Draw the answers for one problem, as wide as a page; no dresser for a program that says how it is set."""
+    """Draw the answers for one problem; a part program sets its own dresser, so its figure has no dresser panels."""
     (own,) = about(found, "plan")
     shown = [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost]
     drawn = [partial(draw_intervals, found=shown), partial(draw_deciders, found=about(found, "decision"), fixed=own)]
@@ -38,21 +38,21 @@ def dress_figure(found: Sequence[DressFinding], title: str) -> Figure:
 
 
 def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:
-    """Cost against the blocks from dress to dress, which are drawn at equal distances."""
+    """Draw the cost against the blocks from dress to dress, at equal distances."""
     draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
     axes.set_title("one dress every N blocks", fontsize=TITLE)
     axes.set(xlabel="N, blocks, and the best E, mm/min", ylabel="$ per good part")
 
 
 def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:
-    """Cost against the passes of an execution, with the interval that is best with them."""
+    """Draw the cost against the passes of an execution, with the best interval for each number of passes."""
     draw_costs(axes, found, [f"{each.passes}\n{each.every}" for each in found])
     axes.set_title("passes of a dress", fontsize=TITLE)
     axes.set_xlabel("passes, and the best N")
 
 
 def draw_costs(axes: Axes, found: Sequence[DressFinding], labels: Sequence[str]) -> None:
-    """Costs and their intervals, one beside the other."""
+    """Draw costs and their 95 % intervals, side by side."""
     at, cost = np.arange(len(found)), np.array([each.cost for each in found])
     low, high = np.array([each.cost_low for each in found]), np.array([each.cost_high for each in found])
     axes.errorbar(at, cost, np.stack([cost - low, high - cost]), color=BLUE, marker="o", capsize=3, lw=1.2)
@@ -65,9 +65,9 @@ def draw_costs(axes: Axes, found: Sequence[DressFinding], labels: Sequence[str])
 
 
 def draw_dresser(axes: Axes, found: Sequence[DressFinding], own: DressFinding) -> None:
-    """Cost over dress lead and dress depth, each with the best fixed plan; the task's own dress has a frame.
+    """Draw the cost of the best fixed plan over dress lead and dress depth; the task's own dress has a frame.
 
-    The overlap ratio and the interval stand below.
+    Overlap ratio and interval are below each cost.
     """
     leads, depths = (sorted({getattr(each, name) for each in found}) for name in ("lead", "depth"))
     cost = np.full((len(depths), len(leads)), np.nan)
@@ -96,7 +96,7 @@ def draw_dresser(axes: Axes, found: Sequence[DressFinding], own: DressFinding) -
 
 
 def draw_deciders(axes: Axes, found: Sequence[DressFinding], fixed: DressFinding) -> None:
-    """Cost of the policies that decide when to dress, the cheapest on top, and of the best fixed plan."""
+    """Draw the cost of the policies that decide when to dress, the cheapest on top, and of the best fixed plan."""
     ordered = sorted(found, key=lambda each: -each.cost)
     for row, each in enumerate(ordered):
         axes.plot([each.cost_low, each.cost_high], [row, row], color=COLOURS[each.sees], lw=3, alpha=0.6)

@@ -1,6 +1,6 @@
 """Findings of the dress study: the interval, the dresser's settings, and the trigger of a dress.
 
-All E and all intervals are chosen on training episodes; the costs that are told come from evaluation episodes.
+All E and all intervals are chosen on training episodes; the reported costs come from evaluation episodes.
 """
 
 import re
@@ -27,10 +27,10 @@ from grind_env.process.equations import dress_width, overlap_ratio
 from grind_env.targets import Own
 
 TRAINING = 256
-"""Training episodes that choose a plan. Where scrap is rare but dear, 48 of them chose plans up to 13 % dearer than the
-best one, 128 up to 2.5 %, and 256 no worse ones than 1024 (WideRails)."""
+"""Number of training episodes for the choice of a plan. With rare, expensive scrap, 48 episodes chose plans up to 13 %
+more expensive than the best one, 128 up to 2.5 %, and 256 no worse plans than 1024 (WideRails)."""
 SCREENING = 48
-"""Episodes that choose E for each interval: at a given interval 48 chose plans at most 1.3 % dearer there."""
+"""Number of episodes for the choice of E at each interval; 48 chose plans at most 1.3 % more expensive there."""
 SPEEDS = 12
 INTERVALS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
@@ -41,7 +41,7 @@ DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 PASSES = (1, 2, 3, 4, 6)
 """Passes of the diamond in an execution."""
 DEPTH_DIGITS = 3
-"""mm; a control reads no finer depth."""
+"""Number of decimals of a dress depth in mm; a control reads no finer depth."""
 
 TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,question,policy,").match)
 
@@ -56,24 +56,24 @@ class DressFinding:
     policy: str
     sees: str
     every: int
-    """Blocks from dress to dress of a fixed plan; 0 of a policy that decides."""
+    """Number of blocks from dress to dress in a fixed plan; 0 for a policy that decides."""
     lead: float
-    """mm a wheel revolution."""
+    """Dress lead, mm per wheel revolution."""
     depth: float
-    """mm a pass."""
+    """Dress depth, mm per pass."""
     passes: int
     overlap: float
-    """Overlap ratio of the new diamond."""
+    """Overlap ratio with an unworn diamond."""
     E: float
     """Mean table speed, mm/min."""
     D: float
-    """Mean executions a block."""
+    """Mean D, dress executions per block."""
     cost: float
-    """$ per good part, with the ends of its 95 % interval."""
+    """Cost per good part, $; the next two fields are the ends of its 95 % interval."""
     cost_low: float
     cost_high: float
     scrap: float
-    """Share of the parts."""
+    """Share of the parts that are scrap."""
 
 
 def intervals(simulation: Simulation) -> list[int]:
@@ -82,7 +82,7 @@ def intervals(simulation: Simulation) -> list[int]:
 
 
 def dressers(problem: Problem) -> list[tuple[str, Dress]]:
-    """Return the tried settings, with their question; none for a part program, whose dress program has them."""
+    """Return the tried dresser settings, with their question; none for a part program, which sets its own dresser."""
     if problem.id == JOB:
         return []
     own = problem.simulation().task.dress
@@ -96,7 +96,7 @@ def dressers(problem: Problem) -> list[tuple[str, Dress]]:
 def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     """Return the constant E and the interval of least cost on training episodes; one execution each time.
 
-    A few episodes find a good E for each interval; the best interval shows on many only, and E is refined there.
+    A few episodes find a good E for each interval; many episodes then choose the interval and refine E.
     """
     task, episodes = simulation.task, start_episodes(simulation, episode_seeds("training", TRAINING))
     few = episodes.pick(np.arange(min(SCREENING, TRAINING)))
@@ -117,14 +117,14 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
 
 
 def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episodes) -> Array:
-    """Mean cost of an episode under each of the plans, $, shape (plans,); the episodes are left as they are."""
+    """Return the mean cost of an episode under each plan, $, shape (plans,); the episodes stay unchanged."""
     n, steps = len(episodes.block), simulation.task.blocks
     decided = []
     for plan in plans:
         plan.begin(simulation, 1)
-        # a fixed plan looks at nothing
+        # a fixed plan does not use the observation
         decided.append([plan.act(np.zeros((1, 0), np.float32), None) for _ in range(steps)])
-    # of plans, blocks, E and D, one episode
+    # axes before the transpose: plans, blocks, E and D, one episode
     table: Array = np.array(decided).transpose(2, 0, 3, 1)
     speeds, executions = np.broadcast_to(table, (2, len(plans), n, steps))
     costs: Array = plan_cost(simulation, episodes, speeds, executions).mean(axis=1)
@@ -156,7 +156,7 @@ def finding(
 
 
 def new_overlap(simulation: Simulation) -> float:
-    """Overlap ratio of the dress with a diamond that is not worn."""
+    """Return the overlap ratio of the dress with an unworn diamond."""
     task = simulation.task
     return overlap_ratio(dress_width(task.dress.depth, task.dresser.tip_radius, 0.0), task.dress_lead)
 

@@ -1,4 +1,4 @@
-"""A line of a table for each dress study, from the checked-in ones."""
+"""Table with a line for each checked-in dress study."""
 
 from collections.abc import Sequence
 from csv import Error as CsvError
@@ -29,19 +29,19 @@ class DressStudy(NamedTuple):
 
     @property
     def dresser(self) -> DressFinding | None:
-        """The best settings of the dresser; None of a program, which says itself how it dresses."""
+        """Finding with the best dresser settings; None for a part program, which sets its own dresser."""
         return min(about(self.found, "dresser"), key=lambda each: each.cost, default=None)
 
     @property
     def often(self) -> DressFinding | None:
-        """The best number of passes, likewise."""
+        """Finding with the best number of passes; None for a part program."""
         return min(about(self.found, "passes"), key=lambda each: each.cost, default=None)
 
     def decider(self, name: str) -> DressFinding | None:
         return next((each for each in about(self.found, "decision") if each.policy == name), None)
 
     def cost(self, found: DressFinding | None) -> str | None:
-        """Return a cost, $ per good part, with how much more it is than that of the planner."""
+        """Return a cost as text, $ per good part, with its excess over the hindsight planner, %."""
         least = self.decider(KNOWS_ALL)
         if found is None or least is None:
             return None
@@ -49,12 +49,12 @@ class DressStudy(NamedTuple):
 
 
 def read_study(path: Path) -> DressStudy:
-    """Return the study of a task, from the table that the command wrote; a damaged one is refused."""
+    """Return the study of a task from the table that the command wrote; a damaged table raises a ConfigError."""
     try:
         rows = csv_rows(path)
         found = [typed(DressFinding, row) for row in rows]
         first, last = map(int, rows[0]["seeds"].split(".."))
-        # the first version was written down nowhere
+        # tables of the first task version do not name their version
         version = int(rows[0].get("task_version", 1))
         if missing := {"plan", "decision"} - {each.question for each in found}:
             raise ValueError(f"it does not answer {min(missing)!r}")
@@ -87,4 +87,4 @@ COLUMNS = (
     Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
     Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
 )
-"""Columns of the page, a row a study."""
+"""Columns of the page, with a row per study."""

@@ -32,7 +32,7 @@ BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 
 @dataclass(frozen=True)
 class DressTrial:
-    """A question about a way to dress; `what` are the intervals that are tried, or who decides."""
+    """Question about a way to dress; `what` holds the intervals to try, or the name of the policy that decides."""
 
     problem: Problem
     question: str
@@ -47,7 +47,7 @@ class DressTrial:
 
 
 def study(asked: StudyOptions) -> Study:
-    """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
+    """Return the study of each problem; tasks, which set the dresser, have questions on its settings, too."""
     for each in asked.problems:
         if not is_file(asked.results / f"{each.name}.csv"):
             check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
@@ -86,7 +86,7 @@ def find(trial: DressTrial) -> dict[str, object]:
 
 
 def seconds(trial: DressTrial) -> float:
-    """Return the CPU-seconds of a trial, about; plans grind training episodes, too."""
+    """Return the estimated CPU time of a trial, s; plans grind training episodes, too."""
     blocks = trial.episodes * trial.problem.simulation().task.blocks
     if isinstance(trial.what, str):
         return blocks * DECISION.get(trial.what, USUAL_DECISION)
@@ -99,7 +99,7 @@ def decider(trial: DressTrial) -> Policy:
 
 
 def deciding(problem: Problem) -> list[Policy]:
-    """The policies of a problem that decide when to dress: scripted ones, planners, and the bundled agent."""
+    """Return the policies that decide when to dress in a problem: scripted policies, planners, bundled agent."""
     simulation = problem.simulation()
     scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
     bundled = usual_name(simulation)

@@ -1,4 +1,4 @@
-"""The best dress interval of two example programs, with one number of the machine at a time at an end of its range."""
+"""Study of the best dress interval of two example programs, with one machine number at an end of its range."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,17 +22,17 @@ from grind_env.shop.sweep.study import SweepRanges, cheapest, sweep
 PROGRAMS, RANGES, PARTS = ("plate_g82", "rail_g83"), SweepRanges(E=(10_000.0, 30_000.0), every=(1, 16)), 30
 NOMINAL, ALL = "nominal", "all at once"
 ENDS = {"low": -1.645, "high": 1.645}
-"""Standard deviations from the number of the catalogue to an end: 90 of 100 machines lie between both ends."""
+"""Standard deviations from the catalogue's number to the ends of its range, which holds 90 of 100 machines."""
 SPREADS = {**USUAL_SPREADS, "material.power_factor": USUAL_RESIDUAL}
 STATED = {"part.height": (10.0, 40.0), "material.thermal_expansion": (10.5e-6, 13e-6)}
-"""Ends of numbers without a spread: a height, mm, stands in the job; the catalogue's steels expand so much, 1/K."""
+"""Ends of numbers without a spread: part height in the job, mm; thermal expansion of the catalogue's steels, 1/K."""
 PICTURE = "figures/intervals.png"
 PAGE = f"[How to read it](../../docs/benchmark/dress-study.md)\n\n![Best interval and loss by number]({PICTURE})"
 
 
 @dataclass(frozen=True)
 class UnknownTrial:
-    """A sweep of an example on a machine with one number changed; with none (`NOMINAL`) or with all drawn (`ALL`)."""
+    """Sweep of an example on a machine with one number changed, none (`NOMINAL`), or all drawn (`ALL`)."""
 
     program: str
     number: str
@@ -41,7 +41,7 @@ class UnknownTrial:
 
 
 class Answer(NamedTuple):
-    """The best plan of a trial beside the nominal plan. E in mm/min; $ a part; `lost` by the nominal plan, %."""
+    """Best plan of a trial: E, mm/min; its cost and the nominal plan's, $ per part; loss of the nominal plan, %."""
 
     program: str
     number: str
@@ -90,7 +90,7 @@ def trials() -> Iterator[UnknownTrial]:
 
 
 def find(trial: UnknownTrial) -> dict[str, Any]:
-    """Return the points of a sweep, and which of them is best."""
+    """Return the points of a sweep, and the index of the best point."""
     job = load_job(examples.path(f"{trial.program}.toml"))
     kind, _, key = trial.number.partition(".")
     if kind == "part":
@@ -117,7 +117,7 @@ def answers(found: Found) -> list[Answer]:
 
 
 def intervals_figure(rows: Sequence[Answer]) -> Figure:
-    """Draw the best interval at both ends of each number, and what the nominal plan loses; a panel a program."""
+    """Draw the best interval at both ends of each number, and the loss of the nominal plan, one panel per program."""
     rows, ticks = sorted(rows, key=lambda row: row.lost, reverse=True), (1, 2, 4, 8, 16)
     numbers = [*dict.fromkeys(row.number for row in rows if row.number not in (NOMINAL, ALL)), ALL]
     marks = {"low": ("v", -0.17), "high": ("^", 0.17), ALL: ("D", 0.0)}

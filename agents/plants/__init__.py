@@ -1,1 +1,1 @@
-"""The study of calibration, search and adviser on out-of-model machines of all families."""
+"""Study of calibration, search and adviser on out-of-model machines of all families."""

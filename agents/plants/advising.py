@@ -15,7 +15,7 @@ from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 
 def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResult]]:
-    """Grind batches with both advisers and with the best fixed plan, on the same lots."""
+    """Return batches with the program, the best fixed plan and three advisers, on the same lots."""
     simulation = machine.simulation(PARTS)
     model = load_simulation(str(machine.program.path), str(machine.program.job), PARTS, 1.0, "measured")
     policy = policy_for(None, model)
@@ -32,12 +32,12 @@ def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResul
 
 
 def plans(simulation: JobSimulation) -> list[Decide]:
-    """Return 15 fixed plans, from which somebody who could try them all would take the best."""
+    """Return 15 fixed plans, from which `best_plan` chooses."""
     return [_decide(Programmed(*plan), simulation) for plan in product(RATIOS, EVERY)]
 
 
 def best_plan(simulation: JobSimulation, episodes: int) -> list[BatchResult]:
-    """Return the batches of the plan that costs least in them."""
+    """Return the batches of the fixed plan that costs least in these batches."""
     planned = [batches(simulation, repeat(plan).__next__, episodes) for plan in plans(simulation)]
     return min(planned, key=cost_of)
 

@@ -1,4 +1,4 @@
-"""Batches with E and D of any decider: their cost, and how often a limit is exceeded twice in a row."""
+"""Batches with E and D of any decider: cost, and number of limits exceeded twice in a row."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,7 +8,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.rehearsal import LOTS, BatchResult, Decide, ground
 
 EARLY = 14
-"""Parts in which an adviser may still feel its way."""
+"""Number of first parts in which an adviser still has few readings."""
 
 
 def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
@@ -22,10 +22,10 @@ def cost_of(found: Sequence[BatchResult]) -> float:
 
 
 def numbers_of(batch: BatchResult, simulation: JobSimulation) -> dict[str, float]:
-    """Return what tables show of a batch; `late` is what parts cost from the 15th on."""
+    """Return the numbers of a batch for the tables; `late` is the mean cost of a part from the 15th on, $."""
     job, lowest = simulation.job, simulation.task.action.speed_ends[0]
     power = np.array([(each.peak_power or 0.0) / job.limits.power for each in batch.readings])
-    # of each part the size error or Ra over its limit, whichever is more, and whether E and D can do no more for it
+    # for each part: the larger of size error and Ra over its limit, and whether E is least and the wheel is dressed
     gauged, slowest = np.zeros(simulation.parts), np.zeros(simulation.parts, bool)
     for number, (block, readings) in enumerate(zip(simulation.blocks, batch.readings, strict=True)):
         slowest[block.part] = batch.speeds[number] <= lowest and batch.executions[number] > 0

@@ -21,13 +21,13 @@ from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 
 EARLY, LEAST, WEAK = 10.0, 1e-5, 1e-3
-"""mm3/mm; mm, below which nothing is cut; share of a row by which what no row tells is held to what a chip says: that
-power goes with the removal rate, to the power .8, and not with the volume."""
+"""Volume added to V' in the regression, mm3/mm; depth, mm, below which nothing is cut; weight, over all rows, of the
+prior for terms that no row determines: power goes with the removal rate, to the power .8, and not with the volume."""
 TO_A_CHIP = np.array([[0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]), np.array([0.0, 0.0, 0.8])
 
 
 class MeanCuts(NamedTuple):
-    """Cuts of each stroke, or means over several, shape (n,)."""
+    """Cuts of each stroke, or means over several strokes, shape (n,); `fitted` explains the symbols."""
 
     a: Array
     v: Array
@@ -44,8 +44,8 @@ class MeanCuts(NamedTuple):
 def fitted(cuts: MeanCuts, power: Array) -> Array:
     """Return the regression of a shop without a model: log P/b = c + e log a + f log v + g log(V' + 10).
 
-    Depth of cut a, mm, width b, mm, and volume V', mm3/mm, are those of the machine of the catalogue, which is more
-    than a shop knows; v is the programmed table speed, mm/s. By power in W; strong strokes count more than weak ones.
+    Depth of cut a, mm, width b, mm, and volume V', mm3/mm, come from the machine of the catalogue; a shop knows less. v
+    is the programmed table speed, mm/s. `power` is in W; strong strokes count more than weak strokes.
     """
     usable = (power > 0.0) & (cuts.a > LEAST) & (cuts.b > 0.0)
     some = MeanCuts(*(each[usable] for each in cuts))
@@ -56,16 +56,16 @@ def fitted(cuts: MeanCuts, power: Array) -> Array:
 
 
 def predicted(coefficients: Array, cuts: MeanCuts) -> Array:
-    """Power, W; none where nothing is cut."""
+    """Return the power, W; 0 where nothing is cut."""
     return np.where(cuts.a > LEAST, cuts.b * np.exp(cuts.terms @ coefficients), 0.0)
 
 
 OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True), (1.0, 1.6, True), (1.3, 1.4, False))
-"""Factors on E and on picks of the cuts that are predicted, and whether there are dresses; logs have E x .8 to 1.2."""
+"""Predicted cuts: factors on E and on picks, and whether there are dresses; the logs have E times 0.8 to 1.2."""
 
 
 def calibrate_on(machine: StudyMachine) -> dict[str, float]:
-    """Mean errors of the power of blocks; none of a calibration that was refused."""
+    """Return the mean errors of the power of blocks, or `refused` alone if the calibration refuses the log."""
     with tempfile.TemporaryDirectory() as folder:
         log = logged(machine, Path(folder))
         try:

@@ -1,4 +1,4 @@
-"""The figure of the study: cost of a part on each machine over the best fixed plan or the original program."""
+"""Figure of the study: cost of a part on each machine over the best fixed plan or the original program."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -12,9 +12,9 @@ from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH, plain
 from agents.plants.study import Found, PlantsTrial
 
 LINE, BETWEEN = 0.34, 0.22
-"""Inches of a family, and the distance of those who are compared in it, in families."""
+"""Height of the line of a family, inches, and distance of the compared costs in it, in lines."""
 LEAST, MOST = 0.2, 5.0
-"""Ends of the axis; what lies beyond stands on them."""
+"""Ends of the axis; values beyond are drawn at the ends."""
 TICKS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 
@@ -44,9 +44,9 @@ LEGEND: dict[str, Any] = {"fontsize": 7.5, "handletextpad": 0.1, "frameon": Fals
 
 
 def plants_figure(found: Mapping[PlantsTrial, Found]) -> Figure | None:
-    """Return a dot for every machine and program, a line a family, a panel for what advises and one for what searches.
+    """Return the figure: a dot per machine and program, a line per family, a panel for advisers and one for searches.
 
-    None where neither was asked.
+    None if neither was asked.
     """
     families = list(dict.fromkeys(cell.machine.family for cell in found))
     asked = {cell.question for cell in found}

@@ -1,4 +1,4 @@
-"""The log that a shop records of a batch: metered spindle power over time, and gauged parts."""
+"""Log that a shop records of a batch: metered spindle power over time, and gauged parts."""
 
 import math
 import re
@@ -19,21 +19,21 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.plants import Plant, find_plant
 
 INTERVAL, MARGIN = 0.1, 15.0
-"""s, between samples, and before and after the batch."""
+"""Time between samples, and time before and after the batch, s."""
 IDLE, SWING, SWINGS, NOISE = 600.0, 20.0, 700.0, 15.0
-"""W of the idling spindle, W and s of a slow swing of it, W of a sample."""
+"""Idle power, W, amplitude, W, and period, s, of its slow swing, and noise of a sample, W."""
 PAUSE, STOP = 8.0, re.compile(r"\bM0[01]\b")
-"""s that the operator takes at a stop, and what asks for one."""
+"""Time that the operator takes at a stop, s, and pattern of the codes of a stop."""
 FEEDS = (1.0, 1.0, 0.8, 1.2, 1.0, 0.9, 1.1, 1.0)
 DRESSED = (True, False, False, True, False, False, True, False)
-"""E, over that of the program, and dresses of the parts."""
+"""Factor on the E of the program, and whether the wheel is dressed, part by part."""
 SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05
-"""um, and relative."""
+"""Standard deviations of a gauged size, um, and of a gauged Ra, relative."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
-    """Files of a shop: program, job, log of a run and gauged parts; `gain` is what the meter shows over the power."""
+    """Files of a shop: program, job, log of a run and gauged parts; `gain` is the ratio of metered to true power."""
 
     program: Path
     job: Path
@@ -43,7 +43,7 @@ class Logged:
 
 
 def logged(machine: StudyMachine, folder: Path) -> Logged:
-    """Grind the program on a machine, part by part with another E, and write the files."""
+    """Grind the program on a machine, with another E for each part, and write the files."""
     job, plant = machine.job(), find_plant(machine.plant)
     text = batch(machine.program, FEEDS, DRESSED)
     program = write(folder / "batch.nc", text)
@@ -76,7 +76,7 @@ def write_log(path: Path, record: GrindingRecord, text: str, plant: Plant, seed:
 
 
 def over_the_part(record: GrindingRecord, text: str) -> tuple[Array, Array]:
-    """Return when the wheel is over the part in each stroke, from and to, s; every stop takes operator time."""
+    """Return the times when the wheel begins and ends each stroke over the part, s; every stop adds operator time."""
     strokes = record.strokes
     stops = np.array([number for number, line in enumerate(text.splitlines(), 1) if STOP.search(line)])
     stopped = np.diff(np.searchsorted(stops, strokes["line"]), prepend=0) != 0
@@ -86,7 +86,7 @@ def over_the_part(record: GrindingRecord, text: str) -> tuple[Array, Array]:
 
 
 def write_gauge(path: Path, record: GrindingRecord, job: Job, seed: int) -> None:
-    """Write what was gauged of the parts of a run: size and Ra of each, and whether burn was seen."""
+    """Write the gauged values of the parts of a run: size and Ra of each, and whether burn was seen."""
     rng, rows = np.random.default_rng(seed), ["part,size [um],Ra [um],burn"]
     for part in record.parts:
         size = part["size_error"] + SIZE_NOISE * rng.standard_normal()

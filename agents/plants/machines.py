@@ -1,4 +1,4 @@
-"""The machines of the study: members of every family with every program, and the model itself."""
+"""Machines of the study: members of every family with every program, and the model itself."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,11 +18,11 @@ from grind_env.plants.names import MODEL, PUBLIC_FAMILIES
 from grind_env.toml import files_named
 
 PARTS = 60
-"""Parts of a batch."""
+"""Number of parts in a batch."""
 
 
 class StudyProgram(NamedTuple):
-    """A part program of one part and its job; tables and cached files go by its name."""
+    """Part program for one part, and its job; tables and cached files have its name."""
 
     name: str
     path: Path
@@ -53,7 +53,7 @@ KEPT_OUT = ("bursts", "graded")
 
 
 class StudyMachine(NamedTuple):
-    """A machine, and the program that it grinds."""
+    """Machine, and the program that it grinds."""
 
     plant: str
     program: StudyProgram
@@ -78,7 +78,7 @@ def machines(
     seeds: int = STUDY_MACHINES,
     programs: Sequence[StudyProgram] = tuple(PROGRAMS.values()),
 ) -> list[StudyMachine]:
-    """Return the machines of the study: of each family those with the seeds from 1, each with every program."""
+    """Return the machines of the study: the seeds from 1 on of each family, each with every program."""
     members = {family: [f"{family}:{seed}" for seed in range(1, seeds + 1)] for family in families}
     plants = [name for family in families for name in (members | {MODEL.name: [MODEL.name]})[family]]
     return [StudyMachine(plant, program) for program in programs for plant in plants]

@@ -21,13 +21,13 @@ from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
 PARTS, LOTS, SECONDS = 30, 64, 25.0
-"""Parts of a batch, lots that it is judged on, and s of a search."""
+"""Number of parts in a batch, number of lots that judge it, and time of a search, s."""
 JUDGES = 7
-"""Seed of these lots, which no search has."""
+"""Seed of the lots that judge; no search uses this seed."""
 
 
 def real(programs: Programs, job: Job) -> tuple[float, float]:
-    """Cost of a part, $, and share of scrap of a batch on a machine."""
+    """Return the cost of a part, $, and the share of scrap of a batch on a machine."""
     trials = trials_of(programs, job, PARTS, lots_of(JUDGES, LotUse.JUDGEMENT, LOTS))
     found = trials.measure(trials.own[None])
     return float(found.cost.mean()), float(found.scrap.mean())
@@ -40,7 +40,7 @@ def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, fl
     with tempfile.TemporaryDirectory() as folder:
         catalogue = calibrated(machine, Path(folder))
         plain = _judged(uncalibrated(machine.program, seconds), machine, truth)
-        # whose calibration is refused goes on without
+        # a refused calibration leaves the machine without one
         fitted = plain if catalogue is None else _searched(machine, catalogue, truth, seconds)
     known = _searched(machine, replace(truth, uncertainty=CERTAIN), truth, seconds)
     for way, searched in (("uncalibrated", plain), ("calibrated", fitted), ("known", known)):
@@ -50,7 +50,7 @@ def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, fl
 
 
 def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
-    """Return the job with what a calibration has found by a log of the machine; None if it refused."""
+    """Return the job with the result of a calibration on a log of the machine; None if the log was refused."""
     files = logged(machine, folder)
     try:
         calibrate(files.log, files.program, files.job, gauge=files.gauge).write(folder / "machine.toml")
@@ -61,12 +61,12 @@ def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
 
 @cache
 def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
-    """Return the result without a calibration, the same for all machines."""
+    """Return the result without a calibration, which is equal for all machines."""
     return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
 
 
 def _searched(machine: StudyMachine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
-    """Return what is found; a program that the model condemns stays as it is."""
+    """Return the judged result of a search; a program that the model condemns stays unchanged."""
     try:
         found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
     except CondemnedError:
@@ -89,7 +89,7 @@ def _judged(found: Optimised, machine: StudyMachine, truth: Job) -> dict[str, fl
 
 
 def promised(found: Optimised) -> tuple[float, float, float]:
-    """Lower end, mean and upper end of the cost that is promised, $."""
+    """Return the lower end, the mean and the upper end of the promised cost, $."""
     cost = found.quantity("cost")
     after = cost.after if found.after != found.before else cost.before
     return after.low, after.value, after.high

@@ -1,4 +1,4 @@
-"""The page and the CSV table of the study."""
+"""Page and CSV table of the study."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -73,7 +73,7 @@ def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[
 
 
 def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> Sequence[str]:
-    """Return the names that were given, or all."""
+    """Return the given names, or all known names."""
     for name in names or ():
         if name not in known:
             raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")
@@ -81,7 +81,7 @@ def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> S
 
 
 def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
-    """Write plants.csv and plants.md, in which answers to other questions stay; the page comes back."""
+    """Write plants.csv and plants.md, in which answers to other questions stay; return the page."""
     questions, made_with = {cell.question for cell in found}, dict.fromkeys(found, commit())
     others, commits = read_csv(folder / CSV)
     answers = {cell: numbers for cell, numbers in others.items() if cell.question not in questions} | {**found}
@@ -97,7 +97,7 @@ def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
 
 
 def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
-    """Return what a table of the present task version has of the programs of the study, and the commit of each cell."""
+    """Return the results of the present task version for programs of the study, and the commit of each cell."""
     if not path.exists():
         return {}, {}
     found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
@@ -111,7 +111,7 @@ def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, st
 
 
 def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
-    """What was found, a number a row, with the commit by which."""
+    """Return the results as CSV, a number per row, with the commit of each cell."""
     rows = (
         (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
         for cell, numbers in found.items()
@@ -121,7 +121,7 @@ def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, s
 
 
 def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
-    """Return the tables, Markdown, below the figure if one is drawn."""
+    """Return the tables as Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,
         SAID,
@@ -136,7 +136,7 @@ def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
 
 
 def programs_of(names: Sequence[str] | None, job: str | None) -> list[StudyProgram]:
-    """Return programs by their names or files; those of the study if there are none."""
+    """Return programs by their names or files; without names, the programs of the study."""
     names = list(dict.fromkeys(names or PROGRAMS))
     files = [name for name in names if name not in PROGRAMS]
     if job is not None and len(files) != 1:

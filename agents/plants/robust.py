@@ -17,9 +17,9 @@ from grind_env.training.gru_ppo import Settings
 
 
 def robust_on(machine: StudyMachine, folder: Path, episodes: int) -> dict[str, list[BatchResult]]:
-    """Grind batches with such an agent in `grind advise`, and with the best fixed plan, on the same lots.
+    """Return batches with a robust agent in `grind advise`, and with the best fixed plan, on the same lots.
 
-    The agent is trained on public machines, one in every batch, unless the folder has it.
+    The agent is trained on public machines, another one in every batch, unless its file is in the folder.
     """
     program, job = (str(path.absolute()) for path in machine.program.files)
     problem = find_problem(program, job, PARTS)

@@ -1,4 +1,4 @@
-"""The cells of the study, and the inputs that decide the result of a cell."""
+"""Cells of the study, and the inputs that decide the result of a cell."""
 
 import hashlib
 import time
@@ -12,18 +12,18 @@ from agents.plants.machines import PARTS, StudyMachine
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
-"""With the module of `agents.plants` that answers it."""
+"""Module of `agents.plants` that answers each question."""
 DECIDING, DATA = ("agents.benchmark.agents", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
-"""Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
+"""Prefixes of the modules whose code decides the results, and folder of the catalogue."""
 HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
-"""That a cell of a question takes on one core, by measurement; trainings, of minutes, come to those of robust."""
+"""Measured time of a cell of each question on one core, h; `robust` also trains agents, for minutes each."""
 
 Found = Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class PlantsTrial:
-    """A question about a machine, the batches that judge who decides, and the folder of the agents of `robust`."""
+    """Question about a machine, number of batches that judge deciders, and folder of the agents of `robust`."""
 
     question: str
     machine: StudyMachine
@@ -35,7 +35,7 @@ class PlantsTrial:
 
 
 def answer(cell: PlantsTrial) -> Found:
-    """Return what is found in a cell."""
+    """Return the results of a cell, with its CPU time, s."""
     before = time.process_time()
     return dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
 

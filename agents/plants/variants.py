@@ -19,10 +19,10 @@ FEED, PICK, DRESSES = (
 )
 COMMENT = re.compile(r"(\([^)\n]*\)|;[^\n]*)")
 INFEED = re.compile(r"(G0?1 Y-\.\d+ F)(\.\d+)", re.IGNORECASE)
-"""Beside a table that runs."""
+"""Infeed motion while the table runs."""
 NEXT = "G80\nM00\n"
 HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)
-"""Head of a line before the first block."""
+"""Start of a line that precedes the first block."""
 END, LABEL = re.compile(r"(?<![A-Z])M0?(30|2)(?!\d)", re.IGNORECASE), re.compile(r"^\s*N\d+\s*", re.IGNORECASE)
 FILES = re.compile(r"^files\s*=\s*\[[^\]]*\]", re.MULTILINE)
 CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)
@@ -41,7 +41,7 @@ def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -
 
 
 def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
-    """Return the program for several parts, each E times a factor, and dressed or not, if it can be written so."""
+    """Return the program for several parts, each with a factor on E, and dressed or not; GrindError if impossible."""
     head, body, tail = _pieces(program.text)
     bodies = [scaled(body, E, dressed=D) for E, D in zip(feeds, dressed, strict=True)]
     text = head + NEXT.join(bodies) + "M30\n" + tail
@@ -60,7 +60,7 @@ def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, 
 
 
 def with_catalogue(job: Path, file: Path) -> str:
-    """Return the text of a job that reads a catalogue file besides its own, from wherever it is written."""
+    """Return the text of a job that reads a further catalogue file; its paths are valid in any folder."""
     text = job.read_text(encoding="utf-8")
     held = read_toml(job).get("catalogue")
     if held is None:
@@ -92,6 +92,6 @@ def _not_so(program: StudyProgram, why: str) -> GrindError:
 
 
 def write(path: Path, text: str) -> Path:
-    """Write a program."""
+    """Write a text to a file, and return the path."""
     path.write_text(text, encoding="utf-8")
     return path

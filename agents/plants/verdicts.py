@@ -16,7 +16,7 @@ Rows: TypeAlias = Sequence[tuple[PlantsTrial, Found]]
 
 
 class Bound(NamedTuple):
-    """A promise: that a number is at most, or at least, another one."""
+    """Promise that a number is at most, or at least, another number."""
 
     what: str
     found: float
@@ -29,7 +29,7 @@ class Bound(NamedTuple):
 
 
 def promises(found: Mapping[PlantsTrial, Found]) -> list[tuple[str, Bound]]:
-    """Return all that can be judged by what was found, each with its question."""
+    """Return the promises that the results can judge, each with its question."""
     asked = list[tuple[str, Bound]]()
     for question, judged in JUDGED.items():
         rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
@@ -42,7 +42,7 @@ def promises(found: Mapping[PlantsTrial, Found]) -> list[tuple[str, Bound]]:
 
 
 def column(rows: Rows, name: str) -> Array:
-    """Return a number of each cell; NaN where it has none."""
+    """Return a number of each cell; NaN for a cell without it."""
     return np.array([numbers.get(name, np.nan) for _, numbers in rows])
 
 
@@ -162,7 +162,7 @@ COLUMNS = {
 
 
 def family_rows(found: Mapping[PlantsTrial, Found], question: str) -> list[tuple[str, ...]]:
-    """Return a line a family: means of its machines."""
+    """Return a line per family, with means over its machines."""
     rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
     lines = []
     for family in dict.fromkeys(cell.machine.family for cell, _ in rows):

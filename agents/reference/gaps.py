@@ -29,17 +29,16 @@ FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "planner",
     "hindsight",
 )
-"""What is compared: the best plan without sensors; the adaptive rule for one decision, and for both; the scripted
-policy that costs least of those that see measurements; the planner that knows the state; the one that knows the
-future."""
+"""Compared policies: the best plan without sensors; the adaptive rule for one decision, and for both; the cheapest
+scripted policy on measurements; the planner that knows the state; the planner that knows the future."""
 DULLNESS, GROWTH, ROUGHNESS, STATE = KNOWN = ("dullness", "dullness, growth", "dullness, Ra", "full state")
-"""What the rule on the state knows before a block: how dull the wheel is; beside it how fast the lot dulls it, or which
-Ra wheel and part give; or all."""
+"""Knowledge of the rule on the state before a block: the dullness of the wheel, alone, with the dulling rate of the
+lot, or with the Ra of wheel and part; or all."""
 ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
 AGAINST = {**dict.fromkeys((*ROLES[1:], *KNOWN), FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
-"""What each saving is counted from."""
+"""Role from which each saving is counted."""
 DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
-"""Who saves it, where the name does not say it."""
+"""Role that saves, for savings whose name is not a role."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +49,18 @@ class Gap:
     policy: str
     sees: Sees
     cost: Interval
-    """$ per step of the best fixed plan, the terminal cost included, as `reference_cost` is."""
+    """Cost per step of the best fixed plan, $, with the terminal cost, like `reference_cost`."""
     against: str
-    """The policy on which it saves."""
+    """Policy from which the saving is counted."""
     saving: Interval
     """Saving of the mean cost of an episode, %."""
     score: Interval
-    """0 is the best fixed plan, 100 hindsight."""
+    """Score: 0 is the best fixed plan, 100 hindsight."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskGaps:
-    """All gaps of a task, by what they are of."""
+    """All gaps of a task, by role, saving or knowledge."""
 
     task: str
     reference_cost: float
@@ -69,7 +68,7 @@ class TaskGaps:
 
     @property
     def off(self) -> float:
-        """Reference cost over the measured cost of the best fixed plan, less one, %."""
+        """Reference cost over the measured cost of the best fixed plan, minus one, %."""
         return 100.0 * (self.reference_cost / self.gaps[FIXED].cost.value - 1.0)
 
 
@@ -111,7 +110,7 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
 
 
 def mean(cost: Array) -> Array:
-    """Mean along the last axis."""
+    """Return the mean along the last axis."""
     return np.asarray(cost.mean(axis=-1))
 
 
@@ -121,11 +120,11 @@ def saving(cost: Array, against: Array) -> Array:
 
 
 SOLVED = ("slot", "oracle6")
-"""Tasks in which a constant, or a rule that sees measurements, is as good as hindsight by intention."""
+"""Tasks in which a constant, or a rule on measurements, is meant to be as good as hindsight."""
 
 
 class Promise(NamedTuple):
-    """Promise of the tasks: a bound on a figure in all tasks that have it, or in `least` of them."""
+    """Promise of the tasks: a bound on a figure, in all tasks that have the figure or in `least` of these tasks."""
 
     text: str
     figure: Callable[[TaskGaps], float | None]
@@ -146,7 +145,7 @@ class Promise(NamedTuple):
 
 
 def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | None]:
-    """Return the saving of a gap in a task, %."""
+    """Return a function from the gaps of a task to a saving, %; None for tasks in `but` or without it."""
 
     def figure(found: TaskGaps) -> float | None:
         return found.gaps[what].saving.value if found.task not in but and what in found.gaps else None
@@ -181,7 +180,7 @@ VERDICTS = ("promise", "holds", "on", "not on")
 
 
 def study(asked: StudyOptions) -> Study:
-    """Tune what has not been tuned, and return the study."""
+    """Return the study, which first tunes policies that have not been tuned."""
 
     def gaps(found: Found) -> list[TaskGaps]:
         return [task_gaps(problem, runs, asked.configs) for problem, runs in by_problem(found).items()]

@@ -21,18 +21,18 @@ from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, wr
 from grind_env.table import table_of
 
 EVALUATIONS = 300
-"""Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
+"""Number of evaluations of each CMA-ES run of a policy that has not been tuned yet."""
 SLOW = ("look_ahead",)
-"""Policies that take seconds an evaluation. They have few parameters, whose first values are near the best."""
+"""Policies that take seconds per evaluation. They have few parameters, whose first values are near the best."""
 SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
-"""Evaluations of each CMA-ES run of these, and their runs."""
+"""Number of evaluations of each CMA-ES run of a slow policy, and number of runs."""
 
 NEARLY = 0.02
-"""Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
+"""Least gain of the planner over the fixed plan's return, as a share; with less gain a score would be noise."""
 
 
 def study(asked: StudyOptions) -> Study:
-    """Return the study of registered environments; reference scores of other results lie beside these."""
+    """Return the study of registered environments; another results folder gets its own file of reference scores."""
     data = FILE if asked.results == RESULTS else asked.results / FILE.name
     for problem in asked.problems:
         if file := problem.simulation().task.file:
@@ -65,7 +65,7 @@ def study(asked: StudyOptions) -> Study:
 
 
 def tune_missing(asked: StudyOptions, more: Sequence[str] = ()) -> None:
-    """Tune the policies of each problem, and more ones, that have not been tuned for it yet."""
+    """Tune the policies of each problem, and the policies `more`, that have not been tuned for the problem yet."""
     options = asked.options
     for problem in asked.problems:
         names = [*tunable(problem.simulation()), *more]
@@ -95,14 +95,14 @@ def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Eva
 
 
 def mean_return(task: Task, run: Evaluation) -> Mean:
-    """Mean return of an episode and its standard error."""
+    """Return the mean return of an episode and its standard error."""
     returns = -run.cost / task.reference_cost
     error = float(returns.std(ddof=1)) / len(returns) ** 0.5 if len(returns) > 1 else 0.0
     return Mean(round(float(returns.mean()), 4), round(error, 4))
 
 
 def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
-    """Return all numbers in full, with seeds and versions in every row."""
+    """Return all numbers unrounded, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
     seeds = [episode_seeds("evaluation", len(found[row.policy].cost)) for row in rows]
     facts = [provenance(each, trains=False) for each in seeds]

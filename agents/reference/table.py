@@ -1,4 +1,4 @@
-"""The table of reference scores of a task, for the terminal and files."""
+"""Table of reference scores of a task, for the terminal and files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
@@ -28,21 +28,21 @@ class ScoreRow:
     policy: str
     sees: Sees
     cost: Interval
-    """$ per good part."""
+    """Cost per good part, $."""
     scrap: float
-    """Share of the parts."""
+    """Share of the parts that are scrap."""
     speed: float
     """Mean E, mm/min."""
     executions: float
-    """Mean D."""
+    """Mean D, dress executions per step."""
     score: Interval
-    """0 is the best fixed plan, 100 the hindsight planner."""
+    """Score: 0 is the best fixed plan, 100 the hindsight planner."""
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
-    """Return the table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
+    """Return the rows of the table; the fixed plan of least mean cost on these episodes scores 0, the planner 100.
 
-    Scores are of the episodes that the planner has planned, the first ones of the others.
+    Scores use the episodes of the planner, which are the first episodes of the other policies.
     """
     planner = results[REFERENCE]
     planned = len(planner.cost)
@@ -57,12 +57,12 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
 
 
 def best_plan(results: Mapping[str, Evaluation]) -> str:
-    """Name of the fixed plan of least mean cost."""
+    """Return the name of the fixed plan of least mean cost."""
     return min((name for name in FIXED_PLANS if name in results), key=lambda name: float(results[name].cost.mean()))
 
 
 def spread_names(name: str) -> list[str]:
-    """Columns of an interval."""
+    """Return the names of the columns of an interval."""
     return [name, f"{name}_low", f"{name}_high"]
 
 

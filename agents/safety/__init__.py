@@ -1,1 +1,1 @@
-"""The safety study: returns and violations of agents and rules beside a budget of scrap."""
+"""Safety study: returns and violations of agents and rules with a budget of scrap."""

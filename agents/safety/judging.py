@@ -1,4 +1,4 @@
-"""Return and violations of a policy in a task with a budget of scrap; agents are trained first."""
+"""Returns and violations of policies in a task with a budget of scrap; agents are trained first."""
 
 import math
 from collections.abc import Sequence
@@ -27,15 +27,15 @@ from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings
 
 PLANNERS, DIGITS = ("look_ahead", "mpc"), 4
-"""Planners on measurements and on the state. The budget of a task is the geometric mean of what they scrap, so that the
-second keeps it and the first does not. It is measured, and so fits any task."""
+"""Planners on measurements and on the state, and decimals of a budget. The budget of a task is the geometric mean of
+both planners' scrap: the second planner keeps it, the first does not. This measured budget fits any task."""
 VALIDATED = 128
-"""Validation episodes on which they are run."""
+"""Number of validation episodes of the planners."""
 UNCONSTRAINED, LAGRANGIAN = "plain_gru", "plain_gru, Lagrangian"
 RULES = ("constant", "guarded:look_ahead", *PLANNERS)
 LIMITS = ("power", "stall", "size", "Ra", "burn")
-"""What a block can violate: the load is over the power limit, which costs time; and what condemns a part, as
-`process.cost.passed_limits` has it: the spindle stalls, or size, Ra or temperature rise are beyond their limits."""
+"""Limits that a block can violate. Power over its limit costs time. A stall of the spindle, or size, Ra or temperature
+rise beyond its limit condemns a part (`process.cost.passed_limits`)."""
 
 COST, FINISHED, GOOD = (Outcome._fields.index(name) for name in ("cost", "finished", "good"))
 POWER, TORQUE, SIZE, ROUGHNESS, RISE = (
@@ -46,7 +46,7 @@ SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("r
 
 @dataclass(frozen=True)
 class SafetyTrial:
-    """Policy in a problem, with the training of an agent."""
+    """Policy in a problem; `seed` and `steps` are of the training of an agent."""
 
     problem: Problem
     who: str
@@ -54,7 +54,7 @@ class SafetyTrial:
     steps: int
     episodes: int
     folder: Path = field(default=RUNS, repr=False, compare=False)
-    """Of the files of trained agents."""
+    """Folder of the files of trained agents."""
     fresh: bool = field(default=False, repr=False, compare=False)
     """Whether to train again an agent whose file exists."""
 
@@ -72,16 +72,16 @@ class SafetyRow:
     steps: int
     episodes: int
     budget: float
-    """Share of the parts."""
+    """Share of the parts that may be scrap."""
     episode_return: float
     return_low: float
     return_high: float
     scrap: float
-    """Share of the parts."""
+    """Share of the parts that are scrap."""
     scrap_low: float
     scrap_high: float
     power: float
-    """Share of the blocks, like those that follow."""
+    """Share of the blocks over the power limit; the next fields are shares of the blocks, too."""
     stall: float
     size: float
     Ra: float
@@ -93,7 +93,7 @@ def budget_of(problem: Problem) -> float:
     """Return the share of the parts that may be scrap; the planners must be tuned for the problem.
 
     Raises:
-        GrindError: a planner scraps nothing, so that no budget lies between.
+        GrindError: a planner scraps nothing, so that no budget lies between the planners.
     """
     simulation, seeds = problem.simulation(), episode_seeds("validation", VALIDATED)
     scrap = [run_seeds(make_policy(name, simulation), simulation, seeds).scrap for name in PLANNERS]
@@ -106,7 +106,7 @@ def budget_of(problem: Problem) -> float:
 def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> tuple[Table, Table]:
     """Run a policy; return cost in $, finished and good parts of every episode, shape (N, 3).
 
-    Behind them is how many of its blocks violate each of `LIMITS`, shape (N, limits).
+    The second array has the number of blocks that violate each of `LIMITS`, shape (N, limits).
     """
     state, n = start_episodes(simulation, seeds), len(seeds)
     totals, found = np.zeros((n, 3)), np.zeros((n, len(LIMITS)))
@@ -130,7 +130,7 @@ def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> 
 
 
 def judge(trial: SafetyTrial) -> dict[str, object]:
-    """Train, if it is an agent, and judge."""
+    """Return the row of a trial; an agent is trained first."""
     problem, simulation = trial.problem, trial.problem.simulation()
     budget, rule = budget_of(problem), trial.who in RULES
     if rule:
@@ -159,7 +159,7 @@ def judge(trial: SafetyTrial) -> dict[str, object]:
 
 
 def decides(trial: SafetyTrial) -> object:
-    """Stands for the rule of a trial, and for the planners of the budget."""
+    """Return the inputs of a trial: its rule, the planners of the budget, and their code."""
     simulation = trial.problem.simulation()
     rule = named_policy(trial.who, simulation) if trial.who in RULES else None
     planners = [make_policy(name, simulation) for name in PLANNERS]

@@ -1,4 +1,4 @@
-"""The page of the safety study: returns, violations, and who keeps the budget."""
+"""Page of the safety study: returns, violations, and the policies that keep the budget."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -23,7 +23,7 @@ from grind_env.policies.statistics import Interval
 from grind_env.table import Column, table_of
 
 STEP, EPISODE = 8e-5, 0.1
-"""CPU-seconds, by measurement: of a step of a training, and of an episode of a rule, which looks ahead."""
+"""Measured CPU time of a training step, and of an episode of a rule, which looks ahead, s."""
 
 
 def study(asked: StudyOptions) -> Study:
@@ -53,13 +53,13 @@ def _mean(runs: Sequence[SafetyRow], name: str) -> float:
 
 
 def _kept(runs: Sequence[SafetyRow]) -> str:
-    """Return how many are within their budgets, and how many significantly."""
+    """Return how many runs are within their budgets, and how many significantly."""
     kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
     return f"{kept} ({surely}) of {len(runs)}"
 
 
 def _return(runs: Sequence[SafetyRow]) -> Interval:
-    """Return the mean over seeds, between the lowest and the highest end of their intervals."""
+    """Return the mean return over seeds, with the lowest and the highest end of their intervals."""
     low, high = min(each.return_low for each in runs), max(each.return_high for each in runs)
     return Interval(_mean(runs, "episode_return"), low, high)
 
@@ -79,7 +79,7 @@ COLUMNS = (
 
 
 def page(found: Sequence[SafetyRow]) -> str:
-    """Return the table, Markdown; means over seeds, and behind them what the seeds gave."""
+    """Return the table as Markdown: means over seeds, and the scrap of each seed."""
     of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
         f"`python -m agents safety`: {found[0].episodes} evaluation episodes. *Return*: minus the cost of an episode"
@@ -93,7 +93,7 @@ def page(found: Sequence[SafetyRow]) -> str:
 
 
 def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
-    """Return who keeps the budget, and the cost of the multiplier; nothing for one task."""
+    """Return sentences on who keeps the budget and on the cost of the multiplier; empty for one task."""
     tasks = list(dict.fromkeys(task for task, _ in of))
     if len(tasks) < 2:
         return ""

@@ -1,1 +1,1 @@
-"""The track "plants": what adapts to machines that are not the model, with few safe trials."""
+"""The track "plants": policies that adapt to out-of-model machines, with few safe trials."""

@@ -1,4 +1,4 @@
-"""The policies of the track that learn on a machine, by name."""
+"""Policies of the track that learn on a machine, by name."""
 
 from copy import deepcopy
 
@@ -14,10 +14,10 @@ ADAPTERS = {
     "fine_tuned": "agents.track.retraining:FineTuned",
     "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }
-"""Class of each."""
+"""Class of each adapter, by its name."""
 
 
 def make_adapter(name: str, model: Simulation) -> Policy:
-    """Return a new policy: one of `ADAPTERS`, or what `named_policy` finds (a name, a file, `module:Class`)."""
-    # a copy: a module may have one object, which must not take what it learns to the next machine
+    """Return a new policy: one of `ADAPTERS`, or a policy for `named_policy` (a name, a file, `module:Class`)."""
+    # a copy, because an object of a module must not carry what it learns to the next machine
     return deepcopy(named_policy(ADAPTERS.get(name, name), model, modules=True))

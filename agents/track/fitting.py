@@ -1,9 +1,8 @@
-"""The model as a log of shifts has it: factors on its constants and the free term, most probable by what was forecast.
+"""Fit of the model to a log of shifts: the most probable factors on its constants, and exponents of its free term.
 
-An ensemble follows every shift on a model (`grind_env.belief`), as a planner does, and forecasts each reading before
-it comes. What readings are off by, in standard deviations, is least where the model is the machine (prediction error
-method: Ljung, System Identification, chapter 3); priors hold what readings do not tell. Whether parts are found to be
-bad tells of heat.
+An ensemble follows every shift on a model (`grind_env.belief`), as a planner does, and forecasts each reading. Forecast
+errors, in standard deviations, are least where the model is the machine (prediction error method: Ljung, System
+Identification, chapter 3). Priors hold constants that readings do not determine. Bad parts tell about heat.
 """
 
 import math
@@ -24,11 +23,11 @@ from grind_env.process.corrected import CORRECTED, CorrectedOwn
 
 
 class Constant(NamedTuple):
-    """What is fitted: a factor on symbols of the process model, or an exponent of the free term."""
+    """Fitted number: a factor on symbols of the process model, or an exponent of the free term."""
 
     symbols: tuple[str, ...]
     spread: float
-    """Standard deviation before measuring: of the logarithm of a factor, or of an exponent itself."""
+    """Standard deviation of the prior: of the logarithm of a factor, or of an exponent itself."""
 
 
 CONSTANTS = (
@@ -46,19 +45,20 @@ CONSTANTS = (
     Constant(("corrected_volume",), 0.1),
 )
 MISFIT = 4.0
-"""Times the spread of a forecast that a reading is off by, for no model is the machine."""
+"""Factor on the standard deviation of a forecast, because no model equals the machine."""
 CLIPPED = 4.0
-"""Of these; a reading that is farther off counts no more."""
+"""Largest forecast error that counts, in these increased standard deviations."""
 LEAST_CHANCE = 0.01
-"""That a part is bad, or good, for a reason that the model does not know."""
+"""Probability that a part is bad, or good, for a reason that the model does not know."""
 SIZED = 0.8
-"""Of the tolerance, beyond which a bad part is so by its size."""
+"""Share of the tolerance beyond which the size explains a bad part."""
 ROUNDS, STEP, HALVINGS, FARTHEST = 3, 0.1, 3, 2.5
-"""Of Gauss and Newton; difference, and bound, in standard deviations of the prior."""
+"""Gauss-Newton search: rounds, finite difference, halvings of a move, and bound, in standard deviations of the
+prior."""
 
 
 class Innovations(Watch):
-    """What readings are off by, without what a guard learns of it."""
+    """Forecast errors of readings, without the corrections that a guard learns."""
 
     burnt: ClassVar[int] = Belief._fields.index("burnt")
 
@@ -67,13 +67,13 @@ class Innovations(Watch):
 
     @property
     def off(self) -> Array:
-        """In standard deviations, 0 where nothing is read, shape (N, readings)."""
+        """Forecast errors in standard deviations, 0 where nothing is read, shape (N, readings)."""
         seen = self.seen
         return np.asarray(np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0))
 
 
 def changed(model: Simulation, z: Array, *, full: bool = False) -> Simulation:
-    """The model with constants so many standard deviations from what they were; `full` shows what is hidden."""
+    """Return the model with constants moved by `z` standard deviations; `full` shows hidden values."""
     made: Any = model
     names = CorrectedOwn._fields
     moved = [(symbol, each.spread * x) for each, x in zip(CONSTANTS, z, strict=True) for symbol in each.symbols]
@@ -87,7 +87,7 @@ def changed(model: Simulation, z: Array, *, full: bool = False) -> Simulation:
 
 
 def residuals(model: Simulation, shifts: Sequence[TrackShift]) -> Array:
-    """What was read and found in the shifts, off what the model forecasts."""
+    """Return the errors of the model's forecasts of readings and bad parts in the shifts, in one array."""
     watch, nothing = Innovations(model, len(shifts)), PowerLaw(len(shifts))
     seen = np.stack([each.observations for each in shifts], axis=1)
     bad = np.stack([each.bad for each in shifts], axis=1)
@@ -108,12 +108,12 @@ def residuals(model: Simulation, shifts: Sequence[TrackShift]) -> Array:
 
 
 def fitted(model: Simulation, shifts: Sequence[TrackShift], start: Array) -> Array:
-    """The most probable constants, in standard deviations of their priors, from some on."""
+    """Return the most probable constants, in standard deviations of their priors, by a search from `start`."""
     return least_squares(lambda z: residuals(changed(model, z), shifts), start)
 
 
 def least_squares(off: Callable[[Array], Array], start: Array) -> Array:
-    """Where the squares of what is off, and of z itself, are least: Gauss and Newton with differences."""
+    """Return z with the least sum of squares of `off(z)` and z, by Gauss-Newton with finite differences."""
     z = start.copy()
     here = off(z)
     for _ in range(ROUNDS):

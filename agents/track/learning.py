@@ -25,14 +25,14 @@ from grind_env.policies.track import SHIFTS, TrackShift
 from grind_env.training.gru_ppo import Settings
 
 STEPS = 5_000_000
-"""Of the training of `rl2`."""
+"""Number of environment steps of the training of `rl2`."""
 PLANNER = "look_ahead"
 """The planner on the belief."""
 
 
 @dataclass
 class CalibratedPlanner:
-    """A planner on the belief with a guard, both on a model that is fitted to all shifts so far."""
+    """Planner on the belief with a guard, both on a model that is fitted to all shifts so far."""
 
     name: ClassVar[str] = "calibrated"
     sees: ClassVar[Sees] = "measurements"
@@ -55,7 +55,7 @@ class CalibratedPlanner:
 
 
 class LearningRule(EmpiricalRule):
-    """The rule without a model; its laws of power, Ra and size, its E and its volumes outlast a shift."""
+    """Empirical rule that keeps its laws of power, Ra and size, its E and its volumes from shift to shift."""
 
     name: ClassVar[str] = "empirical_rule_learns"
     LEARNED: ClassVar[tuple[str, ...]] = ("power", "roughness", "size", "speeds", "volumes")
@@ -68,11 +68,11 @@ class LearningRule(EmpiricalRule):
 
 @dataclass
 class Trained:
-    """A trained agent; what inherits from this changes it between shifts.
+    """Base of policies that change a trained agent between shifts.
 
     Attributes:
-        agent: at first `robust`, if none is given.
-        model: of the machine.
+        agent: trained agent; by default it begins as `robust`.
+        model: simulation of the model.
     """
 
     sees: ClassVar[Sees] = "measurements"
@@ -91,7 +91,7 @@ class Trained:
 
 
 class Rl2(Trained):
-    """The GRU of `gru_ppo`, trained on ten shifts of each machine, which remembers all shifts on this one."""
+    """GRU of `gru_ppo`, trained on ten shifts of each machine; its state lasts over all shifts on a machine."""
 
     name: ClassVar[str] = "rl2"
     remembers: ClassVar[bool] = True
@@ -109,7 +109,7 @@ class Rl2(Trained):
 
 
 class ForgetfulRl2(Rl2):
-    """The agent of `rl2`, which forgets each shift: the difference is what memory of earlier shifts is worth."""
+    """Agent of `rl2` that forgets each shift; the difference to `rl2` is the value of memory of earlier shifts."""
 
     name: ClassVar[str] = "rl2_forgets"
     remembers: ClassVar[bool] = False

@@ -1,4 +1,4 @@
-"""The tables of the track: as a page, and every run as a row."""
+"""Tables of the track: a page, and a row for every run."""
 
 from collections.abc import Iterator, Mapping
 from math import isnan
@@ -13,7 +13,7 @@ from grind_env.table import table_of
 
 RUN = ("task", "plant", "adapter", "seed")
 COLUMNS = (*RUN, "cost", "scrap", "cpu_seconds", *(f"cost_{k}" for k in range(1, SHIFTS + 1)))
-"""Of the CSV: $ a block and share of scrap of a run, CPU-seconds, and $ a block of each shift."""
+"""Columns of the CSV: cost per block, $, scrap share and CPU time, s, of a run; cost per block of each shift, $."""
 WHAT = f"""\
 Each policy grinds {SHIFTS} shifts of 60 blocks on each of {{machines}} machines, with the lots of {{seeds}} seeds. All
 blocks count. `{PLAN}`, `{PLANNER}` and `{TRAINED}` are privileged: they are tuned or trained on the machine itself, and
@@ -40,13 +40,13 @@ def rows(ground: Ground) -> Iterator[list[object]]:
 
 
 def page(ground: Ground, anchors: Mapping[str, Anchors]) -> str:
-    """Return the tables, Markdown."""
+    """Return the tables as Markdown."""
     of_all = set.intersection(*({*names} for names in ground.values()))
     names, shifts = (
         [name for name in next(iter(ground.values())) if name in of_all],
         [f"{k}" for k in range(1, SHIFTS + 1)],
     )
-    # shape (3, machines, seeds, shifts): $ a block, bad parts, parts
+    # shape (3, machines, seeds, shifts): cost per block in $, bad parts, parts
     runs = {name: np.stack([np.stack(of[name].runs) for of in ground.values()], axis=1) for name in names}
     cost = {name: each[0].mean(axis=2) for name, each in runs.items()}
     plan, robust, trained, bound = (np.stack(each) for each in list(zip(*anchors.values(), strict=True))[:4])

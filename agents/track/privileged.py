@@ -1,4 +1,4 @@
-"""The scales of the track: a plan, a planner and an agent that were tuned or trained on the machine itself."""
+"""Scales of the track: a plan, a planner and an agent that were tuned or trained on the machine itself."""
 
 import time
 from collections.abc import Sequence
@@ -21,17 +21,17 @@ from grind_env.training.gru_ppo import Settings
 
 PLAN, PLANNER, TRAINED = "plan", "planner", "trained_on_machine"
 SCALES = "scales"
-"""In the place of an adapter: plan and planner."""
+"""Name, in place of an adapter, for plan and planner."""
 EVALUATIONS, STARTS, EPISODES = 300, 2, 48
-"""Of tuning on a machine."""
+"""Numbers of evaluations, CMA-ES runs and episodes for tuning on a machine."""
 TRAININGS, STEPS = 3, 1_000_000
 HORIZON, ENOUGH = 10, 0.5
-"""Blocks that the planner looks ahead at first, and points of the track score: a longer horizon that adds less is the
-last one."""
+"""First horizon of the planner, blocks, and gain of a doubled horizon, points of the track score, below which the
+search stops."""
 
 
 class MachineRuns(NamedTuple):
-    """Runs on a machine, what was run, and CPU-seconds of a run."""
+    """Runs on a machine, description of the policy, and CPU time of a run, s."""
 
     runs: TrackRuns
     said: str
@@ -39,21 +39,21 @@ class MachineRuns(NamedTuple):
 
     @staticmethod
     def read(row: Sequence[Any]) -> "MachineRuns":
-        """Return them as JSON has them."""
+        """Return the runs in a row of JSON."""
         return MachineRuns(TrackRuns(*map(np.array, row[0])), *row[1:])
 
 
 def measured(policy: Policy, plant: str, seeds: Sequence[int], said: str = "", *, knows: bool = False) -> MachineRuns:
-    """Return runs of a policy with their CPU time; arguments as of `run_shifts`."""
+    """Return runs of a policy with their CPU time; arguments as for `run_shifts`."""
     begin = time.process_time()
     runs = run_shifts(policy, plant, seeds, knows=knows)
     return MachineRuns(runs, said, (time.process_time() - begin) / len(seeds))
 
 
 def scales_of(plant: str, seeds: Sequence[int]) -> dict[str, MachineRuns]:
-    """Return runs of the best fixed plan of a machine, and of the planner that holds the machine and sees its state.
+    """Return runs of the best fixed plan of a machine, and of the planner that knows the machine and its state.
 
-    Both are tuned on tuning seeds of this machine. The horizon of the planner is doubled until that adds little.
+    Both are tuned on tuning seeds of this machine. The horizon of the planner is doubled until the gain is small.
     """
     tuner = Tuner(on(find_problem(TASK), plant).simulation(), None, EPISODES)
 

@@ -22,17 +22,17 @@ from grind_env.training.gru_ppo import Agent, Settings, acting_part, likelihood,
 MOMENT = 2
 """Number of shifts after which the model is fitted and the agent trained on it."""
 FURTHER = Settings(steps=200_000, envs=64, learning_rate=1e-3, critic_first=8, guess=0.0)
-"""How it is trained: the critic alone for 31,000 of the steps."""
+"""Settings of the further training: the critic alone for 31,000 of the steps."""
 GAMMA, CLIP, LEARNING_RATE, GRADIENT_STEPS, BOUND = 0.9, 0.2, 3e-4, 20, 0.1
-"""Of fine-tuning: the factor by which a block counts less with each block that it is ahead, the clip of PPO, rate and
-number of gradient steps after a shift, and the divergence from `robust` beyond which none is made."""
+"""Settings of fine-tuning: discount per block, clip of PPO, learning rate and number of gradient steps after a shift,
+and divergence from `robust` beyond which no step is made."""
 TEMPERATURE = 0.3
-"""At which actions are drawn. Tried on eight public machines: at 1 the draws cost more than is learned from them."""
+"""Temperature of the drawn actions. On eight public machines, draws at 1 cost more than the agent learned from them."""
 
 
 @dataclass(frozen=True)
 class FittedProblem(Problem):
-    """A problem to train on, with constants of its model as many standard deviations away as a fit says."""
+    """Problem for training, with constants of its model moved by `z` standard deviations."""
 
     z: tuple[float, ...] = ()
 
@@ -44,7 +44,7 @@ class FittedProblem(Problem):
 
 @dataclass
 class RobustCalibrated(Trained):
-    """`robust`, which is trained further on a model that is fitted to the first shifts."""
+    """Agent `robust`, trained further on a model that is fitted to the first shifts."""
 
     name: ClassVar[str] = "robust_calibrated"
     shifts: list[TrackShift] = field(default_factory=list, repr=False)
@@ -62,15 +62,15 @@ class RobustCalibrated(Trained):
 
 @dataclass
 class FineTuned(Trained):
-    """`robust`, which draws its actions and moves after every shift to those that were followed by less cost.
+    """Agent `robust` with drawn actions, trained after every shift towards actions that were followed by less cost.
 
-    It follows the clipped policy gradient of PPO on all shifts so far, as if the present agent had drawn their actions,
-    up to a bound on the divergence from `robust`.
+    The training follows the clipped policy gradient of PPO on all shifts so far, as if the present agent had drawn
+    their actions. A bound limits the divergence from `robust`.
     """
 
     name: ClassVar[str] = "fine_tuned"
     shifts: list[tuple[Any, ...]] = field(default_factory=list, repr=False)
-    """Observations, actions and costs of the blocks of each."""
+    """Observations, actions and costs of the blocks of each shift."""
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0), repr=False)
     robust: Agent | None = field(default=None, repr=False)
 
@@ -94,7 +94,7 @@ class FineTuned(Trained):
 
 
 def unscaled(agent: LearnedPolicy) -> Standard:
-    """Return the scale of features that are taken as they are."""
+    """Return the scale that leaves features unchanged."""
     return Standard((0.0,) * agent.actor.network.entries, (1.0,) * agent.actor.network.entries)
 
 
@@ -107,7 +107,7 @@ def in_torch(agent: LearnedPolicy) -> Agent:
 
 
 def cost_ahead(cost: Tensor) -> Tensor:
-    """Return the discounted mean cost of a block and of those after it, shape (blocks, N)."""
+    """Return the discounted mean cost of each block and all later blocks, shape (blocks, N)."""
     ahead, later, weight = torch.zeros_like(cost), torch.zeros_like(cost[0]), 0.0
     for k in reversed(range(len(cost))):
         # a sum would be low at the end of a shift, where few blocks are ahead
@@ -120,15 +120,15 @@ def improve(learner: Agent, robust: Agent, seen: Tensor, actions: Tensor, cost: 
     """Make gradient steps towards the actions of N shifts that were followed by less cost.
 
     Args:
-        learner: changed in place.
-        robust: from which it must not diverge.
+        learner: agent that is changed in place.
+        robust: agent from which the learner must not diverge.
         seen: features before every block, shape (blocks, N, entries).
-        actions: shape (blocks, N, 2).
-        cost: of every block, shape (blocks, N).
+        actions: actions of every block, shape (blocks, N, 2).
+        cost: cost of every block over the reference cost, shape (blocks, N).
     """
     ahead = cost_ahead(cost)
     gain = (ahead.mean() - ahead) / (ahead.std() + 1e-8)
-    # nothing is known of what is hidden
+    # the hidden state is unknown here
     shown, begun = torch.cat([seen, torch.zeros(*cost.shape, 1)], -1), torch.zeros(cost.shape)
     state = torch.zeros(1, cost.shape[1], learner.gru.hidden_size if learner.gru is not None else 0)
     with torch.no_grad():

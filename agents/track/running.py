@@ -1,4 +1,4 @@
-"""The trials of the track: runs of an adapter on a machine, and of what sets the scales there."""
+"""Trials of the track: runs of an adapter, or of the policies that set the scales, on a machine."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,12 +22,12 @@ class TrackTrial:
 
     plant: str
     adapter: str
-    """Or `SCALES` or `TRAINED`."""
+    """Name of the adapter, or `SCALES` or `TRAINED`."""
     seeds: tuple[int, ...]
     training: int = 0
     """Seed of a training on the machine."""
     folder: Path = field(default=RUNS, repr=False, compare=False)
-    """Of the files of trained agents."""
+    """Folder of the files of trained agents."""
 
     def __str__(self) -> str:
         seeds = f"seed {self.seeds[0]}" if len(self.seeds) == 1 else f"{len(self.seeds)} seeds"
@@ -36,7 +36,7 @@ class TrackTrial:
 
 
 def run(trial: TrackTrial) -> Mapping[str, MachineRuns]:
-    """Return runs on the machine of a trial by the names of the tables."""
+    """Return the runs of a trial by their names in the tables."""
     if trial.adapter == SCALES:
         return scales_of(trial.plant, trial.seeds)
     if trial.adapter == TRAINED:
@@ -46,7 +46,7 @@ def run(trial: TrackTrial) -> Mapping[str, MachineRuns]:
 
 
 def decides(trial: TrackTrial) -> object:
-    """Stands for the machine of a trial, its adapter, and what trains agents."""
+    """Return the inputs of a trial: its machine, its adapter, and the training code."""
     if trial.adapter == SCALES:
         return _of_machine(trial.plant), None
     known = trial.adapter == TRAINED
@@ -55,7 +55,7 @@ def decides(trial: TrackTrial) -> object:
 
 @cache
 def _of_adapter(name: str) -> str:
-    """Stands for the code of an adapter, and for the policies with which adapters begin."""
+    """Return the code fingerprints of an adapter and of the policies with which adapters begin."""
     model = model_of(find_problem(TASK))
     policies = [make_adapter(each, model) for each in (name, BASELINE, PLANNER)]
     return f"{[sources(type(each).__module__) for each in policies]} {policies!r}"
@@ -63,6 +63,6 @@ def _of_adapter(name: str) -> str:
 
 @cache
 def _of_machine(plant: str) -> str:
-    """Stands for a machine and its model, and for what a shift leaves to the next one."""
+    """Return fingerprints of a machine, its model, and the code that carries memory from shift to shift."""
     problem = find_problem(TASK)
     return f"{behaviour(on(problem, plant).simulation())} {behaviour(model_of(problem))} {sources(Plant.__module__)}"

@@ -1,4 +1,4 @@
-"""Scores of the track: costs between two others on the same lots, with intervals over machines and seeds."""
+"""Scores of the track: costs between two anchors on the same lots, with intervals over machines and seeds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -18,11 +18,11 @@ from grind_env.task_version import TASK_VERSION
 RESAMPLES = 2000
 ANCHORS = "track_anchors.csv"
 Ground: TypeAlias = Mapping[str, Mapping[str, MachineRuns]]
-"""Runs by machine and name."""
+"""Runs by machine and name of the policy."""
 
 
 class Anchors(NamedTuple):
-    """Costs that set the scales of a machine, $ a block for each seed, and the policy that sets the bound."""
+    """Costs that set the scales of a machine, $ per block for each seed, and the policy that sets the bound."""
 
     plan: Array
     robust: Array
@@ -44,12 +44,12 @@ class Summary(NamedTuple):
 
 
 def points(ours: Array, zero: Array, hundred: Array) -> Array:
-    """Return scores, 0 for the cost `zero` and 100 for `hundred`; NaN where that is no cheaper."""
+    """Return scores, 0 for the cost `zero` and 100 for `hundred`; NaN where `hundred` is no cheaper."""
     return np.where(hundred < zero, score_of_means(ours, zero, hundred), np.nan)
 
 
 def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
-    """Return the score of costs of shape (machines, seeds); both are resampled, the same ones for all three."""
+    """Return the scores of costs, shape (machines, seeds); resamples of machines and seeds are equal for all costs."""
     costs, rng, (machines, seeds) = np.stack([ours, zero, hundred]), np.random.default_rng(seed), ours.shape
     m, s = rng.integers(0, machines, (RESAMPLES, machines, 1)), rng.integers(0, seeds, (RESAMPLES, machines, seeds))
     value, draws = costs.mean(axis=2), costs[:, m, s].mean(axis=3)
@@ -69,7 +69,7 @@ def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
 
 
 def collected(found: Mapping[Any, Mapping[str, MachineRuns]]) -> Ground:
-    """Return what was found by machine and name: the mean over trainings of the runs of all seeds."""
+    """Return the runs of all seeds by machine and name, as the mean over trainings."""
     parts: dict[str, dict[str, dict[int, list[MachineRuns]]]] = {}
     for trial, runs in found.items():
         for name, each in runs.items():
@@ -85,7 +85,7 @@ def _joined(trainings: Sequence[Sequence[MachineRuns]]) -> MachineRuns:
 
 
 def anchors_of(runs: Mapping[str, MachineRuns]) -> Anchors:
-    """Return the anchors of a machine: the bound is the cheapest of all that were run on it."""
+    """Return the anchors of a machine; the bound is the cheapest policy that was run on it."""
     cost = {name: each.runs.cost.mean(axis=1) for name, each in runs.items()}
     best = min(cost, key=lambda name: float(cost[name].mean()))
     said = f"{PLAN} {runs[PLAN].said}; {PLANNER} {runs[PLANNER].said}"
@@ -93,7 +93,7 @@ def anchors_of(runs: Mapping[str, MachineRuns]) -> Anchors:
 
 
 def read_anchors(path: Path, seeds: Sequence[int]) -> dict[str, Anchors]:
-    """Return the frozen anchors of the present task version by machine, of those that have all seeds."""
+    """Return the frozen anchors of the present task version by machine, for machines with all seeds."""
     rows = [row for row in csv_rows(path) if row["task_version"] == f"{TASK_VERSION}"] if path.exists() else []
     found = {}
     for plant in dict.fromkeys(row["plant"] for row in rows):

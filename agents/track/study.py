@@ -1,4 +1,4 @@
-"""The track as a study: which adapters run on which machines, and how long that takes."""
+"""The track as a study: adapters, machines, and estimated CPU time."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,21 +31,21 @@ from grind_env.policies.rows import track_row, write_rows
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 
 POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)
-"""Run beside the anchors if nobody names others."""
+"""Policies that run beside the anchors by default."""
 FILES = {"track.csv": ",".join(RUN), "track.md": "# The track", ANCHORS: ",".join(OF_ANCHORS)}
-"""How they begin."""
+"""First characters of each file."""
 SECONDS = {SCALES: 150.0, TRAINED: 105.0, "calibrated": 20.0, "robust_calibrated": 30.0}
-"""CPU-seconds of a trial, by measurement; those of other adapters take about one."""
+"""Measured CPU time of a trial, s; trials of other adapters take about 1 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackStudy(Study):
-    """The study with the anchors of its scores.
+    """Study with the anchors of its scores.
 
     Attributes:
-        anchors: `anchors(ground)`: those of all machines.
+        anchors: `anchors(ground)`, the anchors of all machines.
         submit: file of a row for `grind verify`, or None.
-        text: names the policy of that row.
+        text: name of the policy of this row.
     """
 
     anchors: Callable[[Ground], Mapping[str, Anchors]]
@@ -68,7 +68,7 @@ def study(
 ) -> Study:
     """Return the study of policies on machines, by default the whole track.
 
-    Anchors of a machine that are frozen stay as they are. For other machines they are found beside the adapters.
+    Frozen anchors of a machine stay unchanged. For other machines, the anchors are measured beside the adapters.
     """
     plants, names = list(dict.fromkeys(machines or MACHINES)), list(dict.fromkeys(adapters or POLICIES))
     for plant in plants:
@@ -93,7 +93,7 @@ def study(
             trials.append(TrackTrial(plant, SCALES, seeds))
             trials += [TrackTrial(plant, TRAINED, seeds, k, asked.options.runs) for k in range(TRAININGS)]
         for name in dict.fromkeys((*[BASELINE] * beside, *names)):
-            # whatever a policy of the user keeps, it keeps of one run
+            # a user's policy may have a memory, which must be of one run
             one_by_one = hasattr(made[name], "learn") or name not in (BASELINE, *POLICIES)
             trials += [TrackTrial(plant, name, of) for of in ([(seed,) for seed in seeds] if one_by_one else [seeds])]
 
@@ -124,7 +124,7 @@ def study(
 
 
 def ground_of(found: Found) -> Ground:
-    """Return the results of trials, as the cache has them, by machine and name."""
+    """Return the cached results of trials by machine and name."""
     return collected(
         {trial: {name: MachineRuns.read(each) for name, each in runs.items()} for trial, runs in found.items()}
     )

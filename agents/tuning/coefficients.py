@@ -11,9 +11,9 @@ DIGITS = 5
 
 
 class Coefficient(NamedTuple):
-    """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
+    """Parameter as a function of the search variable z: `start + step z`, or `start exp(step z)` if `positive`.
 
-    `whole` is a number of executions, `blocks` one of blocks; without the table `needs` of a task it has no meaning.
+    `whole` is for a number of executions, `blocks` for a number of blocks. `needs` is a table that the task must have.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Coefficient(NamedTuple):
         return len(task.kinds) if self.by_kind else 1
 
     def value(self, z: float, executions: int) -> float:
-        """Return the parameter at z, as it stands in the file; `executions` is the most of the task."""
+        """Return the parameter at z, rounded as in the file; `executions` is the largest D of the task."""
         change = self.step * z
         value = self.start * np.exp(np.clip(change, -5.0, 5.0)) if self.positive else self.start + change
         if self.blocks:
@@ -97,16 +97,16 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
     "roughness_rule": (*SHARPNESS, ROUGHNESS),
     "full_state_rule": (*SHARPNESS, *GROWTH, ROUGHNESS),
 }
-"""What CMA-ES tunes."""
+"""Coefficients of the rules that CMA-ES tunes."""
 
 
 def vector_size(coefficients: tuple[Coefficient, ...], task: Task) -> int:
-    """Entries of the search vector."""
+    """Return the number of entries of the search vector."""
     return sum(each.size(task) for each in coefficients)
 
 
 def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) -> Parameters:
-    """Parameters of a rule from a search vector, with as many entries for each coefficient as it has for the task."""
+    """Return the parameters of a rule from a search vector, which has `size(task)` entries for each coefficient."""
     result: dict[str, Any] = {}
     position = 0
     for coefficient in coefficients:
@@ -119,5 +119,5 @@ def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) 
 
 
 def rounded(value: Any) -> float:
-    """Return the value as it stands in the file."""
+    """Return the value rounded as in the file, to `DIGITS` significant digits."""
     return float(f"{value:.{DIGITS}g}")

@@ -1,4 +1,4 @@
-"""Tune the scripted policies on training episodes of a task, and choose between runs on validation episodes."""
+"""Tuning of scripted policies on training episodes of a task, and choice between runs on validation episodes."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -42,15 +42,15 @@ from grind_env.targets import check_own
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
 INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
-"""Blocks from one dress to the next."""
+"""Tried numbers of blocks from one dress to the next."""
 COST_DIGITS = 1e-3
-"""$; to which a file says what an episode costs."""
+"""Tolerance of the cost of an episode in a file, $."""
 
 Advance = Callable[[int], object]
 
 
 class SideBySide:
-    """Policies that see measurements and decide for equal shares of the episodes, one after the other."""
+    """Policies on measurements as one policy: each decides for an equal share of the episodes, in this order."""
 
     name: ClassVar[str] = "side_by_side"
     sees: ClassVar[Sees] = "measurements"
@@ -85,12 +85,12 @@ class Tuner:
         self._folder, self._fresh, self._advance = folder, fresh, advance
 
     def cost(self, policy: Policy, seeds: str = "training") -> float:
-        """Mean cost of an episode, $."""
+        """Return the mean cost of an episode, $."""
         return float(roll_out(policy, self.simulation, self._episodes[seeds]).cost.mean())
 
     def costs(self, policies: Sequence[Policy]) -> list[float]:
-        """Mean costs of a training episode under several policies, $."""
-        # what others see is copied at every step, for all of them together no quicker than for one after the other
+        """Return the mean costs of a training episode under several policies, $."""
+        # policies that see more get copies of the episodes at every step: together they are no faster
         if policies[0].sees != "measurements":
             return [self.cost(policy) for policy in policies]
         n = len(self.seeds["training"])
@@ -103,7 +103,7 @@ class Tuner:
         return self._fixed("constant", SPEEDS, range(self.task.action.executions + 1), (1,))
 
     def interval(self) -> tuple[Fixed, int]:
-        """Return the best constant E with one or two executions in every N-th block."""
+        """Return the best constant E with one or two executions in every N-th block, and the evaluations spent."""
         D = range(1, min(2, self.task.action.executions) + 1)
         return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS)
 
@@ -124,13 +124,13 @@ class Tuner:
         return refine(cost, found, low, high)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
-        """Return the best of several CMA-ES runs of a rule, on the validation episodes."""
+        """Return policy, parameters and evaluations of the CMA-ES run of a rule with the least validation cost."""
         runs = [self.run(self.cached_run(name, seed), name, evaluations, seed) for seed in range(starts)]
         best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
 
     def run(self, costs: CachedCosts, name: str, evaluations: int, seed: int) -> BestPoint:
-        # the first run starts where the table says, every other from a point of its own
+        # the first run starts at the values in `RULES`, every other run at a random point
         start = np.random.default_rng(seed).standard_normal(vector_size(RULES[name], self.task)) * (seed > 0)
         return evolve(costs, start, evaluations, seed)
 
@@ -160,13 +160,13 @@ class Tuner:
 
 @dataclass(frozen=True)
 class TuningRun:
-    """One CMA-ES run of a rule, which another process may do; see `tune`."""
+    """CMA-ES run of a rule, which another process may do; see `tune`."""
 
     problem: Problem
     policy: str
     seed: int
     folder: Path | None
-    """Folder of the cache; None of a run on a node, which cannot reach it."""
+    """Folder of the cache; None for a run on a node, which cannot reach the cache."""
     evaluations: int
     episodes: int
     fresh: bool
@@ -175,25 +175,25 @@ class TuningRun:
         return f"{self.problem.name} {self.policy}, run {self.seed}"
 
     def costs(self) -> tuple[Tuner, CachedCosts]:
-        """Return the costs of the run, and what finds them."""
+        """Return the tuner of the run and its cached costs."""
         tuner = Tuner(self.problem.simulation(), self.folder, self.episodes, self.fresh)
         return tuner, tuner.cached_run(self.policy, self.seed)
 
 
 def do_run(run: TuningRun) -> list[Any]:
-    """Do a run, whose costs stay in its file; return them if the run has no folder."""
+    """Do a run and cache its costs; return the costs only if the run has no folder."""
     tuner, costs = run.costs()
     tuner.run(costs, run.policy, run.evaluations, run.seed)
     return [] if run.folder else [*costs.known.items()]
 
 
 def tunable(simulation: Simulation) -> list[str]:
-    """Names of the policies in the list of an environment that can be tuned."""
+    """Return the names of the listed policies of an environment that can be tuned."""
     return [name for name in policy_names(simulation) if name in TUNED]
 
 
 def tune_policy(name: str, tuner: Tuner, evaluations: int, starts: int) -> Tuned:
-    """Tune one policy."""
+    """Tune one policy; return its parameters and costs."""
     if name in RULES:
         policy, parameters, spent = tuner.rule(name, evaluations, starts)
     else:
@@ -262,9 +262,9 @@ def tune(
 
 
 def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[str]:
-    """Do the runs of rules on a cluster, or in processes if there are to be several.
+    """Do the runs of rules on a cluster or in several processes; return the names of these policies.
 
-    Returns the names of these policies. What fails here fails again where it is asked for.
+    A run that fails here fails again, with its error, when `tune` needs its result.
     """
     # the policies that take longest come last in all lists
     runs = [run for run in reversed(runs) if run.policy in RULES]
@@ -283,7 +283,7 @@ def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[
 
 
 def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> bool:
-    """Return whether parameters have the cost that their file states; those of another task do not."""
+    """Return whether parameters have the cost that their file states; parameters of another task do not."""
     try:
         policy = make_policy(name, simulation, folder)
     except ConfigError:
@@ -294,7 +294,7 @@ def _holds(name: str, tuned: Tuned, simulation: Simulation, folder: Path) -> boo
 
 
 def _readable(problem: str, folder: Path, fresh: bool) -> dict[str, Tuned]:
-    """Return the tuned policies of a task; none if the file is damaged and to be written anew."""
+    """Return the tuned policies of a task; none if the file is damaged and `fresh`."""
     try:
         return read_tuned(problem, folder)
     except ConfigError:

@@ -14,17 +14,17 @@ from grind_env.files import read_text
 from grind_env.policies.tuned import write_whole
 
 Costs = Callable[[Sequence[Any]], Sequence[float]]
-"""The costs of several points, which may be found side by side."""
+"""Function that returns the costs of several points, which it may evaluate together."""
 
 TOGETHER = 16
-"""Points of a grid that are asked for together."""
+"""Number of grid points that are evaluated together."""
 
 STEPS = (1.05, 1.02, 1.01)
-"""Factors by which a number is refined, one after the other."""
+"""Factors of the steps that refine a number, one after the other."""
 
 
 class BestPoint(NamedTuple):
-    """The best point of a search, its cost, and the evaluations spent."""
+    """Best point of a search, its cost, and the number of evaluations."""
 
     point: Any
     cost: float
@@ -32,7 +32,7 @@ class BestPoint(NamedTuple):
 
 
 def grid_search(costs: Costs, points: Iterator[Any]) -> BestPoint:
-    """Return the cheapest of the points; the first of equals."""
+    """Return the cheapest of the points; of equal costs, the first one."""
     found: list[tuple[float, Any]] = []
     while some := list(islice(points, TOGETHER)):
         found += zip(costs(some), some, strict=True)
@@ -41,7 +41,7 @@ def grid_search(costs: Costs, points: Iterator[Any]) -> BestPoint:
 
 
 def refine(cost: Callable[[float], float], start: BestPoint, low: float, high: float) -> BestPoint:
-    """Move a positive number up and down in ever smaller factors as long as it pays, within `low`..`high`."""
+    """Move a positive number up and down by ever smaller factors while its cost falls, within `low`..`high`."""
     value, least, evaluations = start
     for step in STEPS:
         for factor in (step, 1.0 / step):
@@ -54,7 +54,7 @@ def refine(cost: Callable[[float], float], start: BestPoint, low: float, high: f
 
 
 def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
-    """CMA-ES (Hansen) from `start`, shape (n,), with an initial step of 1 in every direction.
+    """Return the best point of CMA-ES (Hansen) from `start`, shape (n,), with an initial step of 1 in every direction.
 
     Non-finite costs count as the worst of their generation.
     """
@@ -62,7 +62,7 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
     options = {
         "maxfevals": evaluations,
         "verbose": -9,
-        "seed": np.nan,  # it draws from the generator given below, not from numpy's global one
+        "seed": np.nan,  # draw from the generator below, not from numpy's global one
         "randn": lambda *shape: rng.standard_normal(shape),
     }
     strategy = cma.CMAEvolutionStrategy(np.asarray(start, np.float64), 1.0, options)
@@ -103,7 +103,7 @@ class CachedCosts:
         return [self.known[point] for point in wanted]
 
     def add(self, found: dict[tuple[float, ...], float]) -> None:
-        """Take costs into the cache, by their points."""
+        """Add costs to the cache, by their points."""
         self.known |= found
         if self.path is not None:
             if not self.path.exists():

@@ -1,4 +1,4 @@
-"""Grains that pull out in bursts: the renewal of the wheel face by wear waits for a threshold, then comes at once."""
+"""Bursts of grain pull-out: the wheel face does not renew smoothly by wear, but at once when a threshold is passed."""
 
 import functools
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeRes
 
 
 class BurstsOwn(NamedTuple):
-    """Memory of process and hook."""
+    """Memory of the process and its hook; `ranges.toml` describes the drawn fields."""
 
     bursts_seed: float = 0.0
     bursts_share: float = 0.0
@@ -21,9 +21,9 @@ class BurstsOwn(NamedTuple):
     bursts_takes: float = 1.0
     bursts_spread: float = 0.0
     bursts_threshold: float = 1.0
-    """Renewals owed at which grains pull out in this block."""
+    """Owed renewal at which grains pull out in this block."""
     bursts_owed: float = 0.0
-    """Renewals of the face, the logarithm of what they would have left of the old one."""
+    """Owed renewal of the face: minus the logarithm of the share of the old face that it would leave."""
 
 
 renewing, pull_out = replacer(StrokeConstants, "per_dr"), replacer(WheelState, "A", "lam")
@@ -32,7 +32,7 @@ owing, hold = replacer(None, "bursts_owed"), replacer(None, "bursts_threshold")
 
 @functools.cache
 def _bursting(inner: Process) -> Process:
-    """Return a process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
+    """Return a process with a share of the renewal in bursts; a burst renews as much as smooth wear or more."""
     grind, sharpen = inner.stroke, inner.dress
 
     @inlined
@@ -53,7 +53,7 @@ def _bursting(inner: Process) -> Process:
     def dress(
         wheel: WheelState, own: Any, passes: float, lead: float, depth: float, p: StrokeParameters
     ) -> tuple[WheelState, Any, float]:
-        """That of the other; the face owes nothing."""
+        """Dress as the inner process does; afterwards no renewal is owed."""
         wheel, own, removed = sharpen(wheel, own, passes, lead, depth, p)
         return wheel, owing(own, (0.0,)), removed
 
@@ -64,7 +64,7 @@ def _bursting(inner: Process) -> Process:
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """No two bursts are alike."""
+    """Draw the threshold of the block; no two bursts are alike."""
     word = words_of(own.bursts_seed, moment)[0]
     return wheel, hold(own, (own.bursts_at * exp(own.bursts_spread * deviate(word)),)), p, drive
 

@@ -12,11 +12,11 @@ from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
 MOST_DULLING, MOST_PRESSURE, MOST_IDLE = math.log(2.5), 0.2, 300.0
-"""Logarithms of factors, and W: the walks end there."""
+"""Bounds of the random walks: logarithms of the factors on kA and pm, and the change of idle power, W."""
 
 
 class DriftOwn(NamedTuple):
-    """Memory of the hook; the gauge shows the idle, too."""
+    """Memory of the hook; the gauge adds `drift_idle` to the shown powers. `ranges.toml` describes the drawn fields."""
 
     drift_seed: float = 0.0
     drift_dulls: float = 0.0
@@ -27,7 +27,7 @@ class DriftOwn(NamedTuple):
     drift_pressure: float = 0.0
     """Logarithm of the factor on pm."""
     drift_idle: float = 0.0
-    """Above that at the start, W."""
+    """Idle power above its value at the start of the shift, W."""
 
 
 wandered = replacer(None, "drift_dulling", "drift_pressure", "drift_idle")
@@ -39,7 +39,7 @@ driven, shown_as = (
 
 @inlined
 def step(at: float, by: float, most: float) -> float:
-    """A bounded step of a walk."""
+    """Return the next value of a random walk, limited to `-most` to `most`."""
     return min(max(at + by, -most), most)
 
 
@@ -47,7 +47,7 @@ def step(at: float, by: float, most: float) -> float:
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """What the idle takes more, the spindle has less for grinding."""
+    """Step the walks; a higher idle power leaves less spindle power for grinding."""
     words = words_of(own.drift_seed, moment)
     dulling = step(own.drift_dulling, own.drift_dulls * deviate(words[0]), MOST_DULLING)
     pressure = step(own.drift_pressure, own.drift_presses * deviate(words[1]), MOST_PRESSURE)
@@ -58,7 +58,7 @@ def _before(
 
 @inlined
 def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
-    """Power is shown above the idle that was zeroed as the shift began."""
+    """Power is shown above the idle power that was zeroed at the start of the shift."""
     idle = own.drift_idle
     return shown_as(truth, (truth.mean_power + idle, truth.first_power + idle, truth.peak_power + idle)), own
 

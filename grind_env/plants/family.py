@@ -1,7 +1,7 @@
-"""A family of machines: changed laws, and the random numbers of its members.
+"""Families of machines: changed laws, and the random numbers of their members.
 
-All that is drawn of a member is a field of what its process, hook or gauge remembers, under the name of the family. The
-defaults are neutral: they change nothing, to the bit. So all members of a family share their compiled code.
+Each drawn number is a field in the memory of process, hook or gauge; its name begins with the name of the family. The
+default values change no bit of a result. All members of a family share their compiled code.
 """
 
 import functools
@@ -19,11 +19,11 @@ from grind_env.process.process import Hook, Process
 from grind_env.toml import read_toml
 
 PUBLIC, HELD_OUT = 1, 2
-"""Streams of random numbers, which have none in common: of machines for development, and of those that test."""
+"""Streams of random numbers without a common number: for development machines and for held-out test machines."""
 SEED = "_seed"
-"""Ends the field of a seed of chances."""
+"""Suffix of the field that holds the seed of random events."""
 FACTOR = "factor"
-"""The spread of a number that is drawn even in its logarithm."""
+"""Value of `spread` in `ranges.toml` for a number whose logarithm is drawn uniformly."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +33,11 @@ class Range:
     Attributes:
         field: field of the machine's memory.
         what: meaning of the number.
-        unit: of the number; "" without one.
+        unit: unit of the number; "" for a number without a unit.
         low: the smallest number, in this unit.
         high: the largest number, in this unit.
-        held_out: smallest and largest number of held-out machines, in this unit; None for the same.
-        factor: whether the logarithm is drawn evenly, and not the number itself.
+        held_out: smallest and largest number of held-out machines, in this unit; None for `low` and `high`.
+        factor: whether the logarithm of the number is drawn uniformly instead of the number.
         basis: source of the range.
     """
 
@@ -55,7 +55,7 @@ class Range:
         return self.held_out if stream == HELD_OUT and self.held_out is not None else (self.low, self.high)
 
     def at(self, share: float, stream: int = PUBLIC) -> float:
-        """Return the number below which lies this share, from 0 to 1, of all that are drawn."""
+        """Return the number below which a share, from 0 to 1, of all drawn numbers lies."""
         least, largest = self.ends(stream)
         low, high = (log(least), log(largest)) if self.factor else (least, largest)
         number = low + share * (high - low)
@@ -64,17 +64,17 @@ class Range:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """Machines that differ from the package's in one thing.
+    """Machines that differ from the package's model in one respect.
 
     Attributes:
         name: prefix of its memory fields.
         what: the difference, in a sentence.
         ranges: ranges of the drawn numbers.
-        chances: whether a seed of random events is drawn, too, the field `<name>_seed`.
-        wraps: makes a process from another one, always the same for the same; None to keep the process.
-        hook: before every block, or None.
-        gauge: true readings to shown readings, without noise, or None.
-        anew: fields that restart with every shift, such as its wheel, temperature or zeroed gauge.
+        chances: whether a seed of random events is drawn into the field `<name>_seed`.
+        wraps: function from a process to the changed process, the same object at each call; None to change nothing.
+        hook: hook that runs before every block, or None.
+        gauge: gauge from true readings to shown readings, without noise, or None.
+        anew: fields that restart with every shift, because the shift has another wheel, temperature or gauge zero.
     """
 
     name: str
@@ -87,19 +87,19 @@ class Family:
     anew: tuple[str, ...] = ()
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
-        """Return the numbers of a member, by field, of units as in `ranges`; the same on every machine."""
+        """Return the numbers of a member by field, in the units of `ranges`; every computer gives equal numbers."""
         numbers = {each.field: each.at(share_of(seed, stream, each.field), stream) for each in self.ranges}
         own_seed = f"{self.name}{SEED}"
         return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
 
 
 def word_of(seed: int, stream: int, what: str) -> int:
-    """Return a random number of 32 bits for something, of a seed of as many."""
+    """Return the random 32-bit integer of the label `what`, from a 32-bit seed and a stream."""
     return philox(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
 
 
 def share_of(seed: int, stream: int, what: str) -> float:
-    """Return the same between 0 and 1."""
+    """Return the random number of the label `what` between 0 and 1."""
     return uniform(word_of(seed, stream, what))
 
 

@@ -9,11 +9,11 @@ from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
 LEAST_FLOW = 0.2
-"""Share of the convection that a clogged nozzle keeps: the flood of the other nozzles."""
+"""Smallest share of the convection when a nozzle clogs: the other nozzles still flood the contact."""
 
 
 class FluidOwn(NamedTuple):
-    """Memory of the hook."""
+    """Memory of the hook; `ranges.toml` describes the fields."""
 
     fluid_hotter: float = 0.0
     fluid_warms: float = 3600.0
@@ -28,7 +28,7 @@ cooling = replacer(StrokeParameters, "Tb", "hf")
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """Warm coolant boils at a lower rise of the surface, which is counted from the hall."""
+    """Rises count from the temperature of the hall, so warm coolant boils at a lower rise of the surface."""
     hotter = own.fluid_hotter * (1.0 - exp(-moment.seconds / own.fluid_warms))
     clogged = own.fluid_clogs * max(moment.seconds - own.fluid_clogs_at, 0.0) / 3600.0
     return wheel, own, cooling(p, (p.Tb - hotter, p.hf * max(exp(-clogged), LEAST_FLOW))), drive

@@ -2,10 +2,10 @@
 
     Ft' = F1 heq^f,  Ra = R1 heq^e,  G = G1 heq^-q  (Peters and Snoeys),  dulling as V'^d
 
-At the nominal point (10 um at 12 m/min, a wheel as it is then) each gives ours times a drawn factor. With Ft' in the
-place of all that ours is made of, the depth of cut solves u - ae = b kc Ft'(ae)/ke; a stroke of ours with chips of the
-energy Ft' vs/Q and nothing else is then the same one, and gives heat and part. Power hardly depends on the wheel speed
-then: a spindle at its limit does not slow, it stalls where the torque is too high.
+At the nominal point (10 um at 12 m/min, current wheel state), each law gives the package's value times a drawn factor.
+Ft' replaces all force terms of the package; the depth of cut solves u - ae = b kc Ft'(ae)/ke. A stroke of the package
+whose only term is the chip energy Ft' vs/Q has this force and depth, and gives heat and part. Power then hardly depends
+on wheel speed. A spindle at its power limit does not slow down but stalls at too high a torque.
 """
 
 import functools
@@ -21,16 +21,16 @@ from grind_env.process.process import Process, joined
 from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
 DEPTH, SPEED, VOLUME = 0.010, 200.0, 300.0
-"""The nominal point: mm, mm/s, and mm3/mm since the dress, at which dulling has our rate."""
+"""Nominal depth, mm, table speed, mm/s, and volume since the dress, mm3/mm; there the dulling rate is the package's."""
 LEAST = 1e-9
-"""mm; of an interference that is none."""
+"""Smallest interference, mm, used in place of 0 or less."""
 
 
 class ForeignOwn(NamedTuple):
-    """Memory of the process."""
+    """Memory of the process; `ranges.toml` describes the fields."""
 
     foreign_force: float = 0.0
-    """Over ours; 0 for all laws of ours."""
+    """Tangential force over the package's at the nominal point; 0 for all laws of the package."""
     foreign_f: float = 1.0
     foreign_ra: float = 1.0
     foreign_e: float = 0.5
@@ -48,7 +48,7 @@ dulled = replacer(WheelState, "A")
 
 @inlined
 def nominal_force(wheel: WheelState, speed: float, k: StrokeConstants) -> float:
-    """Our tangential force per width at the nominal point, N/mm, of a wheel as it is at a speed, m/s."""
+    """Return the package's tangential force per width at the nominal point, N/mm, for a wheel speed, m/s."""
     C = eq.grain_density(wheel.Cd, eq.freshness(wheel.V, k.per_Vr), k.Cref)
     pressure = eq.wear_flat_pressure(1.0 / (wheel.ds * speed), k.pa, k.pb * SPEED * k.per_vw)
     flats = pressure * eq.flat_area(wheel.A, wheel.lam, k.AL)
@@ -59,7 +59,7 @@ def nominal_force(wheel: WheelState, speed: float, k: StrokeConstants) -> float:
 
 @inlined
 def _nearer(t: float, kappa: float, m: float) -> float:
-    """A step of Newton's towards t^m + kappa t = 1, from above, where it is convex."""
+    """Return t after a Newton step for t^m + kappa t = 1, from above, where the left side is convex."""
     grown = power(t, m)
     nearer: float = t - (grown + kappa * t - 1.0) / (m * grown / t + kappa)
     return nearer
@@ -67,7 +67,7 @@ def _nearer(t: float, kappa: float, m: float) -> float:
 
 @inlined
 def depth_share(kappa: float, f: float) -> float:
-    """Depth of cut y over the interference, which solves y + kappa y^f = 1."""
+    """Return the ratio y of depth of cut to interference, which solves y + kappa y^f = 1."""
     m = 1.0 / f
     t = power(1.0 + kappa, -f)
     t = _nearer(_nearer(_nearer(_nearer(_nearer(t, kappa, m), kappa, m), kappa, m), kappa, m), kappa, m)
@@ -77,7 +77,7 @@ def depth_share(kappa: float, f: float) -> float:
 
 @inlined
 def flats_grown(wheel: WheelState, V: float, speed: float, own: Any, k: StrokeConstants) -> float:
-    """Flats that grow until `V`, mm3/mm, is ground since the dress, a fraction of the wheel surface: as V'^d."""
+    """Return the growth of the flats, a fraction of the wheel surface, up to `V`, mm3/mm since the dress: as V'^d."""
     rubbing = math.sqrt(wheel.ds * (DEPTH + k.sa * k.sa))
     rate = k.kA * eq.grain_sliding(rubbing, speed, 1.0 / wheel.ds, eq.turning(1.0, SPEED)) / DEPTH
     d = own.foreign_d
@@ -98,7 +98,7 @@ def _foreign(inner: Process) -> Process:
         speed, u = eq.wheel_speed(wheel.ds, k.n, k.vs_set), max(Z - wheel.W - S, LEAST)
         Ft, per_depth = own.foreign_force * nominal_force(wheel, speed, k), k.vw / (DEPTH * SPEED)
         kappa = b * k.per_ke * k.kc * Ft / u * power(u * per_depth, own.foreign_f)
-        chips = u * depth_share(kappa if on else 1.0, own.foreign_f) * per_depth  # over those of the nominal point
+        chips = u * depth_share(kappa if on else 1.0, own.foreign_f) * per_depth  # over the nominal ones
         energy = Ft * power(chips, own.foreign_f - 1.0) * speed / (DEPTH * SPEED)
 
         heq = DEPTH * SPEED / speed

@@ -15,7 +15,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 
 
 class GradedOwn(NamedTuple):
-    """Memory of the hook."""
+    """Memory of the hook; `ranges.toml` describes the drawn fields."""
 
     graded_seed: float = 0.0
     graded_swing: float = 0.0
@@ -30,7 +30,7 @@ chipped, graded = replacer(WheelState, "wd"), replacer(StrokeParameters, "fc", "
 
 @inlined
 def ring(at: float) -> float:
-    """A wave of length 1 between -1 and 1, in straight lines."""
+    """Return a triangle wave of period 1 between -1 and 1."""
     wave: float = 1.0 - 4.0 * abs(at - np.floor(at) - 0.5)
     return wave
 
@@ -39,7 +39,7 @@ def ring(at: float) -> float:
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """Denser rings are harder; the grade acts as it does in an entry of the catalogue (`equations.composition`)."""
+    """Denser rings are harder; the grade changes fc, Gref and dr as in the catalogue (`equations.composition`)."""
     harder = own.graded_swing * ring(wheel.ds / own.graded_pitch + own.graded_phase)
     p = graded(p, (p.fc * exp(harder), p.Gref * exp(0.5 * harder), p.dr * exp(RENEWAL_EXPONENT * harder)))
     chips = uniform(words_of(own.graded_seed, moment)[0]) < own.graded_chips

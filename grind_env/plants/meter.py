@@ -9,7 +9,7 @@ from grind_env.process.gauge import Gauge, GaugeReadings
 
 
 class MeterOwn(NamedTuple):
-    """Memory of the meter."""
+    """Memory of the meter; `ranges.toml` describes the fields."""
 
     meter_gain: float = 1.0
     meter_lag: float = 0.0
@@ -23,9 +23,9 @@ shown_as = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 
 @inlined
 def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
-    """Power is shown above an idle that was zeroed as the shift began, and has crept since then.
+    """Power is shown above the idle power that was zeroed at the start of the shift and has crept since then.
 
-    A meter that lags smooths what stands out of the mean of a block, and is still rising in its first stroke.
+    A lagging meter flattens peaks above the mean of a block, and its reading still rises in the first stroke.
     """
     kept = 1.0 / (1.0 + own.meter_lag)
     crept = own.meter_idle * own.meter_creeps * (1.0 - exp(-seconds / own.meter_warms))

@@ -22,16 +22,16 @@ from grind_env.plants.textbook import TEXTBOOK
 from grind_env.plants.thermal import THERMAL
 
 PUBLIC_FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
-"""Families of the sets public and held-out, in the order in which a mix has them: what grinds first. Frozen."""
+"""Families of the sets `public` and `held-out`, in their order in a mix: process wrappers first. Frozen."""
 FAMILIES = (*PUBLIC_FAMILIES, TEXTBOOK)
 TRAINING = "training"
-"""Set of the machines of public and laws, one half each."""
+"""Set of machines that are drawn as in `public` or as in `laws`, with probability 1/2 each."""
 SETS = {"held-out": HELD_OUT, "public": PUBLIC, "held-out-laws": HELD_OUT, "laws": PUBLIC, TRAINING: PUBLIC}
-"""Sets of mixes by their names, each with its stream."""
+"""Stream of random numbers of each set of mixes."""
 MODEL = Plant(name="model")
-"""The machine that is the model."""
+"""The machine that equals the model."""
 FEWEST, MOST = 2, 4
-"""Families in a machine of a set."""
+"""Smallest and largest number of families in a machine of a set."""
 FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'laws:5', or 'module:name' for one's own"
 
 _PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")
@@ -40,14 +40,14 @@ _OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<se
 
 @dataclass(frozen=True, slots=True)
 class Plants:
-    """Machines by one name, in which a family or the set that is held out may stand without a seed.
+    """Machines of one name, which may be a family or a set without a seed.
 
-    They share process and gauge.
+    All of these machines share process and gauge.
 
     Attributes:
         text: the name.
-        first: the one with seed 0 where the name has none.
-        modules: as for `find_plant`.
+        first: machine of the name, with seed 0 if the name has no seed.
+        modules: whether the name may refer to a module, as for `find_plant`.
     """
 
     text: str
@@ -64,7 +64,7 @@ class Plants:
         return self.text == self.first.name
 
     def seeded(self, seed: int) -> "Plants":
-        """Return the one machine with a seed of 32 bits where the name has none."""
+        """Return the machine with this 32-bit seed; a name with a seed keeps its own."""
         if self.one:
             return self
         plant = find_plant(self.text, seed=seed, modules=self.modules)
@@ -72,10 +72,10 @@ class Plants:
 
 
 def find_plants(text: str, *, modules: bool = False) -> Plants:
-    """Machines by their name; as for `find_plant`, but for names without a seed, as `meter` or `held-out`.
+    """Return the machines of a name, which may lack a seed, for example `meter` or `held-out`.
 
     Raises:
-        PlantError: there are none of that name.
+        PlantError: no machine has this name.
     """
     first = find_plant(text, seed=0, modules=modules)
     others = find_plant(text, seed=1, modules=modules)
@@ -86,18 +86,17 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
     """Return the machine of a name; a name always gives the same machine.
 
     `family:seed` is a member of a family, `a:1+b:2` a mix. `held-out:seed` is reserved for judging: two to four
-    families with numbers from a stream of random numbers of its own. `public:seed` is drawn in the same way from
-    another stream, for training and tuning. All machines of both sets have the same process. `module:name` is the
-    `Plant` of that name in a module that can be imported, `module:name:seed` a member of the `Family`, alone or in a
-    mix. `model` is the model itself.
+    families with numbers from a separate random stream. `public:seed` is drawn alike from another stream, for training
+    and tuning. All machines of both sets have the same process. `module:name` is a `Plant` in an importable module, and
+    `module:name:seed` a member of a `Family` there, alone or in a mix. `model` is the model itself.
 
     Args:
         text: the name.
         seed: seed for a name without one; None if the name must have one.
-        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
+        modules: whether the name may refer to a module, whose code is then run; False for names from untrusted files.
 
     Raises:
-        PlantError: there is none of that name; the message says what there is.
+        PlantError: no machine has this name; the message lists the names that exist.
     """
     if not isinstance(text, str):
         raise PlantError(f"a machine is named by a text, but not by {quoted(text)}: name {FORMS}")
@@ -117,12 +116,12 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
 
 
 def modules_of(text: str) -> list[str]:
-    """Return the modules that the name of a machine names."""
+    """Return the names of the modules in the name of a machine."""
     return [own["module"] for name in text.split("+") if (own := _own_part(name))]
 
 
 def _mix(members: list[tuple[str, Family, int]]) -> Plant:
-    """Return names, families and seeds in the order of a mix."""
+    """Return the machine that mixes some members: names, families and seeds, in the order of a mix."""
     families = tuple(family for _, family, _ in members)
     named = [family.name for family in families]
     twice = next((name for number, name in enumerate(named) if name in named[:number]), None)
@@ -141,7 +140,7 @@ def _order(member: tuple[str, Family, int]) -> tuple[int, str]:
 
 
 def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str, Family, int]:
-    """Name of its family, the family and the seed of a part of a mix."""
+    """Return the family name, the family and the seed of one part of a mix."""
     known = {each.name: each for each in FAMILIES}
     if part := _part(name, seed):
         family, digits = part
@@ -161,7 +160,7 @@ def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str,
 
 
 def _part(name: str, seed: int | None) -> tuple[str, str] | None:
-    """Return the named family of the package, and the digits of its seed."""
+    """Return the name and the seed digits of a member of a family or set, or None if `name` has another form."""
     found = _PART.fullmatch(name)
     if found is None or (found["seed"] is None and seed is None):
         return None
@@ -169,7 +168,7 @@ def _part(name: str, seed: int | None) -> tuple[str, str] | None:
 
 
 def _own_part(name: str) -> re.Match[str] | None:
-    """Return a name of one's own, as of a module that is no family."""
+    """Return the match of a user's `module:name`, or None if `name` has another form or names a family."""
     found = _OWN.fullmatch(name)
     return found if found and found["module"] not in [each.name for each in FAMILIES] else None
 
@@ -182,7 +181,7 @@ def _seed(digits: str, text: str) -> int:
 
 
 def _of_set(name: str, seed: int) -> Plant:
-    """One of a set: all have the process of all its families, neutral but for those that are drawn."""
+    """Return a machine of a set, with the process of all families of the set; families not drawn stay neutral."""
     stream, kind = SETS[name], name
     if name == TRAINING:
         kind = "public" if share_of(seed, stream, name) < 0.5 else "laws"
@@ -197,14 +196,14 @@ def _of_set(name: str, seed: int) -> Plant:
 
 
 def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:
-    """Return the object of a name in a module."""
+    """Return the `Plant` or `Family` of a name in a module."""
     if not allowed:
         raise PlantError(
             f"{quoted(text)} would run the code of a module, which a name in a file must not: give it as an argument"
         )
     try:
         found = getattr(import_module(module), name)
-    except (Exception, SystemExit) as error:  # whatever the code of another does
+    except (Exception, SystemExit) as error:  # the module's code may raise anything
         raise PlantError(f"{quoted(text)} names no machine ({reason(error)}): name {FORMS}") from None
     if not isinstance(found, Plant | Family):
         raise PlantError(

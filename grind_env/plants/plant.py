@@ -12,7 +12,7 @@ from grind_env.process.process import PROCESS, Process, composed, joined
 
 
 class PlantError(GrindError):
-    """A machine that there is not, or that cannot be."""
+    """Unknown name of a machine, or an impossible machine."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,13 +22,13 @@ class Plant:
     Attributes:
         name: name for `find_plant`.
         process: the grinding process, with its hooks before every block.
-        gauge: shown readings, to which the tasks add noise.
+        gauge: gauge that gives the shown readings, to which the tasks add noise.
         own: memory of process and gauge at the start of a shift, in this order and in the units of their fields; () for
             the defaults.
         anew: fields that restart with every shift.
 
     Raises:
-        PlantError: `own` has not a number for each of their fields.
+        PlantError: `own` has more or fewer numbers than process and gauge have fields.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Plant:
 
     @property
     def remembers(self) -> type[Any]:
-        """The record of which `own` has the numbers."""
+        """Return the record type whose fields `own` fills."""
         return joined(self.process.own, self.gauge.own)
 
     @property
@@ -68,17 +68,17 @@ class Plant:
         def begins(name: str, first: float, last: float) -> float:
             if name.endswith(SEED):
                 return float(word_of(int(first), shift, name))
-            # the heat of the process itself is that of a part
+            # PROCESS remembers only the heat of a part, and a shift begins with a new part
             return first if name in (*self.anew, *PROCESS.own._fields) else last
 
         return replace(self, own=tuple(map(begins, self.remembers._fields, self.own, own)))
 
 
 def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float]) -> Plant:
-    """Return a machine of some families, with these numbers by field, in their units, and neutral ones for the others.
+    """Return a machine of some families with these numbers by field, in their units; the other fields stay neutral.
 
     Raises:
-        PlantError: what is drawn of a family of one's own is nothing that it remembers, or has the name of another's.
+        PlantError: a family draws a number that is no field of its memory, or two families have fields of one name.
     """
     try:
         process, gauge = _made(families)
@@ -91,7 +91,7 @@ def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float])
 
 @functools.cache
 def _made(families: tuple[Family, ...]) -> tuple[Process, Gauge]:
-    """Return process and gauge: the same functions for the same families, so that they compile once."""
+    """Return process and gauge of some families, cached so that their functions compile once."""
     process = functools.reduce(lambda inner, each: each.wraps(inner) if each.wraps else inner, families, PROCESS)
     hooks = [each.hook for each in families if each.hook is not None]
     gauges = [each.gauge for each in families if each.gauge is not None]

@@ -9,11 +9,11 @@ from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
 REACH = 300.0
-"""mm; from the middle of the table to its end."""
+"""Distance from the middle of the table to its end, mm."""
 
 
 class SoftOwn(NamedTuple):
-    """Memory of the hook."""
+    """Memory of the hook; `ranges.toml` describes the fields."""
 
     soft_gives: float = 1.0
     soft_end: float = 1.0

@@ -8,11 +8,11 @@ from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
 FAST = 30_000.0
-"""mm/min; of the ranges."""
+"""Table speed, mm/min, for which `ranges.toml` gives the losses."""
 
 
 class TableOwn(NamedTuple):
-    """Memory of the hook."""
+    """Memory of the hook; `ranges.toml` describes the fields."""
 
     table_behind: float = 0.0
     table_rests: float = 0.0
@@ -22,7 +22,7 @@ class TableOwn(NamedTuple):
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """Leakage and cushioning grow with the speed: what is lost of E, and at a reversal, goes with E."""
+    """Leakage and cushioning grow with speed, so the lost share of E and the time lost at reversals grow with E."""
     fast = moment.E / FAST
     share = drive.share * (1.0 - own.table_behind * fast)
     return wheel, own, p, Drive(share=share, dwell=drive.dwell + own.table_rests * fast)

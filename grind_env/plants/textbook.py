@@ -6,7 +6,7 @@ With the chip thickness h = ae vw/vs, the flats A and the volume V since the dre
     dA ~ slid length A^-n h^-m,   1/G ~ h^q early(V),   Ra ~ h^e early(V) (1 + V/Vd)
 
 At the nominal point (10 um at 12 m/min, a wheel just dressed) force, growth, wear and Ra are the package's times a
-drawn factor. A stroke is the package's with these numbers as its constants, which keeps energy and volume.
+drawn factor. The stroke function is the package's with these laws as its constants, which conserves energy and volume.
 """
 
 import functools
@@ -23,22 +23,22 @@ from grind_env.process.process import Process, joined
 from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
 DRESSED = 4.0 / 3.0
-"""Flats of a wheel just dressed over those of a surface that has just fractured, of the catalogue's alumina wheels."""
+"""Ratio of the flats after a dress to the flats of a freshly fractured surface, for the catalogue's alumina wheels."""
 THINNEST = 0.005
-"""um; thinner chips count as this thick."""
+"""Smallest chip thickness, um; thinner chips count as this thick."""
 
 
 class TextbookOwn(NamedTuple):
-    """Numbers that the process remembers."""
+    """Memory of the process; `ranges.toml` describes the fields."""
 
     textbook_force: float = 0.0
-    """Over the package's; 0 for the package's laws."""
+    """Force over the package's at the nominal point; 0 for the package's laws."""
     textbook_slides: float = 0.5
     textbook_a: float = 0.0
     textbook_s: float = 1.0
     textbook_heat: float = 1.0
     textbook_burns: float = 1.0
-    """Temperature that the work bears over that of the package; rises are shown over it."""
+    """Ratio of the temperature that the workpiece tolerates to the package's; shown rises are divided by this ratio."""
     textbook_dulls: float = 1.0
     textbook_n: float = 0.0
     textbook_m: float = 0.0
@@ -69,12 +69,12 @@ ruled, dulled, heated = (
 def log_chips(
     u: float, start: float, give: float, Kn: float, sd: float, chip: float, a: float, k: StrokeConstants
 ) -> float:
-    """Return a better logarithm of the chip thickness over the nominal one: a step of Newton's towards the balance.
+    """Return the logarithm of the chip thickness over the nominal one, after a Newton step towards the force balance.
 
     Args:
         u: interference, mm.
         start: the logarithm before the step.
-        give: of the elastic loop, mm2/N.
+        give: compliance of the elastic loop, mm2/N.
         Kn: normal force of sliding per area of contact, N/mm2.
         sd: root of the equivalent diameter, mm^0.5.
         chip: tangential force of chips of the nominal thickness per width and depth, N/mm2.
@@ -125,7 +125,7 @@ def _textbook(inner: Process) -> Process:
         scale = scale * eq.roughening(1.0, at_nominal, k.least_chips, k.log_gm, k.nr)
         early = 1.0 - own.textbook_fresh * (1.0 - exp(-wheel.V / own.textbook_fades))
         rough = scale * exp(own.textbook_e * t) * early * (1.0 + wheel.V / own.textbook_roughens)
-        # the package's roughness of the wheel relaxes after a dress by a law of its own, which is divided out
+        # divide out the package's own law by which the wheel's roughness relaxes after a dress
         relaxed = eq.wheel_roughness(wheel.Rd, eq.freshness(wheel.V, k.per_Vr), k.RaRef)
         laws = ruled(
             k,

@@ -11,13 +11,13 @@ from grind_env.process.state import StrokeParameters, WheelState
 
 
 class ThermalOwn(NamedTuple):
-    """Memory of the hook, which also shifts the gauge."""
+    """Memory of hook and gauge; `ranges.toml` describes the drawn fields."""
 
     thermal_grows: float = 0.0
     thermal_drifts: float = 0.0
     thermal_warms: float = 3600.0
     thermal_grown: float = 0.0
-    """Up to the block before, um."""
+    """Growth up to the block before, um."""
 
 
 nearer, grown_to, shown_as = (
@@ -31,7 +31,7 @@ nearer, grown_to, shown_as = (
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """Touching off finds the head where it is; until the end of the block it grows on, about as it did in the last."""
+    """Touching off cancels earlier growth; during this block the head grows about as much as during the last one."""
     grown = own.thermal_grows * (1.0 - exp(-moment.seconds / own.thermal_warms))
     W = wheel.W - 0.001 * (grown - own.thermal_grown)
     return nearer(wheel, (W,)), grown_to(own, (grown,)), p, drive

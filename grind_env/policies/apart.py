@@ -1,8 +1,8 @@
-"""A policy in a process of its own, which receives measurements only.
+"""Policies in a separate process, which receives measurements only.
 
-Whatever its code looks for, in its arguments, in frames or among all objects: episodes, seeds and the machine that
-grinds are not there. The process is told environment, model and policy, and then sent the calls of the policy, each a
-line of JSON. It answers an observation with E and D in double precision.
+The policy's code cannot find episodes, seeds or the machine in arguments, frames or objects, because its process does
+not hold them. The process reads environment, model and policy, then the calls of the policy, each a line of JSON. It
+answers an observation with E and D in double precision.
 """
 
 import json
@@ -29,12 +29,12 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.track import TrackShift
 
 LONGEST = 300
-"""Characters that are quoted of what such a process says in the end."""
+"""Largest number of characters that a message quotes from the error of an ended process."""
 
 
 @dataclass
 class Apart:
-    """A policy in another process, for whoever runs one."""
+    """Policy that runs in another process."""
 
     name: str
     process: Any
@@ -51,8 +51,8 @@ class Apart:
         self._answer(["learn", {name: values.tolist() for name, values in asdict(shift).items()}], 0)
 
     def _answer(self, told: list[Any], count: int) -> bytes:
-        """Send a line, and wait for so many bytes; a FormError if the process has ended."""
-        with suppress(OSError):  # then there is no answer, either
+        """Send a line of JSON and return the answer of `count` bytes; raise FormError if the process has ended."""
+        with suppress(OSError):  # the missing answer is reported below
             self.process.stdin.write(f"{json.dumps(told)}\n".encode())
             self.process.stdin.flush()
         answer: bytes = self.process.stdout.read(count)
@@ -64,7 +64,7 @@ class Apart:
 
 @contextmanager
 def apart(env_id: str, model: str, name: str) -> Iterator[Apart]:
-    """Yield a policy by its name for an environment, in a process that ends with the block; it holds a `model`."""
+    """Yield the policy of a name in a process that ends with the `with` block; the policy computes with `model`."""
     pipe = subprocess.PIPE
     process = subprocess.Popen([sys.executable, "-m", __name__], stdin=pipe, stdout=pipe, stderr=pipe)
     policy = Apart(name, process)
@@ -78,7 +78,7 @@ def apart(env_id: str, model: str, name: str) -> Iterator[Apart]:
 
 
 def answer(answers: Any) -> None:
-    """Decide until nothing more is measured."""
+    """Answer the calls of the policy until standard input ends."""
     asked = sys.stdin.buffer
     env_id, model, name = json.loads(asked.readline())
     problem = find_problem(env_id)
@@ -105,5 +105,5 @@ if __name__ == "__main__":
         os.dup2(os.open(os.devnull, os.O_WRONLY), number)
     try:
         answer(answers)
-    except (Exception, SystemExit) as error:  # whatever the code of another does
+    except (Exception, SystemExit) as error:  # the policy's code may raise anything
         said.write(f"{type(error).__name__}: {reason(error)}".encode())

@@ -1,4 +1,4 @@
-"""The scores of a policy in all core tasks, beside published ones."""
+"""Scores of a policy in all core tasks, next to published scores."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from grind_env.scores import EPISODES, Reference, reference
 from grind_env.table import Table, table_of
 
 AGENT, ON_STATE = TRAINED[0], "mpc"
-"""The bundled agent and the planner on the true state, beside which a policy is shown."""
+"""Bundled agent, and planner on the true state; both are shown next to a policy."""
 SAID = """\
 Score 0: the best fixed plan; 100: hindsight. IQM: mean without the best and the worst quarter of the tasks. 95 % CI; of
 the published rows (best rule, planner on the true state) from their standard errors, of the others paired."""
@@ -35,14 +35,14 @@ class BoardRow(NamedTuple):
 
     Attributes:
         scores: ratio to the gap between fixed plan and hindsight, %, shape (tasks,).
-        draws: the same ratio of resampled episodes, shape (resamples, tasks).
+        draws: score ratio of each resample of the episodes, %, shape (resamples, tasks).
     """
 
     scores: Array
     draws: Array
 
     def intervals(self) -> list[Interval]:
-        """Return the score in each task."""
+        """Return the score in each task, with its interval."""
         return [percentile_interval(float(each), draws) for each, draws in zip(self.scores, self.draws.T, strict=True)]
 
     def iqm(self) -> Interval:
@@ -55,8 +55,8 @@ class CoreJudgement:
     """Scores and evaluations of a policy in all core tasks.
 
     Attributes:
-        judgements: of the policy, by task.
-        rows: of the policy and of those beside it, by name.
+        judgements: judgement of the policy, by task.
+        rows: row of the policy and of each policy shown next to it, by name.
     """
 
     judgements: Mapping[str, Judgement]
@@ -89,11 +89,11 @@ def evaluate_core(
 
     Args:
         policy: as for `evaluate`, or a policy for each task by the name of the task.
-        episodes: how many of each task; the published scores are of 256.
+        episodes: number of episodes of each task; the published scores have 256.
         advance: as for `evaluate`.
 
     Raises:
-        GrindError: as `evaluate`; or a core task has no published scores.
+        GrindError: `evaluate` fails, or a core task has no published scores.
     """
     known = [reference(environment_id(task)) for task in CORE]
 
@@ -116,7 +116,7 @@ def _own(judgements: Mapping[str, Judgement]) -> BoardRow:
 
 
 def _published(known: list[Reference], names: list[str]) -> BoardRow:
-    """Return the row of published mean returns; their errors stand for resamples."""
+    """Return the row of published mean returns; normal random errors replace resamples."""
     mean, error = np.array([each.returns[name] for each, name in zip(known, names, strict=True)]).T
     zero, hundred = np.array([(each.zero, each.hundred) for each in known]).T
     returns = mean + error * np.random.default_rng(0).standard_normal((RESAMPLES, len(known)))

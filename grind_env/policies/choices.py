@@ -1,4 +1,4 @@
-"""Possible choices before a block: E and D, and all of them for a task."""
+"""Choices before a block: E and D, and all choices that a task allows."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Decision(NamedTuple):
 
 
 def check_speeds(policy: str, E: float | Sequence[float], task: Task, *, within: bool = False) -> None:
-    """Refuse, by a `GrindError`, an E that was meant in m/min, and with `within` every E that the task does not have.
+    """Raise a `GrindError` for an E that is meant in m/min, and with `within` for every E outside the task's range.
 
     The reference E of a rule may lie outside: the rule changes it before it is used.
     """
@@ -35,7 +35,7 @@ def check_speeds(policy: str, E: float | Sequence[float], task: Task, *, within:
 
 
 def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
-    """Return the E that the task allows nearest to `speeds`, mm/min, of any shape: whole numbers, or its levels."""
+    """Return the allowed E nearest to `speeds`, mm/min, of the same shape: whole numbers, or levels of the task."""
     wanted = np.asarray(speeds, np.float64)
     if task.action.speed_levels is not None:
         levels = np.array(task.action.speed_levels)
@@ -45,14 +45,14 @@ def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
 
 
 def speed_grid(task: Task, count: int) -> Array:
-    """E to try, mm/min, shape (count,): the levels of the task, or values that divide its range geometrically."""
+    """Return E to try, mm/min, shape (values,): the levels of the task, or `count` values, geometrically spaced."""
     if task.action.speed_levels is not None:
         return np.array(task.action.speed_levels)
     return nearest_speed(task, np.geomspace(*task.action.speed_ends, count))
 
 
 def all_choices(task: Task, speeds: int) -> Decision:
-    """Every pair of E and D: the levels of the task, or `speeds` values of E over its range."""
+    """Return every pair of E and D, with the levels of the task or `speeds` values of E over its range."""
     E = speed_grid(task, speeds)
     D = np.arange(task.action.executions + 1.0)
     return Decision(np.repeat(E, len(D)), np.tile(D, len(E)))
@@ -62,10 +62,10 @@ def cheapest_choice(task: Task, n: int, speeds: int, cheapest: Callable[[Decisio
     """Return the cheapest E and D of N episodes, each shape (N,).
 
     Args:
-        task: what allows them.
+        task: task that limits the choices.
         n: number of episodes.
-        speeds: number of E tried, geometrically spaced; one less are then tried between the neighbours of the best.
-        cheapest: picks the cheapest of some choices, each shape (N, choices).
+        speeds: number of E tried first, geometrically spaced; then `speeds` - 1 between the neighbours of the best E.
+        cheapest: function that returns the cheapest of some choices, each shape (N, choices).
     """
     best = cheapest(Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, speeds))))
     if task.action.speed_levels is not None:

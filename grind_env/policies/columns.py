@@ -11,9 +11,9 @@ PART_ROUGHNESS = TapeRow._fields.index("part_ra")
 ROUGHNESS, SPARE_ROUGHNESS = TapeRow._fields.index("ra_scale"), TapeRow._fields.index("spare_ra_scale")
 DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
 LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]
-"""What the list of the blocks to grind says of each."""
+"""Columns that the list of the blocks to grind shows in advance."""
 OF_WHEEL = [tuple(TapeRow._fields.index(name) for name in (old, f"spare_{old}")) for old in ("kA", "ra_scale")]
-"""Factors of a wheel: of the first one, and of those after a change."""
+"""Columns of the factors of a wheel: of the first wheel, and of a wheel after a change."""
 CHANGES, CLOCK = History._fields.index("wheel_changes"), History._fields.index("clock")
 COST = Outcome._fields.index("cost")
 AREA, LOADING, VOLUME = (WheelState._fields.index(name) for name in ("A", "lam", "V"))

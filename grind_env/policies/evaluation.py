@@ -1,4 +1,4 @@
-"""Run a policy on the episodes of a list of seeds, side by side."""
+"""Runs of a policy on the episodes of a list of seeds, side by side."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -22,20 +22,20 @@ from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_par
 from grind_env.presenter import html
 
 SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
-"""First of the seeds of each purpose, which are frozen. A seed makes one episode, `env.reset(seed=...)` the same one;
-it says nothing of contexts: a split names these (`grind_env.envs.contexts`)."""
+"""First seed of each range, frozen. A seed gives one episode, the same as `env.reset(seed=...)`. The split, not the
+seed, limits the contexts (`grind_env.envs.contexts`)."""
 
 SEEDS_EACH = 500_000
-"""How many there are of each."""
+"""Number of seeds in each range."""
 
 COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good", "finished"))
 
 
 def episode_seeds(seeds: str, count: int) -> range:
-    """Return the first `count` seeds of one of `SEEDS`; no seed is in two of them.
+    """Return the first `count` seeds of a range of `SEEDS`; the ranges do not overlap.
 
     Raises:
-        GrindError: if there are no seeds of that name, or fewer.
+        GrindError: no range has this name, or the range has fewer seeds.
 
     Example:
         >>> from grind_env.policies.evaluation import episode_seeds
@@ -57,7 +57,7 @@ class Evaluation:
     """Decisions and costs of a policy, episode by episode."""
 
     cost: Array
-    """$, shape (N,)."""
+    """Cost of each episode, $, shape (N,)."""
     good: Array
     """Expected number of good parts, shape (N,)."""
     finished: Array
@@ -65,11 +65,11 @@ class Evaluation:
     speeds: Array
     """E, mm/min, shape (N, steps); NaN after the end of a shorter episode."""
     executions: Array
-    """D, the number of dress executions, likewise."""
+    """D, the number of dress executions, shape (N, steps); NaN after the end of a shorter episode."""
 
     @property
     def cost_per_good_part(self) -> Interval:
-        """$ per good part."""
+        """Cost per good part, $, with its 95 % interval."""
         return bootstrap(cost_per_good_part, self.cost, self.good)
 
     @property
@@ -79,7 +79,7 @@ class Evaluation:
 
     @property
     def dresses(self) -> float:
-        """Mean D."""
+        """Mean D, dress executions per step."""
         return float(np.nanmean(self.executions))
 
     @property
@@ -95,11 +95,11 @@ class Evaluation:
         )
 
     def first(self, count: int) -> "Evaluation":
-        """Return the same of the first `count` episodes."""
+        """Return the evaluation of the first `count` episodes."""
         return Evaluation(*(getattr(self, each.name)[:count] for each in fields(self)))
 
     def score(self, fixed: "Evaluation", planner: "Evaluation") -> Interval:
-        """Normalised score of the same episodes; see `statistics.normalised_score`."""
+        """Return the score against two policies on the same episodes; see `statistics.normalised_score`."""
         return bootstrap(normalised_score, self.cost, fixed.cost, planner.cost)
 
     def _repr_html_(self) -> str:
@@ -132,25 +132,25 @@ def run_seeds(
 
 
 def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:
-    """Return a decision as the coming blocks take it, after the action space; each of shape (N,).
+    """Return a decision as the action space rounds it and the coming blocks execute it; each of shape (N,).
 
     Raises:
-        ActionError: if it has an E or a D that the environment does not have.
+        ActionError: the decision has an E or a D that the environment does not have.
     """
     return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
 
 
 class Step(NamedTuple):
-    """A step of N episodes: what was seen before it, what was done, and what came of it."""
+    """Step of N episodes: observation before the step, choice and outcomes."""
 
     observation: NDArray[np.float32]
-    """Scaled, no unit, shape (N, entries)."""
+    """Scaled observation, no unit, shape (N, entries)."""
     choice: tuple[Array, ...]
     """E in mm/min and D, a number of executions, and a pre-dress (1) where there is one, each shape (N,)."""
     outcomes: Array
-    """In the units of `Outcome`, shape (N, fields of it); 0 of an episode that was over."""
+    """Outcomes in the units of `Outcome`, shape (N, fields of `Outcome`); 0 for an episode that was over."""
     over: NDArray[np.bool_]
-    """1 for those that were, no unit, shape (N,)."""
+    """Whether an episode was over before the step, shape (N,)."""
 
 
 def steps(
@@ -166,7 +166,7 @@ def steps(
     policy.begin(held, len(episodes.block))
     while not (over := simulation.over(episodes)).all():
         observation = simulation.observe(episodes)
-        # what a policy does with what it is shown is its own matter
+        # a copy, because the policy may change its observation
         decision = policy.act(observation.copy(), reveal(policy.sees, held, shown(episodes)))
         choice = done(decision, simulation, codec, episodes)
         outcomes, _ = simulation.step(episodes, *choice, active=np.flatnonzero(~over))
@@ -191,8 +191,8 @@ def roll_out(
     Args:
         policy: the policy.
         simulation: the simulation that grinds.
-        episodes: at their first block.
-        model: the simulation that the policy computes with, if another one; see `model_view`.
+        episodes: episodes at their first block.
+        model: simulation that the policy computes with, if it is not `simulation`; see `model_view`.
         advance: called with the number of steps since its last call.
 
     Raises:

@@ -29,12 +29,12 @@ class Followed:
     """Episodes of a policy, block by block; all arrays have shape (N, blocks), NaN after the end of a shorter one.
 
     Attributes:
-        chosen: E in mm/min and D.
+        chosen: chosen E, mm/min, and D.
         beside: E and D of other policies in the same states, by name.
         wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        dulling: true log of the factor on the dulling rate, of wheel and lot.
+        dulling: log of the true factor of wheel and lot on the dulling rate.
         belief: belief of an ensemble filter before the block.
-        cost: of the block, $.
+        cost: cost of the block, $.
     """
 
     chosen: Decision
@@ -79,9 +79,8 @@ def follow(
 ) -> Followed:
     """Run a policy through episodes and record every block.
 
-    The policies beside it are asked for their choice in each state; the choice is not ground. Each sees what it
-    declares: a planner sees the true state. On an out-of-model machine all of them and the belief compute with the
-    model.
+    The policies in `beside` choose in each state, too, but their choices are not ground. Each policy sees the
+    information that it declares. On an out-of-model machine, all policies and the belief compute with the model.
 
     Args:
         policy: the policy, or a text for `named_policy`: a name, a file, a constant.
@@ -95,7 +94,7 @@ def follow(
         GrindError: there is no such problem, policy or split, there are no such seeds, or two policies beside it have
             the same name.
         ActionError: the policy decides an E or a D that the environment does not have.
-        BeliefError: its steps are no compiled blocks, which a belief could follow.
+        BeliefError: the steps of the problem are not compiled blocks, which the belief needs.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     simulation, model = problem.simulation(), model_beside(problem)

@@ -14,10 +14,10 @@ from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.watch import Watch
 
 SHORTEST, LONGER = 4.0, 2.0
-"""Blocks that a first alarm lasts at least, and how many times longer each further one: with every block that a policy
-was wrong on, it has to be right on more."""
+"""Least length of the first alarm, blocks, and factor by which each further alarm is longer: a policy that was wrong
+more often has to be right for longer."""
 STEP = 1.25
-"""Most that E rises from block to block when a policy comes back."""
+"""Largest factor by which E rises from block to block when a policy returns."""
 
 
 @dataclass
@@ -29,9 +29,9 @@ class Guarded:
     When the policy returns, its E rises step by step.
     """
 
-    policy: Policy  # the guarded policy
+    policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)  # the rule that replaces it
-    step: float = STEP  # largest rise of E when the policy returns
+    step: float = STEP  # largest factor on E from block to block when the policy returns
     PREFIX: ClassVar[str] = "guarded:"
 
     @property
@@ -46,9 +46,9 @@ class Guarded:
         self.simulation, self.watch = simulation, Watch(simulation, episodes)
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
-        # where the rule decides, and where the policy comes back
+        # episodes in which the rule decides, and episodes in which the policy returns
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)
-        # blocks that the rule decides at least, and those of a further alarm
+        # least number of blocks that the rule still decides, and least length of the next alarm, blocks
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

@@ -1,4 +1,4 @@
-"""Evaluate a policy: cost per good part and score on fixed seeds, with intervals."""
+"""Evaluation of a policy: cost per good part and score on fixed seeds, with intervals."""
 
 import math
 from collections.abc import Callable
@@ -31,7 +31,7 @@ from grind_env.scores import Reference, find_reference
 from grind_env.table import Table, table_of
 
 REFERENCE_SEEDS = "evaluation"
-"""Whose first episodes, of the split `all`, the reference scores are of."""
+"""Seeds of the reference scores, which use the first episodes in the split `all`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +39,19 @@ class Judgement:
     """Result of a policy in an environment.
 
     Attributes:
-        policy: its name.
+        policy: name of the policy.
         sees: information that the policy sees.
         problem: name of the environment.
         seeds: name of the seeds, or first and last seed.
         split: split of the contexts.
-        evaluation: episode by episode.
+        evaluation: decisions and costs, episode by episode.
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
-        paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
-            else the score stands on means of others, and its interval leaves their error out.
-        plant: the machine, or those of which every episode has one; empty for the model.
-        model: what planners and beliefs take it for.
-        first_seed: of the episodes, whose seeds follow one another.
-        trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
+        paired: whether the fixed plan ran on the same episodes, and these are the episodes of the reference scores.
+            Otherwise the anchors are means of other episodes, and the interval ignores the error of these means.
+        plant: name of the machine, or of the set from which every episode draws a machine; empty for the model.
+        model: name of the machine that planners and beliefs compute with.
+        first_seed: first of the consecutive seeds of the episodes.
+        trained_on: machines on which a trained agent learned; empty for other policies and where they are unknown.
         draws: score of each resample, a ratio in %, shape (resamples,).
     """
 
@@ -84,7 +84,7 @@ class Judgement:
         return f"{len(self.evaluation.cost)} episodes, {seeds}, split {self.split}; sees {self.sees}{trained}"
 
     def numbers(self) -> dict[str, Any]:
-        """Return the figures by name, for JSON; a cost is None where no part is good."""
+        """Return the results by name, for JSON; a cost is None if no part is good."""
         run = self.evaluation
         cost = [value if math.isfinite(value) else None for value in run.cost_per_good_part]
         found: dict[str, Any] = {
@@ -110,7 +110,7 @@ class Judgement:
         return found
 
     def episodes(self) -> Table:
-        """Return a row for each episode."""
+        """Return a table with a row for each episode."""
         run = self.evaluation
         means = [np.nanmean(each, axis=1) for each in (run.speeds, run.executions)]
         rows = zip(repeat(self.policy), count(self.first_seed), run.cost, run.good, run.finished, *means, strict=False)
@@ -145,8 +145,7 @@ def evaluate(
 ) -> Judgement:
     """Evaluate a policy on fixed seeds.
 
-    There is no score on an out-of-model machine, nor in a split beyond the task, because the anchors hold for model and
-    task.
+    Out-of-model machines and splits beyond the task give no score, because the anchors hold for model and task only.
 
     Args:
         policy: the policy, or a text for `named_policy`: a name, a file, a constant.
@@ -154,15 +153,15 @@ def evaluate(
         seeds: one of `SEEDS`; by default the evaluation seeds.
         split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
         episodes: number of episodes.
-        first_seed: first of your own seeds instead.
-        plant: name of the machine (`grind_env.plants`), by default the model; a name without a seed gives every episode
-            a machine.
+        first_seed: first of consecutive seeds of your own, in place of `seeds`.
+        plant: name of the machine (`grind_env.plants`), by default the model; with a name without a seed, every episode
+            draws a machine.
         model: name of the machine that planners, beliefs and experts compute with, by default the model.
         advance: called with the number of steps since its last call.
 
     Raises:
-        GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
-            environment does not have.
+        GrindError: problem, policy, split or seeds do not exist, or the policy chooses an E or a D that the environment
+            does not have.
 
     Example:
         >>> from grind_env import evaluate
@@ -212,10 +211,10 @@ def evaluate(
 
 
 def check_policy(policy: Any) -> None:
-    """Check what is to decide.
+    """Check that an object is a policy.
 
     Raises:
-        GrindError: it does not begin or act, has no name, or sees what nobody can show.
+        GrindError: `policy` lacks `begin`, `act` or a name, or its `sees` is not a value of `Sees`.
     """
     decides = all(callable(getattr(policy, name, None)) for name in ("begin", "act"))
     if isinstance(policy, type) or not decides or not isinstance(getattr(policy, "name", None), str):
@@ -229,11 +228,10 @@ def check_policy(policy: Any) -> None:
 def _score(
     run: Evaluation, fixed: Evaluation | None, known: Reference, reference_cost: float
 ) -> tuple[Interval, Array]:
-    """Return the score, and that of each resample.
+    """Return the score and the score of each resample.
 
-    What the planner, which is too slow to be run here, saves of the fixed plan is that of the reference.
-
-    Without a fixed plan on the same episodes, the anchors are the means of the reference.
+    The planner is too slow to be run here, so its saving on the fixed plan comes from the reference. Without a fixed
+    plan on the same episodes, the anchors are the means of the reference.
     """
     span = (known.hundred - known.zero) * reference_cost
     if fixed is None:

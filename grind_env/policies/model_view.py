@@ -22,7 +22,7 @@ def without_plant(problem: Problem) -> Problem:
 
 
 def on(problem: Problem, plant: str) -> Problem:
-    """Return the same problem on a machine by its name; without a seed in it, each episode draws one."""
+    """Return the problem on the machine of a name; if the name has no seed, each episode draws a machine."""
     others = without_plant(problem)
     return replace(others, arguments=(*others.arguments, ("plant", plant)))
 
@@ -34,7 +34,7 @@ def machines_name(simulation: Simulation) -> str:
 
 
 def training_machines(problem: Problem, plant: str | None) -> Problem:
-    """Return a problem on the machines to train on, by default its own."""
+    """Return a problem on the machines for training, by default its own; refuse held-out machines by a GrindError."""
     name = machines_name(problem.simulation()) if plant is None else plant
     if name.startswith("held-out"):
         raise GrindError(
@@ -44,7 +44,7 @@ def training_machines(problem: Problem, plant: str | None) -> Problem:
 
 
 def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
-    """Return the problem as policies hold it: on one machine, by default on that which is the model."""
+    """Return the simulation that policies compute with: the problem on one machine, by default on the model."""
     simulation: Any = on(problem, name).simulation()
     if not simulation.plants.one:
         raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
@@ -53,17 +53,17 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
 
 
 def model_beside(problem: Problem) -> Simulation | None:
-    """Return the problem as policies hold it that are run on it; None where its machine is the model."""
+    """Return the model that policies on this problem compute with, or None if the problem grinds on the model."""
     return None if problem.simulation().plants is None else model_of(problem)
 
 
 def parted(
     policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
 ) -> Callable[[Episodes], Episodes]:
-    """Return episodes on a machine as a policy with a model sees them; None for the machine itself.
+    """Return a function from episodes on a machine to episodes as a policy with a model sees them.
 
-    Values in the machine's memory are shown where the model has the same memory. Numbers that differ at the start of an
-    episode are the model's.
+    Without a model, episodes stay unchanged. Values in the machine's memory are shown if the model has the same field.
+    Numbers that differ from the model at the start of an episode are replaced by the model's.
     """
     if model is None or policy.sees == "measurements":
         return lambda episodes: episodes

@@ -1,4 +1,4 @@
-"""Policies by their names on the command line."""
+"""Lookup of policies by their names on the command line."""
 
 import re
 import sys
@@ -17,17 +17,17 @@ from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed
 
 SHIPPED = Path(__file__).with_name("shipped")
-"""Folder of the bundled agents: a folder for each of `TRAINED`, a file a task in it."""
+"""Folder of the bundled agents: a folder for each name in `TRAINED`, with one file per task."""
 FALLBACK = "adaptive_rule"
-"""Stands in where none comes with it."""
+"""Default policy for tasks without a bundled agent."""
 
 CONSTANT = re.compile(r"E(\d{1,9}(?:\.\d{1,9})?)D(\d{1,9})")
 OWN = re.compile(r"([A-Za-z_][\w.]*):([A-Za-z_]\w*)")
-"""A policy of one's own: module and name."""
+"""Name of a user's policy: module and name."""
 
 
 Unzip = Callable[[Path, Simulation], Policy]
-"""Reads a model of Stable-Baselines3: `grind_env.sb3.load_zip`."""
+"""Function that reads a model of Stable-Baselines3, such as `grind_env.sb3.load_zip`."""
 
 
 def named_policy(
@@ -46,12 +46,12 @@ def named_policy(
             `E12000D0` (mm/min), or `module:name` for your own; with `guarded:` before it, that policy with a guard.
         simulation: simulation to grind.
         configs: folder of the tuned parameters; by default from `tuned_folder`.
-        unzip: reads a trusted .zip of Stable-Baselines3; such a file can run code of its author.
-        other_part: as for `load_policy`.
-        modules: whether it may name a module, whose code is then run; False for names from strangers' files.
+        unzip: function that reads a trusted .zip of Stable-Baselines3; such a file can run code of its author.
+        other_part: whether to accept an agent that was trained for another part, as for `load_policy`.
+        modules: whether the name may refer to a module, whose code is then run; False for names from untrusted files.
 
     Raises:
-        GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
+        GrindError: no policy has this name, it has no parameters for the task, or the task does not allow its E or D.
     """
     if text.startswith(Guarded.PREFIX):
         name = text.removeprefix(Guarded.PREFIX)
@@ -74,10 +74,10 @@ def named_policy(
 
 
 def trained_file(name: str, task: str) -> Path:
-    """Return the file of a policy of `TRAINED` for a task.
+    """Return the file of a bundled agent, a name in `TRAINED`, for a task.
 
     Raises:
-        GrindError: none comes with the package.
+        GrindError: the package has no such file.
     """
     path = SHIPPED / name / f"{task}{SUFFIX}"
     if not path.is_file():
@@ -89,17 +89,17 @@ def trained_file(name: str, task: str) -> Path:
 
 
 def own_policy(module: str, name: str) -> Policy:
-    """Return the object of a name in a module: a policy, or the result of its class or function.
+    """Return the policy of a name in a module: the object itself, or the result of a class or function.
 
     Raises:
-        GrindError: there is none, or its code fails.
+        GrindError: the module has no such name, or its code fails.
     """
-    if (folder := str(Path.cwd())) not in sys.path:  # a command that pip installs does not look where it runs
+    if (folder := str(Path.cwd())) not in sys.path:  # an installed command does not search the current folder
         sys.path.append(folder)
     try:
         found = getattr(import_module(module), name)
         made: Policy = found() if isinstance(found, type) or not hasattr(found, "act") else found
-    except (Exception, SystemExit) as error:  # whatever the code of another does
+    except (Exception, SystemExit) as error:  # the user's code may raise anything
         text = quoted(f"{module}:{name}")
         raise GrindError(
             f"{text} names no policy ({reason(error)}): name one of a module that can be imported"
@@ -108,7 +108,7 @@ def own_policy(module: str, name: str) -> Policy:
 
 
 def agent_of(policy: Policy) -> LearnedPolicy | None:
-    """Return the trained agent that a policy is, perhaps with a guard; None for others."""
+    """Return the trained agent in a policy, with or without a guard; None for other policies."""
     inner = policy.policy if isinstance(policy, Guarded) else policy
     return inner if isinstance(inner, LearnedPolicy) else None
 
@@ -135,6 +135,6 @@ def chosen_policy(
 
 
 def usual_name(simulation: Simulation) -> str:
-    """Return the name of the policy that is taken where none is named."""
+    """Return the name of the default policy: the bundled agent of the task, or `FALLBACK`."""
     agent = TRAINED[0]
     return agent if (SHIPPED / agent / f"{simulation.task.name}{SUFFIX}").is_file() else FALLBACK

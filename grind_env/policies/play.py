@@ -1,4 +1,4 @@
-"""Play one episode with a policy, and return it with its part program."""
+"""Episodes played by a policy, with their part programs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,19 +18,19 @@ class Played:
     program: str
     """Part program with its dress program, as `machine.grind` runs it."""
     job: Job
-    """Job of that program: with the wheel, lots and stocks of the episode."""
+    """Job of the program, with the wheel, lots and stocks of the episode."""
     requests: tuple[float, ...]
-    """Times of the control, s, at which the operator asks for a dress while it runs."""
+    """Times of the control, s, at which the operator asks for a dress while the program runs."""
     cost: float
-    """$."""
+    """Cost of the episode, $."""
     handover: float
-    """Part of it that is the price of the wheel after the last block, $: no run of the program shows it."""
+    """Part of `cost` for the wheel's state after the last block, $, which no run of the program shows."""
     good: float
     """Expected number of good parts."""
     finished: int
-    """Parts finished."""
+    """Number of finished parts."""
     dresses: int
-    """Dress executions."""
+    """Number of dress executions."""
     seconds: float
     """Time on the machine, s."""
 
@@ -38,7 +38,7 @@ class Played:
 def stepped(
     policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None
 ) -> Iterator[tuple[Any, Mapping[str, Any]]]:
-    """Yield the environment and the `info` of an episode at its reset and after every step; arguments as of `play`."""
+    """Yield the environment and the `info` of an episode at its reset and after every step; arguments as for `play`."""
     env: Any = problem.make(render_mode=render_mode).unwrapped
     try:
         observation, info = env.reset(seed=seed, options={"split": split})
@@ -63,13 +63,13 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     Args:
         policy: the policy.
         problem: the problem.
-        seed: of the episode.
+        seed: seed of the episode.
         split: split of the contexts, as in `evaluate`.
         render_mode: `"human"` for a window, or without a screen text in the terminal; `"ansi"` for text; None to show
             nothing.
 
     Raises:
-        GrindError: there is no such split, or the policy decides what the environment does not have.
+        GrindError: there is no such split, or the policy chooses an E or a D that the environment lacks.
     """
     executions = 0
     for env, info in stepped(policy, problem, seed, split, render_mode):

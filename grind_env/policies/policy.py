@@ -38,7 +38,7 @@ NOMINAL_STOCK = KindRow._fields.index("stock")
 
 
 class Policy(Protocol):
-    """Decides E and D of every step of N episodes that run side by side."""
+    """Policy that decides E and D of every step of N episodes side by side."""
 
     @property
     def name(self) -> str:
@@ -46,17 +46,17 @@ class Policy(Protocol):
 
     @property
     def sees(self) -> Sees:
-        """Return how much of the truth `act` sees."""
+        """Return the information that `act` sees."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget everything; that many episodes of the simulation begin."""
+        """Forget everything; `episodes` new episodes of the simulation begin."""
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Decide the coming step.
 
         Args:
-            observation: measured, shape (N, entries); `Simulation.read` says what it means.
-            episodes: None for a policy that sees measurements, else what `reveal` shows; it may be changed.
+            observation: scaled measurements, shape (N, entries); `Simulation.read` converts them to physical units.
+            episodes: None for a policy that sees measurements, else the result of `reveal`; the policy may change it.
         """
 
 
@@ -80,7 +80,7 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
         nominal = simulation.kinds[simulation.branches.rows_of(expected), NOMINAL_STOCK]
         expected[..., STOCK] = expected[..., GAUGED] = nominal
         expected[..., NEW_LOT] = 0.0
-        # how a part comes out is a matter of that part
+        # later parts do not have the random roughness factor of the coming part
         expected[..., ROUGHNESS] /= expected[..., PART_ROUGHNESS]
         expected[..., SPARE_ROUGHNESS] /= expected[..., PART_ROUGHNESS]
         expected[..., PART_ROUGHNESS] = 1.0
@@ -94,16 +94,16 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
 
 
 def expected_dates(dates: Due, tape: Array, due: Array, block: NDArray[np.int64]) -> Array:
-    """Due date of every block, shape (N, blocks): those after the next one, `due`, at the mean of the slack.
+    """Return the due date of every block, s, shape (N, blocks); dates after the next one, `due`, have the mean slack.
 
     Args:
-        dates: of the task.
+        dates: due dates of the task.
         tape: shape (N, blocks, fields of `TapeRow`).
         due: next date, s, shape (N,).
         block: coming block, shape (N,).
     """
     period = np.arange(tape.shape[1]) // dates.blocks
-    # the first block of a period holds the work of the whole of it
+    # the first block of a period holds the work of the whole period
     work = np.cumsum(tape[:, :: dates.blocks, WORK], axis=1)[:, period]
     done = work[np.arange(len(due)), np.minimum(block, tape.shape[1] - 1)][:, None]
     return np.asarray(due[:, None] + sum(dates.slack) / 2.0 * np.maximum(work - done, 0.0))

@@ -20,7 +20,7 @@ JOB = "grind/Job-v0"
 
 
 class ProblemError(GrindError):
-    """There is no such environment, or none in which E and D are chosen."""
+    """Unknown environment, or an environment in which E and D cannot be chosen."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +38,18 @@ class Problem:
     arguments: tuple[tuple[str, Any], ...] = ()
 
     def make(self, **arguments: Any) -> gym.Env[Any, Any]:
-        """Return the environment, with what is measured; further arguments as for `gym.make`.
+        """Return the environment with measured observations; further arguments as for `gym.make`.
 
         Raises:
-            GrindError: a file of it is faulty.
+            GrindError: a file of the problem is faulty.
         """
         return gym.make(self.id, **{"observation": "measured", **dict(self.arguments), **arguments})
 
     def make_vec(self, num_envs: int, **arguments: Any) -> Any:
-        """Its native vector environment, without wrappers; further arguments as for `gym.make_vec`.
+        """Return the native vector environment, without wrappers; further arguments as for `gym.make_vec`.
 
         Raises:
-            GrindError: a file of it is faulty.
+            GrindError: a file of the problem is faulty.
         """
         return gym.make_vec(
             self.id,
@@ -62,7 +62,7 @@ class Problem:
         """Return the simulation on which policies are evaluated.
 
         Raises:
-            GrindError: a file of it is faulty.
+            GrindError: a file of the problem is faulty.
         """
         return self._simulation
 
@@ -87,9 +87,9 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         parts: number of runs of a part program.
 
     Raises:
-        ProblemError: it names none in which E and D are chosen, or none whose results can be told from those of others.
-        TaskError: there are not so many parts, or the job is not the name of a file.
-        ReadError: it is the name of a file that is not there.
+        ProblemError: no problem with choices of E and D has this name, or a task of the package has the file's name.
+        TaskError: `parts` is out of range, or `job` is not the name of a file.
+        ReadError: the file does not exist.
     """
     if not isinstance(text, str):
         raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
@@ -127,7 +127,7 @@ def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
 
 
 def _own_name(path: Path, name: str) -> str:
-    """Return the name of a file's problem, which tables and folders use, too."""
+    """Return the name of a file's problem, for tables and folders."""
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
     if environment_id(name) in map(environment_id, (*task_names(), *MODULE_NAMES)) and name != "job":

@@ -1,4 +1,4 @@
-"""The policies by name."""
+"""Registry of the policies by name."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -31,10 +31,10 @@ from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
 FIXED_PLANS = (*UNIFORM_PLANS, "constant_per_kind")
-"""The plans that a shop can write into a program without sensors; the best one scores 0. The last one is of tasks with
+"""Plans that a shop can write into a program without sensors; the best plan scores 0. The last plan is for tasks with
 several kinds of block."""
 REFERENCE = "hindsight"
-"""Scores 100."""
+"""Policy that scores 100."""
 
 UNTUNED: dict[str, Callable[[], Policy]] = {
     "random": Random,
@@ -59,25 +59,25 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "roughness_rule": partial(FullStateRule, gK=0.0, wK=0.0, name="roughness_rule"),
     "full_state_rule": FullStateRule,
 }
-"""From those that know least to those that know most, like all lists of policies."""
+"""Policies with tuned parameters. All lists of policies begin with the policy that knows least."""
 
 ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule", "roughness_rule")
-"""The adaptive rule without one of its decisions, and the rule on the full state that knows the dullness of the wheel
-alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. They can be named like all others, but
-stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
+"""Adaptive rule without one of its decisions, and full-state rule with part of its knowledge: only the dullness of the
+wheel, or also the dulling rate of the lot, or also the Ra of wheel and part. They show the value of each decision and
+each piece of knowledge. `make_policy` takes their names, but no list of policies has them."""
 UNSCORED = ("empirical_rule", "belief_planner")
-"""Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
-on an out-of-model machine, and the planner on the belief."""
+"""Policies without reference scores, in no list: the fallback on out-of-model machines, and the planner on the
+belief."""
 TRAINED = ("plain_gru", "robust")
-"""The bundled agents, trained on the model, or on public machines, one in every episode; each has a folder."""
+"""Bundled agents, each with a folder: the first is trained on the model, the second on a public machine per episode."""
 RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}
-"""Old names of policies, with the new ones."""
+"""New name of each renamed policy."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
-"""Policies that grind a block many times before they decide."""
+"""Policies that simulate a block many times before they decide."""
 
 
 def policy_names(simulation: Simulation) -> list[str]:
-    """Names of the policies of an environment, from those that know least to those that know most."""
+    """Return the names of the policies of an environment, from the one that knows least to the one that knows most."""
     names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
     return [name for name in fitting(names, simulation) if name not in ABLATIONS]
 
@@ -92,10 +92,10 @@ def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
 
 
 def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence[str]:
-    """Return the names, or those in the list of policies of the environment for None.
+    """Return the checked names; for None return the list of policies of the environment.
 
     Raises:
-        ConfigError: if one is no policy of it.
+        ConfigError: a name is no policy of the environment.
     """
     listed = policy_names(simulation)
     known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
@@ -119,8 +119,8 @@ def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -
     """Return the policy of a name, with the parameters tuned for the environment; see `tuned_folder`.
 
     Raises:
-        ConfigError: if there is no such policy, if it has not been tuned for the environment yet, or if its parameters
-            in the file are not those that it takes.
+        ConfigError: the policy does not exist, it has not been tuned for the environment yet, or the file does not have
+            the parameters that it takes.
     """
     check_names(simulation, [name])
     if name in UNTUNED:
@@ -132,13 +132,13 @@ def make_policy(name: str, simulation: Simulation, folder: Path | None = None) -
 
 
 def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
-    """Return the policy with what its file says."""
+    """Return the policy with the parameters in its file."""
     place = f"{tuned_folder(task, folder) / task.name}.toml: [{name}.parameters]"
     try:
         policy: Any = TUNED[name](**tuned_arguments(name, task, folder))
     except (TypeError, AttributeError) as error:
         raise ConfigError(f"{place} does not fit ({error}): tune again with --fresh") from None
-    # somebody may have edited the file, and a wrong form would show only in the middle of an episode
+    # a user may have edited the file, and a wrong form would fail only in the middle of an episode
     for each in fields(policy):
         if each.init and get_origin(each.type) is tuple:
             _check(
@@ -152,7 +152,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
-    """Check one parameter."""
+    """Raise a ConfigError unless a parameter has `count` finite numbers."""
     numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
     if not numbers or len(values) != count:
         raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

@@ -1,4 +1,4 @@
-"""Rows of a table of results as a JSON file, and their re-run on seeds that nobody knew when it was written."""
+"""Result rows as JSON files, and their re-run on seeds that were unknown when the row was written."""
 
 import json
 import re
@@ -36,12 +36,12 @@ from grind_env.task_version import TASK_VERSION, of_version
 
 FORMAT = 2
 OF_PACKAGE = re.compile(r"(?:guarded:)?(?:\w+|E[\d.]+D\d+)", re.ASCII)
-"""Names of policies that are read from no file of a user."""
+"""Names of policies of the package, which need no file of a user."""
 MOST_EPISODES, MOST_SEED = 10_000, 1 << 63
 FRESH = 62
-"""Bit of all seeds that are drawn, and number of the bits below: no frozen seed has as many."""
+"""Number of random bits of a drawn seed; the bit above them is 1, so a drawn seed is larger than every frozen seed."""
 NEAR = 1e-3
-"""Share by which the mean of a re-run may be off: another processor may round what a policy computes differently."""
+"""Largest relative error of the mean of a re-run; another processor may round the policy's numbers differently."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,17 +50,17 @@ class SubmittedRow:
 
     Attributes:
         id: id of the environment.
-        policy: name for `named_policy`; of a file the name without its folder.
+        policy: name for `named_policy`; for a file, its name without the folder.
         sha256: hash of the policy file, hexadecimal digits; empty for a policy of the package.
         plant: the machine; `model` is the machine the policy computes with, as in `Judgement`.
         split: split of the contexts.
         first_seed: first of the consecutive seeds.
-        costs: cost of each episode, $; on the track of each machine, $ a block in the run with seed 0.
-        robust: the same with the bundled `robust`, $ a block, for a row of the track; else empty.
+        costs: cost of each episode, $; for a row of the track, cost per block on each machine with seed 0, $.
+        robust: for a row of the track, cost per block of the bundled `robust` on each machine, $; else empty.
         versions: versions of the libraries.
 
     Raises:
-        FormError: nobody can run such a row.
+        FormError: the row cannot be re-run.
     """
 
     id: str
@@ -92,10 +92,10 @@ class SubmittedRow:
 
 
 def policy_file(text: str) -> Path | None:
-    """Return the file that a policy is read from; None for a policy of the package.
+    """Return the file from which a policy is read; None for a policy of the package.
 
     Raises:
-        FormError: its module is no single file.
+        FormError: the module of the policy is not a single file.
     """
     name = text.removeprefix(Guarded.PREFIX)
     if name.endswith(SUFFIX):
@@ -117,7 +117,7 @@ def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
     """Return the row of an evaluation; `text` names the policy, as for `named_policy`.
 
     Raises:
-        FormError: nobody else could run it again.
+        FormError: nobody else could re-run the evaluation.
     """
     if found.sees != "measurements" or problem.arguments not in ((), (("parts", 1),)):
         raise FormError("a row is of an environment of the package and a policy that sees measurements: submit none")
@@ -133,13 +133,13 @@ def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
 
 
 def track_row(text: str, costs: Array, robust: Array) -> SubmittedRow:
-    """Return the row of a policy on the track: $ a block with seed 0 and with `robust`, both shape (machines,)."""
+    """Return the track row of a policy from its costs per block and those of `robust`, $, both shape (machines,)."""
     of = {"costs": tuple(costs.tolist()), "robust": tuple(robust.tolist()), **_made_by(text)}
     return SubmittedRow(id=environment_id(TASK), first_seed=0, **of)
 
 
 def _made_by(text: str) -> dict[str, Any]:
-    """Return how a row names a policy and what it was made with."""
+    """Return the fields of a row that identify the policy and the library versions."""
     path = policy_file(text)
     return {
         "policy": text if path is None else text.replace(str(path), path.name),
@@ -149,18 +149,18 @@ def _made_by(text: str) -> dict[str, Any]:
 
 
 def write_rows(path: Path, rows: Sequence[SubmittedRow]) -> None:
-    """Write a row, or a list of rows, as JSON, whole or not at all."""
+    """Write a row, or a list of rows, as JSON in one atomic step."""
     found = [asdict(row) for row in rows]
     text = json.dumps(found if len(found) > 1 else found[0], indent=1)
     write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
 def read_rows(path: Path) -> list[SubmittedRow]:
-    """Return the rows in a file of at most 64 MB; no name in it is opened, and no code of it is run.
+    """Return the rows in a file of at most 64 MB, without opening or running any file that the rows name.
 
     Raises:
         ReadError: the file cannot be read.
-        FormError: it has no rows, too many, or one of another version.
+        FormError: the file has no rows, too many rows, or a row of another version.
     """
     try:
         found = parsed(read_text(path))
@@ -180,7 +180,7 @@ def _row(document: object) -> SubmittedRow:
 
 
 def fresh_seeds(seed: int, count: int) -> list[int]:
-    """Return seeds drawn from a number: 2^62 and the first 62 bits of SHA-256 of `grind verify NUMBER K`, K from 0."""
+    """Return drawn seeds: 2^62 plus the first 62 bits of the SHA-256 of `grind verify SEED K`, K from 0."""
     digests = [sha256(f"grind verify {seed} {k}".encode()).digest() for k in range(count)]
     return [(1 << FRESH) + (int.from_bytes(each[:8], "big") >> 64 - FRESH) for each in digests]
 
@@ -188,16 +188,16 @@ def fresh_seeds(seed: int, count: int) -> list[int]:
 def verify(
     row: SubmittedRow, policy: str | None = None, *, seed: int | None = None, episodes: int | None = None
 ) -> tuple[bool, str]:
-    """Return whether a row holds, and what came of its policy on its own seeds and, with a number, on drawn ones.
+    """Return whether a row holds, and a report of its policy on the row's seeds and, with `seed`, on drawn seeds.
 
     Args:
-        row: may be of anybody.
+        row: row from any source.
         policy: the policy file or `module:name`, if the row is not of a policy of the package; its code is run.
-        seed: from which `fresh_seeds` are drawn: one that nobody can have guessed, such as of 20 digits.
-        episodes: how many are drawn; by default as many as the row has.
+        seed: number for `fresh_seeds` that nobody can have guessed, for example with 20 digits; None to draw no seeds.
+        episodes: number of drawn episodes; by default as many as the row has.
 
     Raises:
-        GrindError: the policy file is not that of the row, its policy fails, or there is no such split or machine.
+        GrindError: the policy file does not match the row, the policy fails, or split or machine does not exist.
     """
     name = row.policy
     if row.sha256:
@@ -229,7 +229,7 @@ def _said(costs: Array) -> str:
 
 
 def _compared(costs: Array) -> Array:
-    """Return costs; on the track values of which the mean is the ratio of the costs to those of `robust`."""
+    """Return the costs, $; for the track, values whose mean is the ratio of the costs to the costs of `robust`."""
     if len(costs) == 1:
         return np.asarray(costs[0])
     ratio = costs[0].sum() / costs[1].sum()
@@ -237,7 +237,7 @@ def _compared(costs: Array) -> Array:
 
 
 def _costs(row: SubmittedRow, name: str, drawn: Sequence[int] = ()) -> Array:
-    """Return costs of the episodes of a row, or of drawn seeds, shape (1, N); on the track also of `robust`, (2, N)."""
+    """Return costs of a row's episodes or of drawn seeds, $, shape (1, N); on the track also of `robust`, (2, N)."""
     problem = on(find_problem(row.id), row.plant) if row.plant else find_problem(row.id)
     if not row.robust:
         seeds = drawn or range(row.first_seed, row.first_seed + len(row.costs))

@@ -1,9 +1,9 @@
 """Estimates and bootstrap intervals: of policies on the same episodes, and of training runs over tasks.
 
-A run is one training seed; a policy that is not trained has one. What aggregates runs over tasks is that of Agarwal
-et al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
-interquartile mean, and a bootstrap that is stratified over tasks. Here the episodes are resampled as
-well, the same ones for all policies of a task, so that a policy of one run has an interval, too.
+A run is one training seed; an untrained policy has one run. Scores of runs and tasks are aggregated as in Agarwal et
+al., "Deep Reinforcement Learning at the Edge of the Statistical Precipice", NeurIPS 2021 (their library is rliable):
+interquartile mean, and a bootstrap stratified over tasks. In addition, the episodes are resampled, alike for all
+policies of a task, so that a policy with one run has an interval, too.
 """
 
 from collections.abc import Callable
@@ -16,15 +16,15 @@ from grind_env.arrays import Array
 RESAMPLES = 4000
 COVERAGE = 0.95
 AT_ONCE = 250_000
-"""Values that are drawn at once: they stay in the cache of a processor."""
+"""Number of values drawn at once, which fit into the processor's cache."""
 
 
 CLIP = -100.0
-"""Lower scores count as this one in aggregates (scenarios, section 2)."""
+"""Lowest score in aggregates; lower scores are raised to it (scenarios, section 2)."""
 
 
 class Interval(NamedTuple):
-    """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of what is estimated."""
+    """An estimate and its 95 % bootstrap interval: `value`, `low` and `high` in the unit of the estimate."""
 
     value: float
     low: float
@@ -43,9 +43,9 @@ class Interval(NamedTuple):
 
 
 def cost_per_good_part(cost: Array, good: Array) -> Array:
-    """Sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes).
+    """Return the sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes).
 
-    Infinite where no part is good.
+    The result is infinite where no part is good.
     """
     with np.errstate(divide="ignore"):
         return np.asarray(cost.sum(axis=-1) / good.sum(axis=-1))
@@ -57,7 +57,7 @@ def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
 
 
 def score_of_means(J: Array, J_fix: Array, J_plan: Array) -> Array:
-    """100 (J_fix - J) / (J_fix - J_plan) with J the mean cost of an episode; arrays of one shape.
+    """Return 100 (J_fix - J) / (J_fix - J_plan), where J is the mean cost of an episode; arrays of one shape.
 
     0 is the best fixed plan, 100 the hindsight planner (scenarios, section 2); nan where these two cost the same.
     """
@@ -66,17 +66,17 @@ def score_of_means(J: Array, J_fix: Array, J_plan: Array) -> Array:
 
 
 def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """Percentile bootstrap over episodes.
+    """Return a percentile bootstrap interval over episodes.
 
     Args:
-        statistic: takes the samples and reduces their last axis.
+        statistic: function of the samples that reduces their last axis.
         samples: values of the same episodes, each shape (episodes,); all are resampled together, so that the
             interval of a comparison is that of paired episodes.
         seed: seed of the resampling.
         resamples: number of resamples.
 
     Raises:
-        ValueError: if the samples differ in shape.
+        ValueError: the samples differ in shape.
     """
     if len({sample.shape for sample in samples}) != 1:
         raise ValueError(
@@ -89,9 +89,9 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
 
 
 def percentile_interval(value: float, draws: Array) -> Interval:
-    """Return the interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
+    """Return the interval of an estimate from the estimates of all resamples, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
-    # between two infinite draws lies no number
+    # interpolation between two infinite draws gives nan
     method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"
     low, high = np.percentile(draws, [tail, 100.0 - tail], method=method)
     return Interval(value, float(low), float(high))
@@ -120,11 +120,11 @@ def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RE
 
 
 def resampled_means(values: Array, *, seed: int = 0) -> Array:
-    """Return means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
+    """Return means over resampled episodes, with the resamples of `bootstrap` but without copies of the values.
 
     Args:
         values: shape (k, episodes); all k are resampled together.
-        seed: of the resampling.
+        seed: seed of the resampling.
 
     Returns:
         Shape (resamples, k).
@@ -142,7 +142,7 @@ def resampled_runs(scores: Array, seed: int = 0) -> Array:
     """Resample runs with replacement within each task: the stratified bootstrap of rliable.
 
     Args:
-        scores: shape (resamples, runs, tasks), for every resample of the episodes, or the same repeated.
+        scores: scores of each resample of the episodes, or repeated scores, shape (resamples, runs, tasks).
         seed: seed of the resampling.
     """
     index = np.random.default_rng(seed).integers(0, scores.shape[1], scores.shape)
@@ -154,7 +154,7 @@ class ScoredRuns(NamedTuple):
 
     Attributes:
         scores: ratio to the gap between fixed plan and hindsight, %, shape (runs, tasks).
-        draws: the same ratio of every resample of runs and episodes, shape (resamples, runs, tasks).
+        draws: score ratio of every resample of runs and episodes, %, shape (resamples, runs, tasks).
     """
 
     scores: Array
@@ -162,21 +162,21 @@ class ScoredRuns(NamedTuple):
 
     @classmethod
     def clipped(cls, scores: Array, draws: Array) -> "ScoredRuns":
-        """Return the runs with these scores."""
+        """Return runs with these scores, clipped at `CLIP`."""
         return cls(np.maximum(scores, CLIP), np.maximum(draws, CLIP))
 
     def interval(self, measure: Callable[[Array], Array]) -> Interval:
-        """Return an aggregate of the scores, such as `interquartile_mean`, of shape (..., runs, tasks)."""
+        """Return an aggregate with its interval; `measure`, like `mean_score`, takes shape (..., runs, tasks)."""
         return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 
 def interquartile_mean(scores: Array) -> Array:
-    """Mean of the middle half of all runs, shape (..., runs, tasks); a quarter is rounded down."""
+    """Return the mean of the middle half of scores of shape (..., runs, tasks); a quarter is rounded down."""
     runs = np.sort(scores.reshape(*scores.shape[:-2], -1), axis=-1)
     cut = runs.shape[-1] // 4
     return np.asarray(runs[..., cut : runs.shape[-1] - cut].mean(axis=-1))
 
 
 def mean_score(scores: Array) -> Array:
-    """Mean over runs and tasks, shape (..., runs, tasks)."""
+    """Return the mean over runs and tasks of scores of shape (..., runs, tasks)."""
     return np.asarray(scores.mean(axis=(-2, -1)))

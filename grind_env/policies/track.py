@@ -1,6 +1,6 @@
-"""The track: a policy grinds ten shifts on one machine, and may learn from the log of each.
+"""The track: a policy grinds ten shifts on one machine, and may learn from the log of each shift.
 
-What the machine remembers is carried from the end of a shift into the next one. Lots and wheels are new in each.
+The machine's memory at the end of a shift carries over into the next shift. Lots and wheels are new in each shift.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from grind_env.policies.problem import Problem, find_problem
 
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
-"""Half of them differ by families of deviations, half by other laws of grinding."""
+"""Machines of the track: half differ by families of deviations, half by other laws of grinding."""
 COST, GOOD, FINISHED, SCRAP, HANDOVER = (
     Outcome._fields.index(name) for name in ("cost", "good", "finished", "scrap_cost", "handover_cost")
 )
@@ -34,14 +34,14 @@ COST, GOOD, FINISHED, SCRAP, HANDOVER = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackShift:
-    """A shift on a machine, as the shop has it in its books.
+    """Log of a shift on a machine, with the values that a shop can record.
 
     Attributes:
-        observations: what was measured before every block, and after the last one, shape (blocks + 1, entries).
+        observations: measurements before every block and after the last block, shape (blocks + 1, entries).
         speeds: E of every block, mm/min, shape (blocks,).
         executions: D of every block, shape (blocks,).
-        cost: of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to be
-            bad. The cost of handing over a dull wheel is not in it, for nobody measures it.
+        cost: cost of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to
+            be bad. It leaves out the cost of handing over a dull wheel, because nobody measures this cost.
         bad: whether the part that the block finished was found to be bad.
     """
 
@@ -53,20 +53,20 @@ class TrackShift:
 
 
 class Learner(Policy, Protocol):
-    """Policy that learns on a machine. Every run makes a new one.
+    """Policy that learns on a machine; every run makes a new object.
 
-    `begin` is called before every shift, with the simulation of the model. What it has learned may outlast it.
+    `begin` is called before every shift, with the simulation of the model. The policy may keep what it has learned.
     """
 
     def learn(self, shift: TrackShift) -> None:
-        """Take in the log of the shift that has ended."""
+        """Learn from the log of the shift that has ended."""
 
 
 class TrackRuns(NamedTuple):
     """Costs and parts of runs on a machine, arrays of shape (runs, shifts)."""
 
     cost: Array
-    """$ a block, scrap at its expected price."""
+    """Cost per block, $, with scrap at its expected price."""
     scrap: Array
     """Expected number of bad parts."""
     parts: Array
@@ -74,12 +74,12 @@ class TrackRuns(NamedTuple):
 
 
 class TrackMachine:
-    """A machine in runs side by side, one for each seed of lots, wheels and random events.
+    """Machine in parallel runs, one run for each seed of lots, wheels and random events.
 
     Args:
         plant: name of the machine.
-        seeds: of the runs. All policies grind the same lots in the run of a seed.
-        problem: what is ground; by default that of the track.
+        seeds: seeds of the runs. With equal seeds, all policies grind the same lots.
+        problem: problem to grind; by default the problem of the track.
     """
 
     def __init__(self, plant: str, seeds: Sequence[int], problem: Problem | None = None) -> None:
@@ -92,9 +92,9 @@ class TrackMachine:
         self.remembers = [self.first.own for _ in seeds]
 
     def grind(self, policy: Policy, *, knows: bool = False) -> tuple[list[TrackShift], TrackRuns]:
-        """Return the logs of the next shift of every run, and what it came to.
+        """Return the log of the next shift of every run, with costs and parts.
 
-        A policy that `knows` the machine is begun with its simulation in place of the model.
+        A policy that `knows` the machine begins with the machine's simulation in place of the model.
         """
         place = SEEDS["evaluation"], crc32(self.first.name.encode()), self.shift
         lots, events = ([np.random.default_rng([*place, seed, k]) for seed in self.seeds] for k in range(2))
@@ -119,7 +119,7 @@ class TrackMachine:
 
 
 def books(outcomes: Array, rng: np.random.Generator) -> tuple[NDArray[np.bool_], Array]:
-    """Return which parts are found to be bad, and what blocks cost in the books, $; each shape (blocks,)."""
+    """Return which parts are found to be bad, and the recorded cost of the blocks, $; each shape (blocks,)."""
     bad = outcomes[:, FINISHED] * rng.random(len(outcomes)) > outcomes[:, GOOD]
     # the expected price of scrap over its probability is the price of a part
     chance = outcomes[:, FINISHED] - outcomes[:, GOOD]
@@ -128,17 +128,17 @@ def books(outcomes: Array, rng: np.random.Generator) -> tuple[NDArray[np.bool_],
 
 
 def run_shifts(policy: Policy, plant: str, seeds: Sequence[int], *, knows: bool = False) -> TrackRuns:
-    """Return what ten shifts of a policy on a machine came to, in runs side by side.
+    """Return costs and parts of a policy in ten shifts on a machine, in parallel runs.
 
     Args:
-        policy: new, without memory of other machines. A policy with a method `learn` gets the log after every shift,
-            and has one run.
+        policy: new policy, without memory of other machines. A policy with a method `learn` gets the log after every
+            shift, and has one run.
         plant: name of the machine.
-        seeds: of the runs.
-        knows: whether it may hold the simulation of the machine and see its state.
+        seeds: seeds of the runs.
+        knows: whether the policy may compute with the simulation of the machine and see its state.
 
     Raises:
-        GrindError: it is no policy, or sees more than measurements.
+        GrindError: `policy` is no policy, or sees more than measurements.
     """
     check_policy(policy)
     if policy.sees != "measurements" and not knows:

@@ -39,10 +39,10 @@ class ConfigError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuned:
-    """The outcome of tuning one policy.
+    """Outcome of tuning one policy.
 
     `training_cost` and `validation_cost` are $ per episode, means over the training and the validation seeds, given as
-    [first, count]; `parameters` are in the units that the policy takes them in.
+    [first, count]; `parameters` are in the units of the policy.
     """
 
     parameters: Parameters
@@ -67,7 +67,7 @@ def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
 
 
 def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
-    """Return the policies tuned for a task of the present version by name; empty if it has no file of that version yet.
+    """Return the tuned policies of a task by name; empty if the task has no file of the present task version.
 
     Raises:
         ConfigError: if the file is not what `write_tuned` writes.
@@ -77,7 +77,7 @@ def read_tuned(task: str, folder: Path = CONFIGS) -> dict[str, Tuned]:
 
 
 def _read(task: str, folder: Path) -> tuple[object, dict[str, Tuned]]:
-    """Return the task version of a file of parameters, None if it names none, and its policies."""
+    """Return the task version of a file of parameters, None if it is missing, and the policies of the file."""
     path = folder / f"{task}.toml"
     if not path.exists():
         return TASK_VERSION, {}
@@ -106,7 +106,7 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 
 
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
-    """Write the file of a task, whole or not at all."""
+    """Write the file of a task in one atomic step."""
     heading = f"{HEADING}{task}, written by `python -m agents tune`."
     units = "# E is in mm/min; costs are $ per episode; seeds are [first, count]."
     content = toml_text({VERSION: TASK_VERSION, **{name: asdict(entry) for name, entry in tuned.items()}})
@@ -114,10 +114,10 @@ def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file whole or not at all, its folder included.
+    """Write a file in one atomic step; make its folder if necessary.
 
     Raises:
-        GrindError: if the folder cannot be made or written to.
+        GrindError: the folder cannot be made or written to.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,5 +127,5 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def arguments(parameters: Parameters) -> dict[str, Any]:
-    """Parameters as keyword arguments of a policy: lists, one entry a kind of block, become tuples."""
+    """Return parameters as keyword arguments of a policy; lists, with one entry per kind of block, become tuples."""
     return {key: tuple(value) if isinstance(value, list) else value for key, value in parameters.items()}

@@ -1,8 +1,8 @@
-"""Readings beside forecasts: surprises, and when surprises raise an alarm.
+"""Comparison of readings with forecasts: surprises, and alarms that surprises raise.
 
-Forecasts come from the ensemble that follows the wheel on the model (`grind_env.belief`), whose members grind each
-block with its E and D. Without an ensemble (steps that are no blocks, programs that the control executes) the machine's
-empirical law forecasts.
+Forecasts come from the ensemble that follows the wheel on the model (`grind_env.belief`): each member grinds every
+block with its E and D. Without an ensemble (steps that are no blocks, programs that the control executes), the
+empirical law of the machine forecasts.
 """
 
 from collections.abc import Mapping
@@ -21,61 +21,61 @@ from grind_env.envs.tables import KindRow
 from grind_env.policies.scripted.learned_laws import AIM, PowerLaw
 
 SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0
-"""Of the running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: what is taken off it
-at each reading, what it may be, and what one reading adds at most. Normal errors pass it once in some 100,000 readings;
-those of the ensemble, a few of which are larger, do so once in 3,000 blocks of PowerLimited."""
+"""Running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: amount subtracted at each
+reading, limit of the sum, and largest amount added by one reading. With normal errors the sum passes the limit once in
+some 100,000 readings; with the ensemble's errors, a few of which are larger, once in 3,000 blocks of PowerLimited."""
 DOUBTFUL, MOST_DOUBT, USUAL_SQUARE, LARGE_SQUARE = 15.0, 30.0, 2.0, 9.0
-"""The same sum of squares, either way: what it may be, what it is at most, and what is taken off it and counts at most
-at each reading. It tells that the machine is not the model, good as it may be."""
+"""Running sum of squared surprises of either sign: limit of the sum, largest sum, and the amount subtracted and largest
+square at each reading. Beyond the limit the machine is not the model, even if it is a better one."""
 UNLIKELY = 1.645
-"""Standard deviations from the forecast to the limit where a reading beyond it was not expected: one in twenty."""
+"""Standard deviations from forecast to limit at which one reading in twenty is beyond the limit; more is unexpected."""
 HOLDS = 2.0
 """Standard deviations within which a forecast holds."""
 ROUNDING = 0.5
-"""um of a size, which no forecast knows better."""
+"""Rounding of a size, um; no forecast is more precise."""
 USUAL_RATIO, RATIO_SPREAD = 0.5, 0.35
-"""Ra over its limit, and its logarithmic spread, of which no model tells anything."""
+"""Ra over its limit and the standard deviation of its logarithm, where no model forecasts Ra."""
 MEMORY = 8.0
-"""Readings of which what forecasts of size and Ra are off by is a running mean. That of power learns by itself."""
+"""Number of readings in the running mean of the forecast errors of size and Ra. The power forecast learns by itself."""
 
 
 class WatchedReading(NamedTuple):
-    """Reading of the last block and its forecast; each of shape (N,), powers and Ra as logarithms, sizes outward."""
+    """Reading of the last block and its forecast, each shape (N,); powers and Ra as logarithms, sizes times `sign`."""
 
     read: Any
     forecast: Any
     spread: Any
     limit: Any
-    """What it must not come beyond."""
+    """Limit that the reading must not exceed."""
     near: Any
-    """From where on a surprise matters."""
+    """Value above which a surprise counts."""
     sign: Any
-    """-1 where outward is downward."""
+    """-1 where the size error is negative, else 1."""
     new: Any
-    """Whether it was read of this block."""
+    """Whether the reading belongs to this block."""
 
 
 NAMES = ("peak power", "mean power", "size error", "Ra")
 UNITS = ("kW", "kW", "um", "of its limit")
 LEARNED = np.array([False, False, True, True])
-"""Which forecasts are corrected by what they were off by."""
+"""Whether a forecast is corrected by its mean error, in the order of `NAMES`."""
 OPEN = np.array([False, False, False, True])
-"""Which are in a scale that the model leaves open: to have learned it is no doubt of the model."""
+"""Whether the model leaves a reading's scale open, in the order of `NAMES`; a learned scale raises no doubt."""
 PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
 
 
 class Watch:
-    """Compares block by block, for N machines.
+    """Comparison of readings and forecasts block by block, for N machines.
 
     Args:
-        simulation: of the model.
-        machines: N.
-        residual: logarithmic standard deviation of forces that the model does not follow, as a calibration says.
+        simulation: simulation of the model.
+        machines: number N of machines.
+        residual: standard deviation of the logarithm of forces that the model does not explain, from a calibration.
     """
 
     alarm: NDArray[np.bool_]  # whether the last block is an alarm, shape (N,)
-    doubt: NDArray[np.bool_]  # whether the machine is in doubt to be the model, shape (N,)
-    holds: NDArray[np.bool_]  # whether its forecasts hold, shape (N,)
+    doubt: NDArray[np.bool_]  # whether the machine probably differs from the model, shape (N,)
+    holds: NDArray[np.bool_]  # whether the forecasts of a machine hold, shape (N,)
 
     def __init__(self, simulation: Simulation, machines: int, residual: float = 0.0) -> None:
         task, shape = simulation.task, (machines, len(NAMES))
@@ -99,7 +99,7 @@ class Watch:
         self.seen = WatchedReading(*np.zeros((len(WatchedReading._fields), *shape)))
 
     def update(self, observation: NDArray[np.float32], law: PowerLaw) -> None:
-        """Take in the observation before a block; `law` has learned from it, and its forecast is that before."""
+        """Compare the readings before a block; `law` has learned from them, but its forecast is from before."""
         read = self.simulation.read(observation)
         if self.belief is not None:
             self.belief.update(observation)
@@ -109,7 +109,7 @@ class Watch:
         self._row = KindRow(*self.simulation.kinds[rows].T)
 
     def said(self, machine: int) -> list[str]:
-        """Return the alarm of a machine in words; nothing where there is none."""
+        """Return the alarm of a machine as sentences; no sentence without an alarm."""
         found = []
         for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
             if not (self._beyond | self._run)[machine, k]:
@@ -126,7 +126,7 @@ class Watch:
         z = np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0)
         beyond = seen.new & (seen.read > seen.limit)
         self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
-        # a loop that gives more leaves more on every part, and is another machine also when that is forecast
+        # without the correction: a more compliant machine is another machine even when its size error is forecast
         unlearned = np.where(seen.new, z + seen.sign * np.where(OPEN, 0.0, self._off) / seen.spread, 0.0)
         squares = np.where(seen.new, np.minimum(unlearned**2, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
         self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
@@ -145,7 +145,7 @@ class Watch:
         limit, tolerance, ends = np.asarray(row.power), np.asarray(row.size), np.asarray(row.ends_part) > 0.0
         told = (read["roughness"] != self._gauged) & (read["roughness"] > 0.0)
         outward, ratio = np.where(read["size_error"] < 0.0, -1.0, 1.0), np.log(np.maximum(read["roughness"], 1e-3))
-        # of a part that nobody has gauged the last size is shown again; beyond its range a gauge shows the same, too
+        # a repeated size is the last size, of a part not gauged, or the end of the gauge's range
         gauged = (read["size_error"] != self._sized) | (np.abs(read["size_error"]) > tolerance)
         self._sized = read["size_error"]
         size, zero, one = outward * read["size_error"], np.zeros(len(outward)), np.ones(len(outward))
@@ -161,7 +161,7 @@ class Watch:
             self.burn_per_watt = (made.burn_ratio / np.maximum(made.peak_power, 1.0)).mean(axis=1)
             known = np.hypot(self.noise * SIZE_NOISE, ROUNDING)
             expected = outward * made.size_error.mean(axis=1), np.hypot(made.size_error.std(axis=1), known)
-            # Ra comes when the next part has been ground
+            # Ra is read when the next part has been ground
             before = np.log(np.maximum(self._part, 1e-3))
             rough = before.mean(axis=1), np.hypot(before.std(axis=1), self.scatter)
             self._part = np.where(ends[:, None], made.roughness, self._part)

@@ -1,7 +1,6 @@
-"""The acting network of trained agents without torch, with the same bits on every machine.
+"""Acting network of trained agents without torch, with the same bits on every computer.
 
-An agent acts through few layers: perhaps a GRU, then linear layers with tanh between them. The last layer gives logits
-of E and of D.
+The network has an optional GRU, then linear layers with tanh between them. The last layer gives logits of E and of D.
 """
 
 import hashlib
@@ -28,12 +27,12 @@ Shape = tuple[int, ...]
 GRU = "gru"
 """Name of the GRU in the state of an agent of `grind_env.training.gru_ppo`."""
 GATES = 3
-"""Gates of each of its units; the candidate counts as one."""
+"""Number of gates of a GRU unit; the candidate counts as a gate."""
 ACTIVATION = "tanh"
 
 
 class Layers(NamedTuple):
-    """Places of the acting layers in the state of a family of networks, and whether a GRU comes first."""
+    """Names of the acting layers in the state of a network family, and whether a GRU comes first."""
 
     body: str
     head: str
@@ -44,7 +43,7 @@ FAMILIES: Mapping[str, Layers] = {
     "actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net"),
     "gru": Layers("actor.{}", "actor.{}", recurrent=True),
 }
-"""The families that a file may name; none of them is looked up anywhere else."""
+"""Network families that a file may name; other names are refused."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,9 +53,9 @@ class Network:
     Args:
         family: one of `FAMILIES`.
         entries: length of the feature vector.
-        lstm: units of the GRU; 0 for none.
-        hidden: units of the layers between.
-        outputs: length of what comes out.
+        lstm: number of units of the GRU; 0 without a GRU.
+        hidden: number of units of each hidden layer.
+        outputs: number of outputs.
         activation: `ACTIVATION`.
     """
 
@@ -68,14 +67,14 @@ class Network:
     activation: str
 
     def linear(self) -> list[str]:
-        """Names of the linear layers, in order."""
+        """Return the names of the linear layers, in order."""
         layers = FAMILIES[self.family]
         # an activation follows each layer of the body
         names = [layers.body.format(2 * i) for i in range(len(self.hidden))]
         return [*names, layers.head.format(2 * len(self.hidden))]
 
     def shapes(self) -> dict[str, Shape]:
-        """Shape of every tensor by its name in the state of Stable-Baselines3's policy."""
+        """Return the shape of every tensor by its name in the state of the trained policy."""
         shapes: dict[str, Shape] = {}
         width = self.entries
         if self.lstm:
@@ -91,11 +90,11 @@ class Network:
 
 
 class Actor:
-    """A network with its weights.
+    """Network with its weights.
 
     Args:
-        network: its shape.
-        tensors: float32, as `network.shapes()` says.
+        network: shape of the network.
+        tensors: weights in float32, with the names and shapes of `network.shapes()`.
     """
 
     def __init__(self, network: Network, tensors: Mapping[str, Tensor]) -> None:
@@ -105,7 +104,7 @@ class Actor:
         self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
 
     def __repr__(self) -> str:
-        """Return the same for the same weights, in every run: what was found with a policy is kept by its repr."""
+        """Return a hash of shape and weights, equal in every run: results of a policy are cached by its repr."""
         digest = hashlib.sha256(repr(self.network).encode())
         for values in self.tensors.values():
             digest.update(np.ascontiguousarray(values).tobytes())
@@ -120,12 +119,12 @@ class Actor:
 
         Args:
             features: shape (N, entries).
-            state: of `begin` or of the last call.
+            state: state from `begin` or from the last call.
         """
         values: Numbers = np.ascontiguousarray(features, np.float64)
         if self.network.lstm:
             state = self._gru(values, state)
-            # what is seen goes past the GRU, too
+            # the features also bypass the GRU
             values = np.concatenate([state, values], axis=1)
         *body, head = self.network.linear()
         for name in body:
@@ -133,7 +132,7 @@ class Actor:
         return self._linear(values, f"{head}.weight", f"{head}.bias").astype(np.float32), state
 
     def _gru(self, values: Numbers, state: Numbers) -> Numbers:
-        """One step of a GRU (Cho et al., arXiv:1406.1078); gates and where the reset acts are torch's."""
+        """Return the state after a GRU step (Cho et al., arXiv:1406.1078), with gates and reset as in torch."""
         new = np.split(self._linear(values, f"{GRU}.weight_ih_l0", f"{GRU}.bias_ih_l0"), 3, axis=1)
         old = np.split(self._linear(state, f"{GRU}.weight_hh_l0", f"{GRU}.bias_hh_l0"), 3, axis=1)
         reset, keep = (logistic_layer(new[k] + old[k]) for k in range(2))
@@ -146,22 +145,22 @@ class Actor:
 
 @dataclass
 class LearnedPolicy:
-    """A trained agent; it sees measurements only and takes the action that it holds best.
+    """Trained agent that sees measurements only and takes the action with the largest logits.
 
     Args:
         actor: the network.
-        task_name: task that it was trained for.
-        form: how it sees the task and acts.
+        task_name: name of the task on which it was trained.
+        form: form of its observations and actions.
         name: name in tables.
-        machines: on which it was trained; empty if that is not known.
-        remark: what to say where it is used; empty for nothing.
+        machines: machines on which it was trained; empty if they are unknown.
+        remark: sentence to print when the agent is used; empty for none.
     """
 
     actor: Actor
     task_name: str
     form: LearnerForm
     name: str
-    machines: str = field(default="", repr=False)  # results are kept by the repr
+    machines: str = field(default="", repr=False)  # results are cached by the repr
     remark: str = field(default="", repr=False)
     sees: Sees = field(default="measurements", init=False)
 
@@ -178,6 +177,6 @@ class LearnedPolicy:
 
 
 def best_actions(space: spaces.MultiDiscrete, values: Tensor) -> NDArray[np.int64]:
-    """Return the actions that logits of shape (N, outputs) stand for: the choices with the largest ones."""
+    """Return the actions with the largest logits, shape (N, actions), from logits of shape (N, outputs)."""
     parts = np.split(values, np.cumsum(space.nvec)[:-1], axis=1)
     return np.stack([part.argmax(axis=1) for part in parts], axis=1)

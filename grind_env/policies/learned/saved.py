@@ -1,8 +1,8 @@
 """Trained agents on disk: tensors and a description in a `.safetensors` file, which runs no code.
 
-Stable-Baselines3 saves pickles, and a pickle does whatever its author wrote into it. A stranger's file is read here as
-numbers and JSON only: the description names one of a few known networks, every tensor must have the shape that follows
-from it, and whatever does not fit is refused with one sentence.
+Stable-Baselines3 saves pickles, which can run any code of their author. Here an untrusted file is read as numbers and
+JSON only. Its description names one of a few known networks, and every tensor must have the shape that follows from
+this network. A file that does not fit is refused with an error message.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ ENTRY = "grind_policy"
 """Entry of the file's metadata that holds the description."""
 
 MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
-"""What a unit may add up to at most; half of what float32 holds, because sums in float32 are rounded."""
+"""Largest sum in a unit: half of the largest float32 number, because sums in float32 are rounded."""
 
 FORMAT = 1
 VERSION = "task_version"
@@ -46,11 +46,11 @@ NO_AGENT = "holds no agent that `grind train` saved"
 
 
 class PolicyFileError(GrindError):
-    """A file that is not there, holds no agent, or holds one that does not fit."""
+    """Missing file, file without an agent, or agent that does not fit."""
 
 
 class OtherPart(PolicyFileError):
-    """An agent that was trained for another part."""
+    """Agent that was trained for another part."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +58,7 @@ class Description:
     """Description saved beside the tensors.
 
     Raises:
-        ValueError: a name leads to another folder or has what a terminal would obey, or the network has no such parts.
+        ValueError: a name contains a folder or control characters, or the network is not of a known form.
     """
 
     task: str
@@ -67,11 +67,11 @@ class Description:
     actions: Literal["grid"]
     network: Network
     spaces: str
-    """`spaces_digest` of the view that it was trained with."""
+    """`spaces_digest` of the view in training."""
     inputs: Mapping[str, str | int | float | bool] | None = None
-    """`inputs_of` what it was trained for, in the units of job or task; None in files that do not say it."""
+    """`inputs_of` the training simulation, in the units of job or task; None in files without this entry."""
     machines: str = ""
-    """Name of those that it was trained on; empty in files that do not say it."""
+    """Name of the training machines; empty in files without this entry."""
 
     def __post_init__(self) -> None:
         network, names = self.network, (self.task, self.kind, self.spaces, self.machines or "-")
@@ -98,13 +98,13 @@ def load_policy(
 
     Args:
         path: file that `grind train` wrote.
-        simulation: what it must have been trained for; by default the task that the file names.
+        simulation: simulation for which the agent must have been trained; by default of the task that the file names.
         name: name in tables; by default the kind of agent.
-        other_part: accept an agent that was trained for another part, if it sees and acts alike; its `remark` says so.
+        other_part: accept an agent of another part if its observations and actions fit; its `remark` says so.
 
     Raises:
-        OtherPart: if the agent was trained for something else.
-        PolicyFileError: if there is no such file, or it holds no agent, or not one for the task.
+        OtherPart: the agent was trained for another part or task.
+        PolicyFileError: the file does not exist, or holds no agent for the task.
     """
     if not is_file(path):
         raise PolicyFileError(f"there is no trained agent at {shown(path)}: run `grind train` first")
@@ -136,7 +136,7 @@ def load_policy(
     if trained_for_other and not other_part:
         raise OtherPart(f"{remark}: train another agent with `grind train`, or accept this one with --other-part")
     view = described.form.view(simulation)
-    # what is told of an agent may have changed the scales of what it sees, too
+    # a difference that the remark names may have changed the scales of the observations, too
     sizes = described.network.entries, described.network.outputs
     fits = sizes == (view.observation_space.shape[0], int(view.action_space.nvec.sum()))
     if (described.spaces != spaces_digest(view) and not remark) or not fits:
@@ -156,7 +156,7 @@ def load_policy(
 
 
 def _remark(path: Path, described: Description, simulation: Simulation) -> tuple[str, bool]:
-    """Return what to say of an agent that was trained for something else, and whether that takes permission."""
+    """Return a remark on an agent that was trained for something else, and whether its use needs permission."""
     task, before = simulation.task, described.inputs
     other = "another part" if task.name == described.task else f"{described.task}, not for {task.name}"
     if before is None:
@@ -176,18 +176,18 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
 def write_policy(
     path: Path, actor: Actor, simulation: Simulation, kind: str, form: LearnerForm, beside: Mapping[str, Any]
 ) -> None:
-    """Write an agent atomically; its folder is made.
+    """Write an agent atomically, and make its folder.
 
     Args:
         path: a .safetensors file.
-        actor: its network.
+        actor: network of the agent.
         simulation: simulation of the training.
         kind: name of the kind of agent.
         form: observations and actions of the agent.
         beside: further facts for the description, such as the training `machines`, as JSON types.
 
     Raises:
-        PolicyFileError: if its weights are not finite or too large.
+        PolicyFileError: weights are not finite or too large.
     """
     check_finite(path, actor.tensors)
     check_sums(path, actor.network, actor.tensors)
@@ -209,7 +209,7 @@ def write_policy(
 
 
 def spaces_digest(view: LearnerView) -> str:
-    """Return a hash of a learner's observations and actions; equal digests mean equal meanings of all numbers."""
+    """Return a hash of a learner's observations and actions; equal hashes mean equal meanings of all numbers."""
     entries = [[*entry] for entry in view.entries]
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]
@@ -217,10 +217,10 @@ def spaces_digest(view: LearnerView) -> str:
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
-    """Check the weights, whatever their shapes.
+    """Check that all weights are finite, whatever their shapes.
 
     Raises:
-        PolicyFileError: if one is NaN or infinite.
+        PolicyFileError: a weight is NaN or infinite.
     """
     for name, values in tensors.items():
         if not np.isfinite(values).all():
@@ -228,28 +228,28 @@ def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
 
 
 def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> None:
-    """Check that no features make a unit overflow: of outputs that are NaN the first would be chosen without a word.
+    """Check that no features make a unit overflow, because NaN outputs would silently select the first choice.
 
-    The shapes of the weights are those of the network.
+    The weights must have the shapes of the network.
 
     Raises:
-        PolicyFileError: if a unit may add up to more than `MOST_SUM`, or a weight is NaN or infinite.
+        PolicyFileError: a unit may add up to more than `MOST_SUM`, or a weight is NaN or infinite.
     """
 
     def sums(layer: str, largest: Sizes, suffix: str = "") -> Sizes:
-        """Return the largest sizes of the sums of a layer, shape (units,), from those of what it reads."""
+        """Return the largest absolute sums in a layer, shape (units,), from the largest absolute inputs."""
         weight, bias = (np.abs(tensors[f"{layer}.{part}{suffix}"].astype(np.float64)) for part in ("weight", "bias"))
         found: Sizes = weight @ largest + bias
         return found
 
     def check(layer: str, largest: Sizes) -> None:
-        # NaN is not below anything either
+        # NaN fails this comparison, too
         if not (largest <= MOST_SUM).all():
             raise PolicyFileError(f"{path}: the weights of {layer} are so large that it may overflow: train one anew")
 
     largest = np.full(network.entries, FEATURE_BOUND)
     if network.lstm:
-        # what it shows lies between -1 and 1
+        # the outputs of the GRU lie between -1 and 1
         shown = np.ones(network.lstm)
         check(GRU, sums(GRU, largest, "_ih_l0") + sums(GRU, shown, "_hh_l0"))
         largest = np.concatenate([shown, largest])
@@ -264,10 +264,10 @@ def read_description(path: Path, text: str | None) -> Description:
 
     Args:
         path: the file, for messages.
-        text: JSON; None for a file without.
+        text: description as JSON; None for a file without a description.
 
     Raises:
-        PolicyFileError: if it is none.
+        PolicyFileError: the description is missing, damaged or of another version.
     """
     if text is None:
         raise PolicyFileError(f"{path} {NO_AGENT}: it has no description")

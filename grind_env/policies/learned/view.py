@@ -1,14 +1,14 @@
-"""The observations and actions of a learning agent.
+"""Observations and actions of a learning agent.
 
-It sees the measured observation and a memory of the episode, because one observation says little of lot and wheel:
+An agent sees the measured observation and a memory of the episode; one observation says little of lot and wheel:
 
-* `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`grind_env.belief`);
-* `means`: these, and running means of all that was measured;
-* `stack`: the last observations as they are;
-* `estimates`: the estimates alone;
-* `none`: nothing, for agents whose network remembers, or for the worth of a memory.
+* `belief`: the estimates of the scripted rules, and the belief about the wheel (`grind_env.belief`);
+* `means`: the memory of `belief`, and running means of all measurements;
+* `stack`: the last observations, unchanged;
+* `estimates`: the estimates of the scripted rules alone;
+* `none`: nothing, for agents with a recurrent network, or to measure the value of a memory.
 
-It chooses E and D as two whole numbers: a policy over whole numbers of dresses should not be a Gaussian.
+An agent chooses E and D as two integers, because a Gaussian policy does not suit a whole number of dresses.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, S
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 
 MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
-"""What a learner remembers."""
+"""Memory of a learner."""
 GRID = "multidiscrete"
-"""The form of the action of `grind_env.envs.actions`."""
+"""Form of the action in `grind_env.envs.actions`."""
 
 MEMBERS = 16
-"""Members of the belief's ensemble."""
+"""Number of members of the belief's ensemble."""
 STACKED = 8
-"""Observations in a stack."""
+"""Number of observations in a stack."""
 FEATURE_BOUND = 30.0
 LEAST_AREA = 1e-4
-"""Wear-flat area below which the belief in it is not told apart."""
+"""Least believed wear-flat area in the features; smaller areas count as this one."""
 
 BLOCKS_KNOWN = LotMemory._fields.index("blocks")
 MEMORIES = (0.9, 0.98)
-"""Share of a mean that is left after a block: memories of about 10 and 50 blocks."""
+"""Factors on the weight of earlier blocks with each block: memories of about 10 and 50 blocks."""
 NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
-"""In place of the actions of a stack: the observation shows the E and D of the last block."""
+"""Empty action space for the stack, because the observation shows E and D of the last block."""
 
 Flags = NDArray[np.bool_]
 Features = NDArray[np.float32]
@@ -62,10 +62,10 @@ class LearnerForm:
 
 
 class RunningMeans:
-    """Means of every entry of the observations of N episodes so far, the older ones weighing ever less.
+    """Exponentially weighted means of every entry of the observations of N episodes.
 
     Args:
-        entries: of an observation.
+        entries: number of entries of an observation.
     """
 
     def __init__(self, entries: int) -> None:
@@ -77,12 +77,12 @@ class RunningMeans:
         self.weights = np.zeros((n, len(MEMORIES), 1))
 
     def restart(self, mask: NDArray[np.bool_]) -> None:
-        """Begin the episodes in `mask`, shape (N,), with their next observation."""
+        """Restart the episodes in `mask`, shape (N,), with their next observation."""
         self.sums[mask] = 0.0
         self.weights[mask] = 0.0
 
     def take(self, observations: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-        """Take in observations, shape (N, entries), of the episodes in `mask`; those of the others mean nothing.
+        """Update the means with observations, shape (N, entries); rows outside `mask` are ignored.
 
         Returns:
             The means, shape (N, len(MEMORIES) * entries); a new array.
@@ -99,7 +99,7 @@ class LearnerView:
 
     Args:
         simulation: simulation of the environment, which shows the measurements.
-        memory: content of the memory.
+        memory: kind of memory.
     """
 
     def __init__(self, simulation: Simulation, memory: MemoryKind = "belief") -> None:
@@ -130,15 +130,15 @@ class LearnerView:
                 memory.restart(mask)
 
     def features(self, observation: NDArray[np.float32], mask: Flags | None = None) -> Features:
-        """Take in the measured observation before a block.
+        """Return the features after the measured observation before a block.
 
         Args:
             observation: shape (N, entries).
-            mask: the episodes to which this is new, shape (N,); all by default. The others stay as they are, and
-                their features mean nothing.
+            mask: episodes with a new observation, shape (N,); all by default. The other episodes stay unchanged, and
+                their features have no meaning.
 
         Returns:
-            Shape (N, features), a new array.
+            Features, shape (N, features), in a new array.
         """
         chosen = np.ones(len(observation), bool) if mask is None else mask
         if self.stack is not None:
@@ -146,7 +146,7 @@ class LearnerView:
             return stacked
         parts = [observation] if self.estimator is None else [observation, self._estimates(observation, chosen)]
         if self.belief is not None:
-            # it shows the observation and behind it the belief
+            # the result is the observation, followed by the belief
             belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
             area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
             parts += [belief, np.log(area / REFERENCE_AREA)]

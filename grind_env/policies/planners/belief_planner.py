@@ -1,4 +1,4 @@
-"""The planner on the belief: every choice is tried on possible wheels, with a table for the later blocks."""
+"""Planner on the belief: tries every choice on possible wheels, with a table of costs for the later blocks."""
 
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
@@ -19,18 +19,18 @@ from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
 
 CLEAR = 1e-3
-"""Of the log of the slack, in single precision."""
+"""Tolerance of the log of the slack, which is rounded to single precision."""
 
 
 class CostLeft(NamedTuple):
     """Remaining cost of N episodes after the coming part."""
 
     table: Array
-    """Table of cost, $, shape (any, nodes of the axes of `Worth`)."""
+    """Table of the remaining cost, $, shape (any, nodes of the axes of `Worth`)."""
     number: NDArray[np.int64]
-    """On its first axis, shape (N,)."""
+    """Index on the first axis of `table`, shape (N,)."""
     margin: Array
-    """Time in hand before the coming block, s, shape (N,)."""
+    """Spare time before the coming block, s, shape (N,)."""
 
 
 @dataclass
@@ -44,8 +44,8 @@ class BeliefPlanner:
 
     Attributes:
         members: size of the ensemble; each member has a wheel, a lot and a roughness.
-        speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
-            between the neighbours of the best.
+        speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` - 1 between
+            the neighbours of the best E.
     """
 
     members: int = 32
@@ -78,7 +78,7 @@ class BeliefPlanner:
         if table.period:
             to_go = table.period - self.block % table.period
             time = seen["time_to_due"]
-            # what a slack at the end of its range does not say is as usual
+            # a slack at the end of its range does not show the work, which is then taken as the mean
             shown = seen["slack"] > np.log(LEAST_SLACK) + CLEAR
             margin = time - np.where(shown, time / np.exp(seen["slack"]), to_go * table.work.mean())
         if part[-1] + 1 >= self.simulation.task.blocks:

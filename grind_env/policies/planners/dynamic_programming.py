@@ -25,12 +25,13 @@ SURVIVAL = History._fields.index("survival")
 SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2
-"""More in one block were never worth their price (scenarios, section 1)."""
+"""Largest number of executions tried in a block; more were never worth their price (scenarios, section 1)."""
 MARGIN = 10.0
-"""$ above the cheapest state, and what two executions are charged, beyond which a state is given up: dressing the
-cheapest one is cheaper. With or without it the plans of eight episodes were the same, in half the time."""
+"""Cost of a state above the cheapest state and two surcharges for executions, $, beyond which a state is dropped:
+dressing the cheapest state costs less. The plans of eight episodes were the same with and without it, in half the
+time."""
 EPISODES_AT_ONCE = 16
-"""Bounds the memory: some thousand branches an episode."""
+"""Number of episodes planned at once, which limits the memory: an episode has some thousand branches."""
 
 Index = NDArray[np.int64]
 
@@ -39,9 +40,9 @@ class Surcharge(NamedTuple):
     """Surcharges of the search over the true cost, for differences within its classes of states."""
 
     second: float = 0.0
-    """$/s: time lost is missing at a later due date."""
+    """Surcharge for time, $/s, because lost time is missing at a later due date."""
     execution: float = 0.0
-    """$: a dress execution is missing before a wheel change."""
+    """Surcharge for a dress execution, $, because it is missing before a wheel change."""
 
 
 NO_SURCHARGE = Surcharge()
@@ -57,9 +58,8 @@ def surcharges(task: Task) -> list[Surcharge]:
 def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
     """Return a cheap plan for each of N episodes with known tapes: E and D of shape (N, steps).
 
-    From every retained state, every E of a grid is tried with every D up to 2. Of the new states, the cheapest of each
-    class of wear-flat area and volume since the dress is retained in full, if its cost is not much above the cheapest
-    of all.
+    From every retained state, every E of a grid is tried with every D up to 2. Each class of wear-flat area and volume
+    since the dress retains its cheapest new state, unless this costs much more than the cheapest of all.
     """
     every = all_choices(simulation.task, SPEEDS)
     choices = Decision(*(values[every.executions <= MOST_EXECUTIONS] for values in every))
@@ -73,7 +73,7 @@ def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge 
 
 
 def _forward(simulation: Simulation, start: Episodes, choices: Decision, surcharge: Surcharge) -> Index:
-    """Numbers of the choices of the plans, shape (N, steps)."""
+    """Return the indices of the choices of the plans, shape (N, steps)."""
     count = len(choices.speeds)
     owner, cost, state = np.arange(len(start.block)), np.zeros(len(start.block)), start
     ends, scrap = simulation.kinds[:, ENDS_PART], simulation.kinds[:, SCRAP]
@@ -89,7 +89,7 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
         outcomes, results = advance(simulation, branches, *decision)
         cost = np.repeat(cost, count) + outcomes[:, COST]
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
-        # what a part in work has lost of its chances is charged with its last block, but decides now
+        # the lost survival probability of a part in work is charged with its last block, but must count now
         number = simulation.branches.rows_of(here.coming())
         finished = np.repeat(ends[number] > 0.0, count) | simulation.over(branches)
         at_stake = np.where(finished, 0.0, np.repeat(scrap[number], count))
@@ -107,13 +107,13 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
 
 
 def wheel_class(episodes: Episodes) -> Index:
-    """Class of the wheel of each episode, shape (N,)."""
+    """Return the class of the wheel of each episode, shape (N,)."""
     area = np.digitize(episodes.wheels[:, AREA], AREA_CLASSES)
     return area * (len(VOLUME_CLASSES) + 1) + np.digitize(episodes.wheels[:, VOLUME], VOLUME_CLASSES)
 
 
 def cheapest_of_each(cost: Array, *groups: Index) -> Index:
-    """Index of the cheapest member of each group, in the order of the groups (the last key leads)."""
+    """Return the index of the cheapest member of each group, in the order of the groups (the last key leads)."""
     order = np.lexsort((cost, *groups))
     keys = np.stack(groups)[:, order]
     first = np.ones(len(order), bool)

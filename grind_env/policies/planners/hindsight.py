@@ -17,18 +17,18 @@ from grind_env.policies.policy import Sees
 
 SWEEPS = 3
 STRETCH = 6
-"""Blocks whose E is scaled together."""
+"""Number of blocks whose E is scaled together."""
 
 
 @dataclass
 class Hindsight:
-    """Plans the whole episode on its true tape: forward dynamic programming, then coordinate search.
+    """Planner of the whole episode on its true tape: forward dynamic programming, then coordinate search.
 
     A strong reference, not a proven bound (scenarios, section 7, 6).
 
     Args:
         sweeps: passes over the blocks.
-        seed: of the random moves.
+        seed: seed of the random moves.
     """
 
     sweeps: int = SWEEPS
@@ -64,13 +64,13 @@ def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.rando
     """Go once over the blocks and keep the cheapest change of each episode's plan at each block.
 
     Args:
-        simulation: of the task.
-        start: N episodes at their first block; left as they are.
+        simulation: simulation of the task.
+        start: N episodes at their first block; they stay unchanged.
         plan: E and D, each shape (N, blocks).
         rng: draws random E.
 
     Returns:
-        The plan, no dearer for any episode.
+        The new plan, which costs no episode more.
     """
     task, n = simulation.task, len(start.block)
     plan = Decision(plan.speeds.copy(), plan.executions.copy())
@@ -86,7 +86,7 @@ def sweep(simulation: Simulation, start: Episodes, plan: Decision, rng: np.rando
 
 
 def plan_cost(simulation: Simulation, state: Episodes, speeds: Array, executions: Array) -> Array:
-    """Cost of the rest of N episodes under C plans each, shape (C, N); plans have shape (C, N, blocks left)."""
+    """Return the cost of the rest of N episodes, $, shape (C, N); plans have shape (C, N, blocks left)."""
     plans, n, blocks = speeds.shape
     branches = state.pick(np.tile(np.arange(n), plans))
     E = np.ascontiguousarray(speeds.reshape(-1, blocks).T)

@@ -1,7 +1,7 @@
 """Planners that know the true state, which a machine cannot measure.
 
-They do not bound what an agent can reach: one is a tuned rule, the other looks some blocks ahead and leaves the rest to
-that rule.
+Their scores are no upper bound for an agent: one planner is a tuned rule; the other looks some blocks ahead and leaves
+later blocks to this rule.
 """
 
 from dataclasses import dataclass
@@ -36,9 +36,9 @@ from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
 
 @dataclass(kw_only=True)
 class FullStateRule(SharpnessRule):
-    """The rule on the true sharpness, (A + 0.02 lam) pm, and the true factors of lot and wheel.
+    """Rule on the true sharpness, (A + 0.02 lam) pm, and the true factors of lot and wheel.
 
-    ln E has the further terms gK ln kA + gR ln(Ra factor), the dress criterion wK ln kA.
+    ln E has the further terms gK ln kA + gR ln(Ra factor), and the dress criterion the further term wK ln kA.
     """
 
     gK: float
@@ -56,7 +56,7 @@ class FullStateRule(SharpnessRule):
         return self.read(episodes, self.task.blocks - episodes.block)
 
     def read(self, episodes: Episodes, blocks_left: ArrayLike) -> Decision:
-        """Return the decision for episodes whose state is known, with that many blocks still to grind."""
+        """Return the decision for episodes with known states and `blocks_left` blocks still to grind."""
         coming = episodes.coming()
         wheels, task = episodes.wheels, self.task
         rows = self.simulation.branches.rows_of(coming)
@@ -85,15 +85,15 @@ class FullStateRule(SharpnessRule):
 
 @dataclass
 class ModelPredictive:
-    """Tries every E and D for the coming block and goes on with a rule over a horizon (scenarios, section 7, 6a).
+    """Planner that tries every E and D in the coming block, with a rule up to a horizon (scenarios, section 7, 6a).
 
     Args:
-        rule: continues after the coming block.
-        horizon: blocks after the coming one, and as many more as the part in work or the next due date needs: lateness
-            is handed on from date to date, so that a horizon that ends with the very next one (scenarios) cost 4 %
-            more in Rush. The wheel left behind is charged like that of an episode's end.
-        speeds: number of E tried, geometrically spaced, where the task has a range of them; as many again are
-            then tried between the neighbours of the best.
+        rule: rule for the blocks after the coming block.
+        horizon: number of blocks after the coming block, extended to the end of a part and to a due date. Lateness
+            carries over from date to date: a horizon that ends with the very next date (scenarios) cost 4 % more in
+            Rush. The wheel at the horizon is charged like the wheel at the end of an episode.
+        speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` + 1 from
+            neighbour to neighbour of the best E.
     """
 
     rule: FullStateRule

@@ -1,10 +1,10 @@
-"""The value of a wheel before and after every block: dynamic programming on the model, once per episode.
+"""Table of the remaining cost of an episode: dynamic programming on the model, once per simulation.
 
-A table over the blocks of an episode, the kind of the coming block, the lot (dulling rate and pressure of wear flats),
-the dullness of the wheel, and in tasks with due dates the spare time. Costs and transitions come from the compiled
-cycle, tried with every E and D of a grid on wheels, lots and stocks that the task draws; so the table needs no tuning
-and holds for any simulated task, material or machine. It assumes that the state is known from the next block on, as
-QMDP does (Littman, Cassandra, Kaelbling, ICML 1995), and usual values for all else.
+Axes are block, kind of the coming block, lot (dulling rate and pressure of wear flats), dullness of the wheel and, in
+tasks with due dates, spare time. Costs and transitions come from the compiled cycle, tried with every E and D
+of a grid on wheels, lots and stocks that the task draws. So the table needs no tuning and holds for any simulated task,
+material or machine. It assumes a known state from the next block on, as QMDP does (Littman, Cassandra, Kaelbling, ICML
+1995), and usual values for all else.
 """
 
 from dataclasses import dataclass
@@ -29,21 +29,21 @@ from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA
 
 EPISODES = 128
-"""Episodes in which lots, stocks and the order of kinds are counted."""
+"""Number of sampled episodes in which lots, stocks and the order of kinds are counted."""
 SPEEDS, DULL, SCENARIOS, MARGINS, DATES = 12, 16, 16, 9, 4
-"""E tried; levels of dullness; stocks and roughnesses of a state; levels of the time in hand; dates that may come."""
+"""Numbers of E, levels of dullness, scenarios of stock and roughness, levels of spare time, and due dates tried."""
 DOUBT = 0.6
 """Share of the variation of lots that a belief leaves open: with known lots the table would dress too late."""
 GROWTH, PRESS = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.5, 1.0)
-"""Quantiles of what is drawn at which lots are tried."""
+"""Quantiles of the dulling rate and of the pressure at which lots are tried."""
 MARGIN = (-0.75, 1.25)
-"""Ends of the time in hand, in the work between two dates."""
+"""Least and largest spare time, over the work between two due dates."""
 LONGEST, DULLEST = 400, 12.0
-"""Blocks without a dress in which a wheel gets as dull as the table goes: so many times as dull as a dressed one."""
+"""Largest number of blocks without a dress, and ratio of the dullest wheel of the table to a dressed wheel."""
 SLOWLY = np.array([[0.3, *[1.0] * (len(FACTORS) - 1)]])
-"""Factors of the lot that it grinds, which dulls it in small steps."""
+"""Factors of a lot that dulls the wheel in small steps."""
 LEAST = 1e-6
-"""Dullness of a wheel that has none."""
+"""Least dullness, for a wheel without flats and loading."""
 
 KA = TapeRow._fields.index("kA")
 ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
@@ -52,7 +52,7 @@ HANDOVER, SECONDS = (Outcome._fields.index(name) for name in ("handover_cost", "
 
 
 class AxisPlace(NamedTuple):
-    """Places of numbers on an axis: between two of its nodes, both of the shape of the numbers."""
+    """Places of numbers between two nodes of an axis; both fields have the shape of the numbers."""
 
     below: Numbers
     share: Array
@@ -60,7 +60,7 @@ class AxisPlace(NamedTuple):
 
 
 def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
-    """Return the places of values between the nodes of an axis: beyond it at its ends, or along its last piece."""
+    """Return the places of values between nodes of an axis; values outside are clipped, or extrapolated if `beyond`."""
     if len(axis) == 1:
         return AxisPlace(np.zeros(np.shape(values), np.int64), np.zeros(np.shape(values)))
     below = np.clip(np.searchsorted(axis, values) - 1, 0, len(axis) - 2)
@@ -73,7 +73,7 @@ def between(table: Array, first: Numbers, *places: AxisPlace) -> Array:
 
     Args:
         table: the table.
-        first: numbers on its first axis.
+        first: indices on the first axis of the table.
         places: places on the other axes; all of one shape.
     """
     total = np.zeros(np.shape(first))
@@ -88,7 +88,7 @@ def between(table: Array, first: Numbers, *places: AxisPlace) -> Array:
 
 
 def dullness(wheels: Array) -> Array:
-    """Log of A + 0.02 lam of wheels, shape (..., fields of `WheelState`)."""
+    """Return the log of A + 0.02 lam of wheels, shape (..., fields of `WheelState`)."""
     return np.asarray(np.log(np.maximum(wheels[..., AREA] + LOADED_AREA * wheels[..., LOADING], LEAST)))
 
 
@@ -98,17 +98,17 @@ class Coming(NamedTuple):
     rows: Numbers
     """Rows of `Simulation.kinds`, in the order of the tables."""
     number: Numbers
-    """Of every row of `Simulation.kinds` in that order; of one that does not come, that of the first of its kind."""
+    """Index in `rows` of every row of `Simulation.kinds`; a row that does not come gets the first index of its kind."""
     follows: Array
-    """Chance of each row after each, shape (rows, rows)."""
+    """Probability of the second row after the first row, shape (rows, rows)."""
     anew: Array
-    """Chance that it begins a lot, likewise."""
+    """Probability that the second row then begins a lot, shape (rows, rows)."""
     growth: Array
-    """Log of the dulling rate of lots and wheels, any number."""
+    """Log of the sampled dulling rates of lots and wheels, shape (any,)."""
     pressure: Array
-    """Log of that on their pressure, likewise."""
+    """Log of the sampled factors on the pressure of wear flats, shape (any,)."""
     scenarios: Array
-    """Stock over the nominal one and `FACTORS`, the first two as doubts, shape (rows, scenarios, 1 + factors)."""
+    """Stock over nominal stock, and `FACTORS` (first two: the belief's doubt), shape (rows, scenarios, 1 + factors)."""
 
 
 def course(simulation: Simulation) -> Coming:
@@ -120,7 +120,7 @@ def course(simulation: Simulation) -> Coming:
     follows, new = np.zeros((len(rows), len(rows))), np.zeros((len(rows), len(rows)))
     np.add.at(follows, (at[:, :-1], at[:, 1:]), 1.0)
     np.add.at(new, (at[:, :-1], at[:, 1:]), tape[:, 1:, NEW_LOT])
-    # every quantile of each once, in an order of its own
+    # every quantity has each quantile once, in its own random order
     levels, rng = (np.arange(SCENARIOS) + 0.5) / SCENARIOS, np.random.default_rng(0)
     fields = [STOCK, *(TapeRow._fields.index(name) for name in FACTORS)]
     scenarios = np.stack([np.quantile(tape[at == k][:, fields], levels, axis=0) for k in range(len(rows))])
@@ -147,18 +147,18 @@ class Tried(NamedTuple):
     """Mean results of every choice in every state over scenarios; shape (rows, growth, pressure, dull, choices)."""
 
     cost: Array
-    """Without that of the wheel left behind, $."""
+    """Cost without the price of the wheel left behind, $."""
     handover: Array
-    """Price of that wheel where the episode ends, $."""
+    """Price of the wheel left behind if the episode ends, $."""
     dull: Array
-    """Log dullness afterwards."""
+    """Log of the dullness after the block."""
     seconds: Array
-    """Time, s."""
+    """Time of the block, s."""
 
 
 @dataclass(frozen=True)
 class Worth:
-    """Cost of the rest of an episode that continues as cheaply as the table knows, $.
+    """Table of the remaining cost of an episode with the cheapest later choices, $.
 
     Attributes:
         course: frequencies of coming blocks.
@@ -167,13 +167,13 @@ class Worth:
         dull: nodes of the log of the dullness.
         margin: spare time before the next due date beyond the nominal work, s; one node in a task without dates.
         lots: probability of each growth and pressure, shape (growth, pressure).
-        period: blocks from due date to due date; 0 without.
-        dates: change of the margin at a date, shape (margin, margin).
+        period: number of blocks from due date to due date; 0 without due dates.
+        dates: probabilities of the margins after a date, by the margin before, shape (margin, margin).
         late: cost of each margin at a date, $.
         work: nominal time of a block of each row, s, from which due dates are made.
-        choices: E and D.
-        before: by block, shape (blocks + 1, rows, growth, pressure, dull, margin).
-        cheapest: number of the best choice, likewise, without the last.
+        choices: all choices of E and D.
+        before: remaining cost before a block, $, shape (blocks + 1, rows, growth, pressure, dull, margin).
+        cheapest: index of the best choice, shape (blocks, rows, growth, pressure, dull, margin).
     """
 
     course: Coming
@@ -201,7 +201,7 @@ class Worth:
         return np.asarray(left)
 
     def after(self, block: int) -> Array:
-        """Return the same where the next row is not known yet, shape (rows, nodes of each axis)."""
+        """Return the mean cost after a block over the next rows, shape (rows, nodes of each axis)."""
         return np.asarray(np.einsum("qr,qrgpxz->qgpxz", self.course.follows, self.ahead(block)))
 
     def places(
@@ -215,7 +215,7 @@ class Worth:
         )
 
     def choose(self, block: int, rows: Numbers, *places: AxisPlace) -> Decision:
-        """Return the best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
+        """Return the best choice at the upper nodes: no wheel counts as sharper, and no lot as milder, than it is."""
         above = (np.where(each.share > 0.0, each.below + 1, each.below) for each in places)
         ends = zip(above, self.before.shape[2:], strict=True)
         best = self.cheapest[(block, rows, *(np.minimum(k, n - 1) for k, n in ends))]
@@ -266,7 +266,7 @@ def worth(simulation: Simulation) -> Worth:
 
 
 def spread_over(axis: Array, values: Array) -> Array:
-    """Shares of the nodes of an axis in each of the values, shape (values, nodes)."""
+    """Return the interpolation weights of the nodes of an axis for each value, shape (values, nodes)."""
     at, index = place(axis, values, beyond=True), np.arange(len(values))
     shares = np.zeros((len(values), len(axis)))
     shares[index, at.below] += 1.0 - at.share
@@ -275,7 +275,7 @@ def spread_over(axis: Array, values: Array) -> Array:
 
 
 def dulling(model: MemberModel, rows: Numbers) -> Array:
-    """Return wheels from dressed to so dull that a dress is far away, shape (dull, fields of `WheelState`)."""
+    """Return wheels from freshly dressed to very dull, shape (dull, fields of `WheelState`)."""
     task = model.simulation.task
     member = model.room(1)
     model.simulation.clear(member, np.zeros(1, np.int64))
@@ -314,7 +314,7 @@ def _tried(
     kind = model.simulation.kinds[found.rows[k]]
     cost = outcomes[:, COST] - outcomes[:, HANDOVER]
     if kind[ENDS_PART] == 0.0:
-        # what a part in work has lost of its chances is charged with its last block, but decides now
+        # the lost survival probability of a part in work is charged with its last block, but must count now
         cost = cost + kind[SCRAP] * (1.0 - members.memory[:, SURVIVAL])
     each = cost, outcomes[:, HANDOVER], dullness(members.wheels), outcomes[:, SECONDS]
     return tuple(values.reshape(shape).mean(axis=-1) for values in each)
@@ -323,7 +323,7 @@ def _tried(
 def _grind(
     model: MemberModel, members: Episodes, rows: Numbers, stocks: Array, factors: Array, speeds: Array, executions: Any
 ) -> Array:
-    """Grind a block in every member as if it were the first of a part; its outcomes."""
+    """Grind a block in every member, as the first block of a part; return the outcomes."""
     everyone = np.arange(len(rows))
     model.branches.load(members, everyone, rows, stocks)
     model.write_factors(members, everyone, factors)

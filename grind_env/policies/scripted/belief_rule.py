@@ -1,4 +1,4 @@
-"""The rule on the belief of the hidden state."""
+"""Rule on the belief about wheel and lot."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,11 +17,11 @@ from grind_env.policies.scripted.rules import LOADED_AREA, Estimating, Sharpness
 
 @dataclass(kw_only=True)
 class BeliefRule(Estimating, SharpnessRule):
-    """`FullStateRule` with the mean belief of an ensemble filter in place of the truth, for what a machine measures.
+    """`FullStateRule` on measurements: the mean belief of an ensemble filter replaces the true state.
 
     A process engineer with the model of the process and the spreads of wheels and lots at hand can follow the wheel
-    from power readings (`grind_env.belief`). Sharpness is the believed (A + 0.02 lam) pm; ln E has the
-    further term gK ln kA, the dress criterion wK ln kA, of the believed dulling rate.
+    from power readings (`grind_env.belief`). Sharpness is the believed (A + 0.02 lam) pm. With the believed dulling
+    rate kA, ln E has the further term gK ln kA, and the dress criterion wK ln kA.
     """
 
     gK: float

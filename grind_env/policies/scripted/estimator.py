@@ -1,7 +1,7 @@
 """Estimates of sharpness and dulling rate from measured power and nominal constants.
 
-The mean power of a block, less what chips and ploughing take nominally, is the friction of the wear flats; with
-the nominal pressure under them it gives their area (Malkin; scenarios, section 3).
+The mean power of a block, minus the nominal power of chips and ploughing, is the friction power of the wear flats.
+Friction and nominal pressure give the area of the flats (Malkin; scenarios, section 3).
 """
 
 import math
@@ -19,7 +19,7 @@ from grind_env.process.state import StrokeParameters
 from grind_env.process.stroke import stroke_constants
 
 FRESH = 0.0095
-"""Wear-flat area taken when nothing was ground since the dress."""
+"""Assumed wear-flat area when nothing has been ground since the dress."""
 LEAST = 0.004
 """Least wear-flat area that a noisy reading may give."""
 DRESSED = 0.0085
@@ -32,7 +32,7 @@ LEAST_VOLUME = 15.0
 LARGEST_TERM = 2.0
 LEAST_EXECUTIONS = 0.5
 MEMORY = 4.0
-"""Blocks after which the mean over a lot becomes a running one."""
+"""Number of blocks after which the mean over a lot becomes a running mean."""
 
 
 class Estimate(NamedTuple):
@@ -43,22 +43,22 @@ class Estimate(NamedTuple):
     volume: Any
     """Specific volume removed since the last dress, mm3/mm."""
     severity: Any
-    """Mean over the lot of the log of its dulling rate over the nominal one; 0 before anything is known."""
+    """Log of the dulling rate over the nominal rate, mean over the lot; 0 before the first reading."""
     stock: Any
     """Pre-gauged stock of the coming block over its nominal stock."""
     kind: Any
     """Index of the kind of the coming block."""
     pressed: Any
-    """Log of the nominal work up to the next due date over the time left; 0 in a task without."""
+    """Log of the nominal work up to the next due date over the time left; 0 in a task without due dates."""
     thrift: Any
     """Log of the dress executions left over the blocks left; 0 in a task whose wheel is never changed."""
 
 
 class Signals(NamedTuple):
-    """The readings used, in physical units, one row an episode."""
+    """Readings for the estimates, in physical units, one row per episode."""
 
     power: Any
-    """Mean power of the last block, W; 0 for none."""
+    """Mean power of the last block, W; 0 without a reading."""
     speed: Any
     """E of the last block, mm/min."""
     pick: Any
@@ -74,11 +74,11 @@ class Signals(NamedTuple):
 
 
 class LotMemory(NamedTuple):
-    """Memory of the lot."""
+    """Mean severity of a lot so far."""
 
     severity: float
     blocks: float
-    """Number of blocks that severity is the mean of."""
+    """Number of blocks in the mean."""
 
 
 read_parameters, read_signals = column_reader(StrokeParameters), column_reader(Signals)
@@ -87,9 +87,9 @@ write_estimate = column_writer(Estimate)
 
 
 class SharpnessEstimator:
-    """Estimates sharpness and lot severity of N episodes from block to block.
+    """Estimator of sharpness and lot severity of N episodes from block to block.
 
-    It reads the measured observation only, the first entries of the full one.
+    It reads only the measured observation, which is the beginning of the full observation.
     """
 
     def __init__(self, simulation: Simulation, episodes: int = 0) -> None:
@@ -107,7 +107,7 @@ class SharpnessEstimator:
         self.kind[mask] = 0.0
 
     def update(self, observation: NDArray[np.float32]) -> Estimate:
-        """Take in the observation before a block, shape (N, entries)."""
+        """Return the estimates after the observation before a block, shape (N, entries)."""
         seen = self.simulation.read(observation)
         kind = coming_kinds(self.simulation.branches, seen).astype(np.float64)
         nothing = np.zeros(len(observation))
@@ -136,8 +136,8 @@ class SharpnessEstimator:
 
 
 def thrift(executions: ArrayLike, blocks: ArrayLike) -> NDArray[np.float64]:
-    """Log of the dress executions left over the blocks left; less than half an execution counts as half a one."""
-    # after the last block there are none; the decision is not used then
+    """Return the log of the dress executions left, at least half an execution, over the blocks left."""
+    # after the last block no blocks are left, but that decision is not used
     return np.asarray(np.log(np.maximum(executions, LEAST_EXECUTIONS) / np.maximum(blocks, 1.0)))
 
 

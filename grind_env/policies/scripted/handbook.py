@@ -15,18 +15,18 @@ from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 
 USUAL_SPEED = 12_000.0
-"""mm/min; a usual table speed for hardened steel."""
+"""Usual table speed for hardened steel, mm/min."""
 USUAL_SPEEDS = {"job_shop": 15_000.0, "rush": 15_000.0, "blades": 10_000.0, "CBN": 20_000.0}
-"""mm/min, of the tasks where another one is usual (scenarios, section 7)."""
+"""Table speed of the tasks with another usual speed, mm/min (scenarios, section 7)."""
 SPECIFIC_ENERGY = 40.0
-"""J/mm3; usual in the conventional grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
+"""Usual specific energy, J/mm3, in grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
 SPINDLE_SHARE = 0.8
-"""Share of the spindle's power that is planned to be used."""
+"""Planned share of the spindle's power."""
 
 
 @dataclass
 class Handbook:
-    """A usual E, less where the spindle would not drive it; one dress in every block or, where it shows, every part."""
+    """Usual E, limited by the spindle's power; one dress per part, or per block if part starts are not measured."""
 
     name: ClassVar[str] = "handbook"
     sees: ClassVar[Sees] = "measurements"

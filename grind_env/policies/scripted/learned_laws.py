@@ -1,4 +1,4 @@
-"""Power laws of power and roughness, updated from a shop's readings."""
+"""Power laws of power, roughness and size, updated from a shop's readings."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,21 +6,21 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array, Numbers
 
 FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
-"""Level and exponents of power before anything has been read, and how well they are known: the level not at all."""
+"""Level and exponents of power before the first reading, and their standard deviations; the level is unknown."""
 SCATTER = 0.05
-"""Scatter of a reading about the law, in logarithms."""
+"""Standard deviation of a reading around the law, in logarithms."""
 FORGETTING = 0.97
-"""Weight of a reading when the next one has come."""
+"""Factor on the weight of a reading with each further reading."""
 WORN_IN = 10.0
-"""mm3/mm; a freshly dressed wheel is as dull as one that has ground so much."""
+"""Volume, mm3/mm, that a freshly dressed wheel counts as having ground."""
 LEAST_EXPONENT = 0.2
-"""Least exponent of the removal rate, when it is asked for."""
+"""Least exponent of the removal rate, when the law is solved for the removal rate."""
 AIM = 0.65
-"""Aim of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
+"""Aimed mean of a part's value over its limit: 2.5 standard deviations below the limit, with an Ra scatter of 17 %."""
 
 
 class PowerLaw:
-    """Peak power P of N machines over their removal rates Q and the volume V' ground since the dress.
+    """Law of the peak power P of N machines by removal rate Q and volume V' ground since the dress.
 
         ln P = c + f ln Q + g ln(V' + 10 mm3/mm)
 
@@ -28,9 +28,9 @@ class PowerLaw:
 
     Attributes:
         found: c, f and g, shape (N, 3).
-        known: which of the machines have been read, shape (N,).
-        expected: of the last reading before it was learned, its logarithm, shape (N,).
-        spread: of that, likewise.
+        known: whether a machine has been read, shape (N,).
+        expected: forecast of the logarithm of the last reading, from before the law learned the reading, shape (N,).
+        spread: standard deviation of this forecast, shape (N,).
     """
 
     def __init__(self, machines: int) -> None:
@@ -40,7 +40,7 @@ class PowerLaw:
         self._covariance = np.tile(np.diag(SPREAD**2), (machines, 1, 1))
 
     def learn(self, power: Array, removal: Array, volume: Array, read: NDArray[np.bool_]) -> None:
-        """Take readings of the machines in `read`: W, mm3/s and mm3/mm, each shape (N,)."""
+        """Learn the readings of the machines in `read`: W, mm3/s and mm3/mm, each shape (N,)."""
         x = np.stack([np.ones(len(removal)), np.log(np.maximum(removal, 1e-9)), np.log(volume + WORN_IN)], axis=1)
         covariance = self._covariance / FORGETTING
         along = np.einsum("nij,nj->ni", covariance, x)
@@ -49,7 +49,7 @@ class PowerLaw:
         gain = along / self.spread[:, None] ** 2
         surprise = np.log(np.maximum(power, 1.0)) - self.expected
         covariance = covariance - gain[:, :, None] * along[:, None, :]
-        # what is never tried must not be forgotten beyond what was known before anything was read
+        # forgetting must not make any direction less certain than before the first reading
         spread = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 1e-12))
         least = np.minimum(1.0, SPREAD / spread)
         covariance *= least[:, :, None] * least[:, None, :]
@@ -68,11 +68,11 @@ class PartLaw:
     """Law of a gauged value over its limit, c E^x, for N machines and kinds of part; E in units of a usual E.
 
     Args:
-        machines: N.
+        machines: number N of machines.
         limits: limit of each kind of part, 0 for none, shape (kinds,).
-        exponent: x.
-        usual: c before anything has been read.
-        memory: number of parts after which it is a running mean.
+        exponent: exponent x.
+        usual: c before the first reading.
+        memory: number of parts after which the level is a running mean.
         aim: aimed share of a limit, in the mean.
     """
 
@@ -84,13 +84,13 @@ class PartLaw:
         self._parts = np.ones(self._level.shape)
 
     def learn(self, ratio: Array, kinds: Numbers, speeds: Array, read: NDArray[np.bool_]) -> None:
-        """Take what parts of these kinds, ground with these E, were gauged for; each shape (N,)."""
+        """Learn the gauged values over their limits of parts of these kinds, ground with these E; each shape (N,)."""
         at = np.flatnonzero(read), kinds[read]
         self._parts[at] = np.minimum(self._parts[at] + 1.0, self._memory)
         level = np.log(np.maximum(ratio[read], self._least)) - self._exponent * np.log(speeds[read])
         self._level[at] += (level - self._level[at]) / self._parts[at]
 
     def speed(self, kinds: Numbers) -> Array:
-        """Return the E at which parts of these kinds reach their permitted limit, shape (N,); any without a limit."""
+        """Return the E at which parts of these kinds reach the aimed share of their limit, shape (N,), or infinity."""
         level = self._level[np.arange(len(kinds)), kinds]
         return np.asarray(np.exp((np.log(self._aim) - level) / self._exponent))

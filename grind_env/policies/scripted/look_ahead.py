@@ -1,4 +1,4 @@
-"""The one-block look-ahead on the belief, which prices the wheel that a block leaves."""
+"""One-block look-ahead on the belief, with a price for the dullness of the wheel after the block."""
 
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -23,44 +23,44 @@ from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
 
 MEMBERS = 8
-"""Wheels that a choice is tried on: as many as the kernel runs at a time."""
+"""Number of wheels on which a choice is tried: as many as the kernel runs at a time."""
 HASTE_WIDTH = 0.1
-"""Change of the log of work over time left within which a due date turns from safe to lost."""
+"""Width of the change from a safe to a lost due date, in the log of work over time left."""
 
 SECONDS, SCRAP = (Outcome._fields.index(name) for name in ("seconds", "scrap_cost"))
 SURVIVAL, DRESSES = (History._fields.index(name) for name in ("survival", "dresses"))
 
 
 class Prices(NamedTuple):
-    """Prices beside the cost of the coming block; each shape (N,)."""
+    """Prices in addition to the cost of the coming block; each shape (N,)."""
 
     wheel: Array
     """Price of a wheel of reference dullness left behind, $."""
     growth: Array
-    """Exponent of that price."""
+    """Exponent of the price of the wheel."""
     second: Array
-    """Price of time that due dates lack, $/s."""
+    """Price of time that is missing for due dates, $/s."""
     execution: Array
     """Price of a dress execution on a wheel that has to last, $."""
 
 
 def member_roughness(task: Task, members: int) -> Array:
-    """Factors on the roughness that a wheel leaves on a part, shape (members,).
+    """Return the factor of each member on the roughness of a part, shape (members,).
 
-    Power does not show it: the members divide its spread among them.
+    Power does not show these factors, so the members divide their spread evenly.
     """
     levels = [NormalDist().inv_cdf((m + 0.5) / members) for m in range(members)]
     return np.asarray(np.exp(np.hypot(task.spread.wheel_roughness, task.spread.part_roughness) * np.array(levels)))
 
 
 def member_wheels(simulation: Simulation, belief: WheelBelief, burnt: Array, roughness: Array, block: int) -> Episodes:
-    """Every member of every episode before a block as an episode of its own, up to the end of the part.
+    """Return every member of every episode as a separate episode, from a block to the end of the part.
 
     Args:
-        simulation: that is followed.
-        belief: of N episodes.
+        simulation: simulation that the belief follows.
+        belief: belief of N episodes.
         burnt: probability that the last block burnt the part, shape (N,).
-        roughness: factors of the members.
+        roughness: roughness factors of the members.
         block: number of the coming block.
     """
     members = len(roughness)
@@ -75,25 +75,25 @@ def member_wheels(simulation: Simulation, belief: WheelBelief, burnt: Array, rou
 
 @dataclass(kw_only=True)
 class LookAhead:
-    """Try every E and D of the coming block on possible wheels; choose the cheapest on average.
+    """Policy that tries every E and D of the coming block on possible wheels and chooses the cheapest on average.
 
     A process engineer with a simulator beside the machine could do this. An ensemble filter estimates the wheel from
     the power readings (`grind_env.belief`), and each member grinds the coming block with every choice, by the same
     compiled cycle as the true wheel. A part that continues after the block is followed to its end, with the last E of
-    such blocks and with or without a dress, whichever is cheaper. The wheel that is left adds a price, in dress
+    such blocks and with or without a dress, whichever is cheaper. The wheel at the end adds a price, in dress
     executions: price[kind] (s / 0.015)^growth[kind] with the dullness s = (A + 0.02 lam) pm. At the end of an episode
     the task itself charges the wheel.
 
     Attributes:
-        price: of a wheel of reference dullness, in dress executions, by kind of the coming block.
-        growth: exponent of that price, by kind of the coming block.
+        price: price of a wheel of reference dullness, in dress executions, by kind of the coming block.
+        growth: exponent of the price, by kind of the coming block.
         caution: factor on the price of scrap, because few wheels include few of the worst.
         haste: price of lost time before a due date, in prices of lateness.
         calm: log of the work over the time left at which the chance of a late date is one half.
-        layer: price of a dress execution if as many are left as blocks, in wheel changes.
-        scarcity: exponent of the rise of that price as fewer executions are left.
-        speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
-            between the neighbours of the best.
+        layer: price of a dress execution, in wheel changes, when as many executions as blocks are left.
+        scarcity: exponent by which this price rises as fewer executions are left.
+        speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` - 1 between
+            the neighbours of the best E.
     """
 
     price: tuple[float, ...]
@@ -164,7 +164,7 @@ class LookAhead:
         return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _step(self, branches: Episodes, decision: Decision, prices: Prices) -> Array:
-        """Grind a block in every branch; its cost with time and executions at their prices."""
+        """Grind a block in every branch; return its cost, with time and executions at their prices, $."""
         before = branches.memory[:, DRESSES].copy()
         outcomes, _ = self.simulation.step(branches, *decision)
         share = len(before) // len(prices.second)
@@ -174,7 +174,7 @@ class LookAhead:
         return np.asarray(cost + second * outcomes[:, SECONDS] + execution * dressed)
 
     def _left_behind(self, branches: Episodes, prices: Prices) -> Array:
-        """Price of the wheel that each branch leaves."""
+        """Return the price of the wheel at the end of each branch, $."""
         share = len(branches.block) // len(prices.wheel)
         dullness = branches.wheels[:, AREA] + LOADED_AREA * branches.wheels[:, LOADING]
         worth = (dullness * branches.tape[:, 0, PRESSURE] / REFERENCE_AREA) ** np.repeat(prices.growth, share)

@@ -1,6 +1,6 @@
 """Scripted policies: fixed plans of a program, and rules on measured signals.
 
-E is in mm/min in fixed plans and decisions, and in m/min in the parameters of rules.
+E is in mm/min in fixed plans, decisions and the parameters of rules.
 """
 
 from dataclasses import dataclass, field
@@ -19,11 +19,11 @@ from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
 
 REFERENCE_AREA = 0.015
-"""Wear-flat area at which the rules have their stated E."""
+"""Wear-flat area to which the parameter E of the rules refers."""
 LOADED_AREA = 0.02
-"""Wear-flat area that a fully loaded wheel is as dull as."""
+"""Wear-flat area that is as dull as full loading."""
 FRESH_VOLUME = 40.0
-"""mm3/mm over which a fresh dress wears in."""
+"""Volume over which a fresh dress wears in, mm3/mm."""
 VOLUME_SCALE = 300.0
 
 
@@ -41,7 +41,7 @@ class Estimating:
 
 @dataclass
 class Random:
-    """Uniform in the action space of the form `box`: E geometric over its range, D = 0 in two of three blocks."""
+    """Random draws, uniform in the action space `box`: E geometric over its range, D = 0 in two of three blocks."""
 
     seed: int = 0
     name: ClassVar[str] = "random"
@@ -129,9 +129,9 @@ class SpeedLaw:
         x = ln(A / 0.015)
 
     Attributes:
-        E: mm/min at the reference sharpness, by kind of block.
-        gP: pays only in a task with due dates.
-        gB: pays only in a task whose wheel is changed.
+        E: E at the reference sharpness, mm/min, by kind of block.
+        gP: coefficient of p, useful only in a task with due dates.
+        gB: coefficient of q, useful only in a task whose wheel is changed.
     """
 
     E: tuple[float, ...]
@@ -143,7 +143,7 @@ class SpeedLaw:
     task: Task = field(init=False, repr=False)
 
     def speeds(self, seen: Estimate, faster: Array) -> Array:
-        """E, mm/min; `faster` is the further terms of ln E."""
+        """Return E, mm/min; `faster` is the sum of the further terms of ln E."""
         faster = faster + self.gP * seen.pressed + self.gB * seen.thrift
         x, h, fresh = relative_sharpness(seen), relative_stock(seen), np.exp(-seen.volume / FRESH_VOLUME)
         ln_E = np.log(self.E)[seen.kind.astype(np.int64)] + self.gA * x + self.gF * fresh + self.gH * h + faster
@@ -158,8 +158,8 @@ class DressLaw:
 
     Attributes:
         A_dress: wear-flat area above which to dress, by kind of block.
-        wP: pays only in a task with due dates.
-        wB: pays only in a task whose wheel is changed.
+        wP: coefficient of p, useful only in a task with due dates.
+        wB: coefficient of q, useful only in a task whose wheel is changed.
     """
 
     A_dress: tuple[float, ...]
@@ -169,7 +169,7 @@ class DressLaw:
     wB: float = 0.0
 
     def executions(self, seen: Estimate, duller: Array) -> Array:
-        """D; `duller` is the further terms of the dress criterion."""
+        """Return D; `duller` is the sum of the further terms of the dress criterion."""
         duller = duller + self.wP * seen.pressed + self.wB * seen.thrift
         x, h = relative_sharpness(seen), relative_stock(seen)
         threshold = np.log(np.array(self.A_dress) / REFERENCE_AREA)[seen.kind.astype(np.int64)]
@@ -178,30 +178,30 @@ class DressLaw:
 
 @dataclass(kw_only=True)
 class SharpnessRule(SpeedLaw, DressLaw):
-    """The form of the rules on sharpness: both laws."""
+    """Base of the rules on sharpness, with a law for E and a law for D."""
 
     def decide(self, seen: Estimate, faster: Array, duller: Array) -> Decision:
-        """Apply the rule; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
+        """Return E and D; `faster` and `duller` are the further terms of ln E and of the dress criterion."""
         return Decision(self.speeds(seen, faster), self.executions(seen, duller))
 
 
 def relative_sharpness(seen: Estimate) -> Array:
-    """Log of the wear-flat area over the reference."""
+    """Return the log of the wear-flat area over the reference area."""
     return np.asarray(np.log(seen.wear_flat / REFERENCE_AREA))
 
 
 def relative_stock(seen: Estimate) -> Array:
-    """Log of the pre-gauged stock over the nominal one."""
-    # after the last block there is no stock; the decision is not used then
+    """Return the log of the pre-gauged stock over the nominal stock."""
+    # after the last block there is no stock, but that decision is not used
     return np.asarray(np.log(np.maximum(seen.stock, 0.1)))
 
 
 @dataclass(kw_only=True)
 class AdaptiveRule(Estimating, SharpnessRule):
-    """E and D from the estimated sharpness, the volume since the dress V and the lot severity.
+    """Rule for E and D from the estimated sharpness, the volume V since the dress and the lot severity.
 
-    Further symbols: h, the log of the pre-gauged stock over the nominal one; p, of the work over the time left to the
-    next due date; q, of the dress executions over the blocks left.
+    Further symbols: h is the log of the pre-gauged stock over the nominal stock, p the log of the work over the time
+    left to the next due date, and q the log of the dress executions over the blocks left.
     """
 
     gS: float
@@ -215,10 +215,10 @@ class AdaptiveRule(Estimating, SharpnessRule):
 
 @dataclass(kw_only=True)
 class AdaptiveSpeed(Estimating, SpeedLaw):
-    """E as `AdaptiveRule` chooses it, D executions in every `every`-th block.
+    """Rule with E as in `AdaptiveRule` and D executions in every `every`-th block.
 
-    What it saves on the best fixed plan is what adapting E alone is worth; what `AdaptiveRule` saves on it, what
-    adapting D is.
+    Its saving on the best fixed plan is the value of adapting E; the further saving of `AdaptiveRule` is that of
+    adapting D.
     """
 
     gS: float
@@ -238,14 +238,14 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
 
 @dataclass(kw_only=True)
 class AdaptiveDress(Estimating, DressLaw):
-    """D as `AdaptiveRule` chooses it, at one E for all blocks, as a fixed plan has it (scenarios, section 5).
+    """Rule with D as in `AdaptiveRule` and one E for all blocks, as in a fixed plan (scenarios, section 5).
 
-    What it saves on the best fixed plan is what adapting D alone is worth; what `AdaptiveRule` saves on it, what
-    adapting E is.
+    Its saving on the best fixed plan is the value of adapting D; the further saving of `AdaptiveRule` is that of
+    adapting E.
 
     Attributes:
-        E: mm/min.
-        wS: of the lot severity in the dress criterion.
+        E: E of all blocks, mm/min.
+        wS: coefficient of the lot severity in the dress criterion.
     """
 
     E: float
