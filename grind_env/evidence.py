@@ -18,9 +18,10 @@ class Basis:
     """Source of a band.
 
     Attributes:
-        evidence: evidence for its numbers. A relation that gives only the direction of a trend is no number; its band
-            is then this project's own.
-        text: reference, or the person.
+        evidence: evidence for the numbers of the band. If the source gives only the direction of a trend, the band is
+            this
+            project's own.
+        text: reference, or the name of a person.
     """
 
     evidence: Evidence
