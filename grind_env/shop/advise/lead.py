@@ -32,7 +32,6 @@ class AdviserPolicy:
     step: float = STEP  # greatest factor on E from block to block of a kind
     residual: float = 0.0  # logarithmic standard deviation of forces that the model does not follow
     # readings of the last block, one for each machine; from the observation if None
-    # - Begin with freshly
     told: list[BlockReadings] | None = field(init=False, default=None)
     rules: list[Rule] = field(init=False, repr=False)  # one for each machine
     watch: Watch | None = field(init=False, repr=False)  # compares readings with forecasts; None without a model

@@ -8,6 +8,6 @@ class CalibrationError(GrindError):
 
 
 class WorseFit(CalibrationError):
-    """A fit that predicts what took no part worse than the catalogue does."""
+    """Fit that predicts held-out measurements worse than the catalogue does."""
 
     status = 3
