@@ -28,11 +28,9 @@ JOB_SUFFIX = ".toml"
 class Reads(NamedTuple):
     """Argument that names one or more input files, separated by commas.
 
-    `within` is the glob pattern of the files that are read from a folder. With `programs`, a file without the suffix
-    .toml
-    is a part program: the programs that it calls are read, too. If the command has a job argument and no job is named,
-    the
-    default job beside the program is read.
+    `within` is the glob pattern of the files that are read from a folder. With `programs`, a file other than .toml is a
+    part program: the programs that it calls are read, too. So is the job beside it, if the command has a job argument
+    and the user names no job.
     """
 
     within: str = ""
@@ -48,10 +46,8 @@ class Writes(NamedTuple):
     """Argument that names an output file.
 
     `usual` is the suffix of the default file, named after the program. A file under the default name is replaced only
-    if
-    `own` recognises it; with `always` this holds for every name. With `called` the file may be one of the input
-    programs.
-    `beside` gives the files that are written beside it, by suffix.
+    if `own` recognises it; with `always` this holds for every name. With `called`, the file may be one of the input
+    programs. `beside` has the suffixes and kinds of further files that are written beside it.
     """
 
     usual: str = ""

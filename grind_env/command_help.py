@@ -39,7 +39,7 @@ GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.spl
 
 
 class HelpfulCommand(TyperCommand):
-    """A command whose options stand in groups; its epilog has an example in each line."""
+    """Command with its options in groups; each line of its epilog is an example."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         try:

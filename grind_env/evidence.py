@@ -18,9 +18,7 @@ class Basis:
     """Source of a band.
 
     Attributes:
-        evidence: evidence for the numbers of the band. If the source gives only the direction of a trend, the band is
-            this
-            project's own.
+        evidence: evidence for the numbers; this project's own if the source gives only the direction of a trend.
         text: reference, or the name of a person.
     """
 

@@ -26,7 +26,7 @@ class MissingExtra(GrindError, ImportError):
 
 @contextmanager
 def needing(extra: str, what: str) -> Iterator[None]:
-    """Context for imports from an extra; `what` begins the sentence about a missing library, such as "reports need".
+    """Run imports from an extra; `what` begins the sentence about a missing library, such as "reports need".
 
     Raises:
         MissingExtra: a library of the extra is not installed.

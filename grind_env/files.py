@@ -29,7 +29,7 @@ LONGEST_PATH = 200
 
 
 class FileError(GrindError):
-    """A file that cannot be written."""
+    """File that cannot be written."""
 
 
 class EncodingError(GrindError):
@@ -37,7 +37,7 @@ class EncodingError(GrindError):
 
 
 class ReadError(GrindError):
-    """A file that cannot be read; `reason` says why."""
+    """File that cannot be read; `reason` says why."""
 
     def __init__(self, path: Path, reason: str) -> None:
         self.reason = reason

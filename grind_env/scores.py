@@ -30,7 +30,7 @@ class ScoreError(GrindError):
 
 
 class Mean(NamedTuple):
-    """A mean episode return and its standard error. `value` and `error` have no unit."""
+    """Mean episode return and its standard error. `value` and `error` have no unit."""
 
     value: float
     error: float

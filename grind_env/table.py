@@ -101,7 +101,7 @@ class Table(NamedTuple):
         return [[*map(_plain, self.headings)], *([_plain(cell.text) for cell in row] for row in self.rows)]
 
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
-        """Return the <table> element, its texts escaped; `attributes` makes a cell's from right alignment and kind."""
+        """Return the <table> element with escaped texts; `attributes(right, kind)` returns the attributes of a cell."""
 
         def line(name: str, cells: Sequence[Cell]) -> str:
             span = "" if len(cells) == len(self.columns) else f' colspan="{len(self.columns)}"'

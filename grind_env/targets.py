@@ -19,7 +19,7 @@ class Own(NamedTuple):
     """Kind of file that a command may replace or continue although the user has not named it."""
 
     what: str  # name of these files in a message
-    # whether the first `HEAD` bytes of a file are of this kind; an empty file always is, for nothing is lost
+    # whether the first `HEAD` bytes of a file are of this kind; an empty file is always one, because nothing is lost
     known: Callable[[bytes], object]
 
     def fits(self, path: Path) -> bool:
@@ -38,11 +38,9 @@ class Own(NamedTuple):
 class Target:
     """Output file.
 
-    `option` is the option that names the file, or its folder if `kind` is "folder". `after` is the output file beside
-    which
-    it is written. Only files that `own` recognises may be replaced; all files if None. With `called`, such a file may
-    also
-    be one of the input programs.
+    `option` is the option that names the file, or its folder if `kind` is "folder". `after` is the file beside which it
+    is written. Files that `own` recognises may be replaced, all if None; with `called`, such a file may be an input
+    program.
     """
 
     path: Path
@@ -72,7 +70,7 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
     for target in there:
         own = target.own is not None and target.own.fits(target.path)
-        is_values = own and target.called and target.path.stat().st_size > 0  # an empty program may become anything
+        is_values = own and target.called and target.path.stat().st_size > 0  # an empty input may become anything
         for path in () if is_values else known:
             if path.samefile(target.path):
                 which = "" if path == target.path else f"{shown(path)}, which is "

@@ -58,8 +58,7 @@ def report(
     Raises:
         MissingExtra: the extra [shop] is not installed.
         FileError: the folder does not exist or cannot be written to, the file is an input, or the default file exists
-            and
-            is no such report.
+            and is no such report.
         GrindError: as in `machine.grind`.
     """
     from grind_env.shop.report.document import PAGE, SUFFIXES, prepare_page, write_page
@@ -112,7 +111,7 @@ def optimise(
 
     Args:
         program: file of the part program.
-        job: its job file, or a result of `load_job`, whose own machine is then searched on; the program's name with
+        job: its job file, or a result of `load_job`; the search then uses its own machine. The program's name with
             `.toml` if None.
         vary: values to vary: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the dress interval;
             missing words are added. By default E and D where present, and the interval.

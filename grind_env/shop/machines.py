@@ -19,7 +19,7 @@ from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
 """Number of machines on which programs are tried, for each use; fewer if there are fewer lots."""
 FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 0}
-"""Index of the first machine of each use; behind the last machine the count goes on at the first."""
+"""Index of the first machine of each use; indices beyond the last machine begin again at the first."""
 NEEDED = 416
 
 AT_ONCE, MOST_DRAWN = 64, 768
@@ -59,7 +59,7 @@ class Fleet:
     uncertainty: Uncertainty  # uncertainty from which the machines are drawn
     seed: int  # seed of the draws
     numbers: tuple[int, ...]  # indices of the machines among all draws
-    drawn: int = 0  # number of draws; 0 without a condition
+    drawn: int = 0  # number of draws; 0 if the machines need not grind good parts
     agree: int = 0  # number of draws that grind good parts with the unchanged program
     spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
@@ -67,8 +67,7 @@ class Fleet:
         """Return trials on lots and machines; each use has its own machines if there are enough.
 
         A search tries thousands of programs: its machines obey the laws of the model, which takes a quarter less time.
-        The
-        machines of comparison and judgement may obey other laws.
+        The machines of comparison and judgement may obey other laws.
         """
         places = [
             (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
@@ -129,7 +128,7 @@ class _Evidence:
         self.lots = min(-(-PARTS_EACH // trials.simulation.parts), MOST_LOTS)
 
     def agreeing(self, numbers: Sequence[int], scraps: dict[int, float]) -> list[int]:
-        """Return a sample of machines, each accepted with its likelihood of the good parts; `scraps` gets their scrap.
+        """Return a sample of machines, each accepted with the likelihood of good parts on it; `scraps` gets the scrap.
 
         A rejected machine grinds no further rounds.
         """

@@ -55,7 +55,7 @@ class SearchOptions:
     objective: str = "cost"  # quantity to reduce, from `OBJECTIVES`
     # highest mean cost, $, and time, s, of a part, by the names cost and seconds
     constraint: Mapping[str, float] = field(default_factory=dict)
-    free: bool = False  # whether blocks of parts that are alike may have words of their own
+    free: bool = False  # whether equal blocks of equal parts may have different words
 
     @property
     def quantity(self) -> str:

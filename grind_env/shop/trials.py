@@ -63,12 +63,12 @@ CORES = min(os.cpu_count() or 1, 8)
 ROWS_AT_ONCE = 150_000
 """Greatest number of episodes times blocks that a core replays together; bounds the memory."""
 DRIFT = 1
-"""Number behind the seed of a lot that makes the seed of its drift."""
+"""Number appended to the seed of a lot to give the seed of its drift."""
 CALIBRATED, UNCALIBRATED = 1.05, 1.2
 """Greatest permitted `risk` with and without a calibration: the cost of a part over its old cost, on a bad machine.
 Machines without a calibration may differ so much that hardly any words are without risk on one machine in twenty."""
 SAME = 1e-6
-"""Relative difference up to which settings are equal, but for rounding."""
+"""Relative difference up to which settings count as equal, because of rounding."""
 
 _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
     Outcome._fields.index(name)
@@ -102,7 +102,7 @@ class Measures(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trials:
-    """A program for a batch of parts, on lots that are the same for all candidates."""
+    """Trials of a program for a batch of parts, on lots that are the same for all candidates."""
 
     simulation: JobSimulation  # simulation of the batch
     runs: int  # runs of the program in the batch
@@ -184,7 +184,7 @@ class Trials:
     def asking(self, job: Job) -> "Trials":
         """Return a copy for a job with other requirements on its parts, or with a stronger spindle."""
         simulation, script = self.simulation, self.simulation.script
-        assert script is not None  # a program that the control executes step by step has no script
+        assert script is not None  # only compiled programs come here, and they have a script
         _, picks, spark_outs = script.ranges
         asked = JobSimulation(
             simulation.programs,
@@ -218,8 +218,7 @@ class Trials:
         """Return the results of candidates; settings are of all runs, shape (C, blocks, fields of `BlockSettings`).
 
         `besides`: whether J, L and dress settings differ from the program's; `handover`: whether the dull wheel at the
-        end
-        is charged for; `between` as in `trials_of`.
+        end is charged for; `between` as in `trials_of`.
         """
         every = range(0, len(settings), self.at_once)
         parts = [self._measure(settings[begin : begin + self.at_once], besides, handover, between) for begin in every]

@@ -61,7 +61,7 @@ def uses() -> list[Use]:
 
 
 def calibrated(job: Job) -> Job:
-    """Return the job with uncertain exponents of depth, speed and volume, as after a calibration: another process."""
+    """Return the job with uncertain exponents of depth, speed and volume, as after a calibration: other code."""
     names = tuple(f"material.{each}" for each in EXPONENTS)
     correlation = tuple(map(tuple, np.eye(len(names)).tolist()))
     return replace(

@@ -14,7 +14,7 @@ from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.shop.measurements.sheet import NO, YES
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
-"""Least power, W, and size error, um, that meters and gauges resolve; a smaller number is meant in kW or mm."""
+"""Least power, W, and size error, um, that meters and gauges resolve; a smaller number is probably in kW or mm."""
 SCATTER = 4.0 * math.sqrt(2.0)
 """Number of standard deviations of a reading by which noise may put the peak below the mean."""
 MOST_RA = 50.0
@@ -22,7 +22,7 @@ MOST_RA = 50.0
 
 
 class ReadingError(GrindError):
-    """A reading that is no number, is out of range, or belongs to another block."""
+    """Reading that is no number, is out of range, or belongs to another block."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +50,7 @@ class MachineReadings:
         return {name: value for name, value in asdict(self).items() if value is not None}
 
     def measured(self, meter_scale: float = 1.0) -> Measured:
-        """Return the readings for the episode, divided by the meter's scale; a missing power is 0."""
+        """Return the readings for the episode; powers are divided by the meter's scale, and 0 if missing."""
         return Measured(
             mean_power=(self.mean_power or 0.0) / meter_scale,
             first_power=(self.first_power or 0.0) / meter_scale,

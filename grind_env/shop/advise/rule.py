@@ -27,7 +27,7 @@ from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTE
 SHARE = 0.92
 """Share of the power limit that is planned to be used."""
 STEP, EASY_STEP, EASY, EASY_SIZE = 1.25, 1.5, 0.5, 0.7
-"""Greatest factor on E from block to block of a kind, and the factor if all readings are below `EASY` of their limits.
+"""Greatest factor on E from block to block of a kind: as a rule, and if all readings are below `EASY` of their limits.
 Sizes must then be below `EASY_SIZE` times `EASY` of their limit, because all blocks of a part add to them."""
 SIZE_AIM = 0.5
 """Mean share of the size tolerance to aim at; gauges drift, too."""
@@ -44,7 +44,7 @@ rises with every further block of its kind."""
 USUAL_INTERVAL = 1.5 * INTERVAL
 """Volume between two dresses over the conductivity of the work; half as much again, because every part has readings."""
 REGAINED = 1.02
-"""Factor with every good part on a dress volume that was too large and has been reduced."""
+"""Factor by which a reduced dress volume grows back with every good part."""
 UNSURE, SUREST, MEMORY = 0.4, 6.0, 8.0
 """Standard deviation of the logarithm of the burn ratio at which parts burn; greatest number of such deviations that
 counts; number of readings in the running mean of the scatter."""

@@ -1,4 +1,4 @@
-"""The shadow mode: forecasts beside readings, and the block from which advice would have held."""
+"""The shadow mode: forecasts beside readings, and the part from which on forecasts are right."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -70,7 +70,7 @@ class Shadow:
         return {"compared": rows, "right_from": None if right is None else right + 1}
 
     def lines(self) -> list[str]:
-        """Return forecasts beside readings of the last parts, and the part from which on they were right."""
+        """Return lines of text: forecasts beside readings of the last parts, and the part from which on they hold."""
         if not self.rows:
             return ["nothing was read that could be compared with a forecast"]
         last = max(row.part for row in self.rows) - LAST

@@ -49,7 +49,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
     others = [each for each in programs if each is not programs.find(written)]
     lines = [source for each in others for source in each.blocks]
     for number, block in _of_first_part(simulation):
-        # each block alone: with --rows block, several blocks may read the same variables
+        # checked block by block: with --rows block, several blocks may read the same variables
         for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
             own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
             said = own.search(block.block.source.text.upper()) is not None
@@ -85,10 +85,9 @@ def _of_first_part(simulation: JobSimulation) -> list[tuple[int, BlockOutline]]:
 def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]) -> None:
     """Write assignments of E and D of all blocks of a part atomically; errors as in `write_atomically`.
 
-    A block without advice has E and D of the program, so that the part program runs from the beginning. A file named
-    `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs; the operator runs any other file. E
-    is
-    in the units of the program.
+    A block without advice has E and D of the program, so that the part program runs from the beginning. E is in the
+    units of the program. A file named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs;
+    the operator runs any other file.
     """
     values, first = dict[int, str](), dict[int, int]()
     for number, block in enumerate(simulation.blocks):

@@ -1,6 +1,6 @@
 """Fit the process model to a shop's measurements.
 
-From a log of the spindle's power with its part program, or from a table of settings, to constants with intervals:
+Input: a log of the spindle's power with its part program, or a table of settings. Result: constants with intervals.
 
 | module | what it does |
 | --- | --- |

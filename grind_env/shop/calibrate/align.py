@@ -72,7 +72,7 @@ LOOKED_AT = 6
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Return the strokes in a log, or no execution; `expected` is the power of each stroke above idle, W."""
+    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W."""
     if log.sure_of_time:
         return _aligned(log, pattern, expected, 1.0)
     return _in_either_unit(log, pattern, expected)

@@ -43,7 +43,7 @@ BEYOND = 2.0
 FAR = 2.5
 """Factor between measured and modelled power that no job causes, but a wrong unit does."""
 A_THOUSAND = 0.7
-"""Greatest difference between 3 and the decimal logarithm of this factor if W and kW are confused."""
+"""Greatest difference between 3 and the decimal logarithm of measured over modelled power if W and kW are confused."""
 HOPELESS_ROUGHNESS = 1.0
 """Error of the logarithm of Ra above which Ra is in another unit or of another part."""
 LINES = 1_000_000

@@ -75,8 +75,7 @@ def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) ->
     """Return the columns of a table of a map by name: named in the map, or recognised by the words in their headings.
 
     The remarks of the sheet list them. A `CalibrationError` names a group of `needed` names of which no column is
-    found,
-    or two columns that are equally likely.
+    found, or two columns that are equally likely.
     """
     known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}

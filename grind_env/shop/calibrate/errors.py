@@ -4,7 +4,7 @@ from grind_env.errors import GrindError
 
 
 class CalibrationError(GrindError):
-    """A log, gauge file, map or choice of parameters from which nothing can be fitted."""
+    """Log, gauge file, map or choice of parameters from which nothing can be fitted."""
 
 
 class WorseFit(CalibrationError):

@@ -41,7 +41,7 @@ result is the level in the middle of the log: an apparent drift may be a wheel t
 WIDTHS = (0.25, 0.5, 1.0)
 """Widths of the free term that are tried, as shares of its full width."""
 CLEARLY = 0.8
-"""Share of the mean square error on held-out parts below which the free term is used."""
+"""Ratio of mean square errors on held-out parts, with over without the free term, below which the term is used."""
 FOLLOWED = 1.0
 """Mean square error on held-out parts, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
@@ -61,7 +61,7 @@ class Linear(NamedTuple):
     x: Floats  # variables at the point, in prior spreads
     rest: Floats  # residuals of the used measurements at the point, in errors of the fit
     slopes: Floats  # derivatives of the residuals, shape (used, variables)
-    used: NDArray[np.bool_]  # which measurements
+    used: NDArray[np.bool_]  # which measurements are used
     enlarged: Floats  # errors of the fit over `Data.loose_error`, the unit in which fits are compared
     # whether the prior of each variable does not change with the width of the free term
     fixed: NDArray[np.bool_]
@@ -330,7 +330,7 @@ def _finished(
 
 
 def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
-    """Return logarithmic standard deviations: of the power of blocks around the model, and of a step of its level.
+    """Return logarithmic standard deviations: of the power of blocks around the model, and of a step of the level.
 
     If there are several parts, each part is predicted from all others. Steps are from part to part.
     """

@@ -29,7 +29,7 @@ SMALL = 0.02
 GAP, LEAST_GAP = 8.0, 0.5
 """Multiple of the usual step, and time, s, that a step must exceed to be a gap."""
 COARSE = 0.7
-"""Ratio of different times to rows below which a clock is coarser than the log."""
+"""Ratio of the number of different times to the number of rows, below which a clock is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
 """Logarithmic standard deviation of a meter's scale: W, % of a stated rating, A with known volts, % of a guess, A."""
 

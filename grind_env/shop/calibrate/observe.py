@@ -48,8 +48,7 @@ def idle_at(
     """Return the idle power in the middle of each stroke (s), and its standard error, W; NaN without samples nearby.
 
     A robust straight line is fitted to the nearest samples between strokes (s, W), or to `pausing` samples alone if
-    there
-    are enough on both sides of a stroke.
+    there are enough on both sides of a stroke.
     """
     if time.size < 3:
         raise CalibrationError(
@@ -199,7 +198,7 @@ class _Samples(NamedTuple):
 
 
 def _tells(samples: _Samples, members: Numbers) -> bool:
-    """Return whether strokes have enough samples together, and each with samples has an idle power."""
+    """Return whether strokes have enough samples in total, and a known idle power wherever they have samples."""
     counts = samples.counts[members]
     return bool(counts.sum() >= FEWEST and np.isfinite(samples.idle[members[counts > 0]]).all())
 
@@ -234,7 +233,7 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
 def _sorted_out(
     time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_], lag: float
 ) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Return for each sample the stroke whose middle it is in, or -1, and whether it is in the middle of a gap."""
+    """Return for each sample its stroke, or -1, and whether it lies between strokes; samples near edges are neither."""
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
     length = stops[here] - starts[here]
@@ -263,7 +262,7 @@ def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np
 
 
 def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:
-    """Return which samples are in a pause; the turn of the table is none, because meters hardly show it."""
+    """Return which samples are in a pause; the short gap of a table turn is no pause, because meters hardly show it."""
     last = np.searchsorted(starts, time, side="right") - 1
     inside = (last >= 0) & (last < starts.size - 1)
     here = np.clip(last, 0, starts.size - 2) if starts.size > 1 else np.zeros(time.size, np.int64)

@@ -22,7 +22,7 @@ PAUSE = 0.5
 """Greatest time between two strokes of one run, s."""
 
 FEW = 0.2
-"""Share of strokes beside motions of the program, below which the places of the strokes under an override are known."""
+"""Share of strokes that run beside motions of the program, below which their places under a feed override are known."""
 
 
 class Forward:
@@ -109,7 +109,7 @@ class Pattern(NamedTuple):
         """Return when each stroke of a run enters and leaves the part, and when the run ends, s from its start."""
         chosen, a = np.flatnonzero(self.run == run), self.acceleration
         way, speed = self.way[chosen], self.feed[chosen] * override
-        ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # path of speeding up, and of slowing down
+        ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # path on which the table speeds up, and slows down
         whole = 2.0 * np.sqrt(2.0 * ramp / a) + (way - 2.0 * ramp) / speed
         begin = np.concatenate([[0.0], np.cumsum(whole + self.rest[chosen])])
 

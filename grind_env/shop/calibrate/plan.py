@@ -19,7 +19,8 @@ from grind_env.shop.calibrate.errors import CalibrationError
 
 CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))
 """Test blocks in place of the first block: factors on its E and pick, and whether the wheel is dressed before. The same
-words meet a worn and a fresh wheel; E and depth vary in opposite directions, because together they tell one thing."""
+words meet a worn and a fresh wheel. E and depth vary in opposite directions: varied together, they tell one thing
+only."""
 SAFE_POWER, SAFE_RISE = 0.6, 0.8
 """Shares of the limits that the plan keeps with a wheel that ploughs `HARDER` times as hard. If the program itself then
 reaches higher shares, the plan may reach them, too."""

@@ -34,8 +34,7 @@ class FittedConstant:
 
     Attributes:
         parameter: the constant, with its value in the catalogue.
-        value: most probable value, in the unit of the parameter; the catalogue's if the measurements do not determine
-            it.
+        value: most probable value, in the unit of the parameter; the catalogue's if undetermined.
         low: lower end of the 90 % interval, in the unit of the parameter.
         high: upper end of the 90 % interval, in the unit of the parameter.
         told: whether the measurements determine it.
@@ -55,8 +54,7 @@ class Idle:
     """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
 
     `full` is the power, W, idling included, at which a meter in per cent shows 100; None for other meters. Idle power
-    is
-    not `written` if the job itself states the power limit, because less power would then be left for grinding.
+    is not `written` if the job itself states the power limit, because less power would then be left for grinding.
     """
 
     mean: float

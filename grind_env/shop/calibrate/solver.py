@@ -18,7 +18,7 @@ MOST_OUTLIERS = 0.1
 STEP, LONG_STEP = 0.03, 0.5
 """Step of derivatives, in prior spreads; the long one is for a model with jumps, over which it averages."""
 LOOSE = 0.01
-"""Loose error of power beside its own error, as a share of the root mean square of the power of all strokes."""
+"""Part of the loose error of power that all strokes share, as a share of the root mean square of their power."""
 HOPELESS = 1e3
 """Residual if the process model gives no number for some constants."""
 NEAR = 0.25
@@ -27,7 +27,9 @@ LONGEST_STEP, MOST_STEPS, MOST_SLOPES = 2.0, 40, 4
 """Greatest move of a constant in one step, in prior spreads; greatest number of steps of a solution, and of times that
 its derivatives are taken anew."""
 LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
-"""Least decrease of half the sum of squares that is worth a run of the machine: relative, relative if rough, absolute."""
+"""Least decrease of half the sum of squares that a further step must promise: relative, relative in a rough solution,
+absolute.
+"""
 STEPS_WITHOUT = 2
 """Number of steps of a fit without some parts."""
 FARTHEST = 2.0
@@ -43,7 +45,7 @@ Predict: TypeAlias = Callable[[Changes], Floats]
 """Function from changed constants to predicted measurements."""
 
 LINEAR = ("power",)
-"""Kinds of measurement with additive errors and a meter scale; kinds beside these and `ABSOLUTE` have relative errors."""
+"""Kinds of measurement with additive errors and a meter scale; kinds not here or in `ABSOLUTE` have relative errors."""
 ABSOLUTE = ("size", "diameter")
 """Kinds of measurement with additive errors and without a meter scale."""
 GAUGED = (*ABSOLUTE, "Ra")
@@ -166,8 +168,7 @@ class Solver:
         """Return the most probable variables; those that are not `free` stay unchanged.
 
         Gauss-Newton steps with damping. Every run of the machine corrects the derivatives (Broyden). They are taken
-        anew where
-        the solution is far from their point, unless it may be found `roughly`.
+        anew where the solution is far from their point, unless it may be found `roughly`.
         """
         if not free.any():
             return x
@@ -263,7 +264,7 @@ class Solver:
         return self.predicted(x)[rows]
 
     def without_outliers(self, x: Floats, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which measurements are near their predictions, compared with their errors or a larger scatter of residuals."""
+        """Return which measurements are near their predictions, by their errors or a larger scatter of residuals."""
         everything = self.residuals(self.predicted(x), np.ones(used.size, np.bool_), dict.fromkeys(self._of_kind, 1.0))
         kept = used.copy()
         for kind, chosen in self._of_kind.items():
@@ -280,8 +281,7 @@ class Solver:
     ) -> dict[str, float]:
         """Return factors on the errors that make the residuals of every kind consistent; never below 1.
 
-        If `gauged` is False, kinds of single parts keep their errors: many power values would overrule their few
-        values.
+        If `gauged` is False, kinds of single parts keep their errors, so that power values do not overrule them.
         """
         predicted, plain = self.predicted(x), dict.fromkeys(factors, 1.0)
         everything = self.residuals(predicted, np.ones(used.size, np.bool_), plain)

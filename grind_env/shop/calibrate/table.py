@@ -44,7 +44,7 @@ MOST_STROKES = 100_000
 
 
 class _Row(NamedTuple):
-    """A row that has a response."""
+    """Row of the table that has a response."""
 
     setting: tuple[tuple[str, float], ...]
     volume: float  # ground volume, mm3/mm; NaN for a sharp wheel

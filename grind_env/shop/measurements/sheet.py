@@ -50,7 +50,7 @@ NO = re.compile("0([.,]0)?|false|no?|off|nein|aus|non|nee|uit|none|ok|io|keiner?
 MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
 MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
-"""Factors of units; the first unit is that of a heading without one."""
+"""Factors of units; the first unit is the default for a heading without a unit."""
 
 
 def _number_with(decimal: str, group: str) -> re.Pattern[str]:
@@ -64,7 +64,7 @@ _VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
 
 
 class SheetError(GrindError):
-    """A measured file that is no table, or a cell that cannot be read."""
+    """Measured file that is no table, or cell that cannot be read."""
 
 
 class _Record(NamedTuple):
@@ -73,7 +73,7 @@ class _Record(NamedTuple):
 
 
 class Heading(NamedTuple):
-    """A column's name, and its unit if one is stated."""
+    """Name of a column, and its unit if one is stated."""
 
     name: str
     unit: str
@@ -116,7 +116,7 @@ class Sheet:
         return self.factor(column, units) * self.numbers(column, **limits)
 
     def factor(self, column: int, units: Mapping[str, float], said: object = None) -> float:
-        """Return the factor of the unit of a column: of the unit that a map or the heading states, else of the first unit."""
+        """Return the factor of a column's unit: the unit that a map or the heading states, else the first one."""
         name, unit = self.headings[column]
         unit = unit if said is None else str(said)
         factor = units.get(plain(unit).replace("^", "") or next(iter(units)))
@@ -350,7 +350,7 @@ def _number(cell: str, decimal: str) -> float:
 
 
 def _decimals(cells: Collection[str]) -> tuple[int, int, set[str]]:
-    """Return how many plain cells must have a decimal point, and how many a comma, and those that may have either."""
+    """Return how many plain cells need a decimal point, how many a comma, and the cells that may have either."""
     point, comma = ({cell for cell in cells if NUMBERS[mark].fullmatch(cell)} for mark in ".,")
     return len(point - comma), len(comma - point), {cell for cell in point & comma if "." in cell or "," in cell}
 

@@ -17,10 +17,10 @@ from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse
 
 FINALISTS, BEYOND = 8, (1.12, 1.3, 1.7, 2.5)
-"""Number of programs in the comparison, besides steps towards the best one, and levels above 1. Each program is the
-cheapest with at most a certain share of the limits. The shares lie evenly between that of the best program and the
-least one, because many programs that keep the limits in the search exceed them on other lots and machines. Some are
-above 1, because the opposite happens, too."""
+"""Number of finalists, besides steps towards the best program, and levels above 1. A finalist is the cheapest program
+with at most a certain share of the limits. These shares lie evenly from that of the best program down to the least,
+because many programs that keep the limits in the search exceed them on other lots and machines. The levels above 1
+exist because the opposite happens, too."""
 STEP_BY_STEP = 3, 8
 """Number of finalists and of lots in the comparison of a program that the control executes, a thousand times slower."""
 FEWER = 4
@@ -85,8 +85,8 @@ def freed_of(
 ) -> dict[str, Freed]:
     """Return the best words without each limit: their saving on unseen lots, and their excess over the limit.
 
-    A limit that no program of `found` exceeds costs nothing; its share is the best words'. Limits are left out when the
-    time is up.
+    A limit that no program of `found` exceeds costs nothing; its share is of the best words. Limits are left out when
+    the time is up.
     """
     quantity, budget = variation.options.quantity, variation.budget
     new = judgement.measured(best)

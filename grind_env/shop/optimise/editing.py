@@ -52,7 +52,7 @@ class WordEdit(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
-    """The text of a program file as the control counts its lines and columns."""
+    """Text of a program file as the control counts its lines and columns."""
 
     encoding: str  # encoding of the file
     mark: str  # the byte order mark, if there is one
@@ -113,7 +113,7 @@ def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
 
 
 def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
-    """Return the edit that adds a word behind the last word of a block, in the case and with the blanks of the block."""
+    """Return the edit that adds a word behind the last word of a block, in the block's case and with its blanks."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
@@ -195,7 +195,7 @@ def variable_of(word: Word | None) -> int | None:
 
 
 class Assignments:
-    """The variables of a program, and where they are assigned and read."""
+    """Variables of a program, and where they are assigned and read."""
 
     def __init__(self, programs: Programs, given: Collection[int]) -> None:
         self.file, self.given = programs.name, given
@@ -236,7 +236,7 @@ class Assignments:
         """Return the only assignment of a variable that some blocks read.
 
         Returns:
-            Place of the assignment, or a text that says how the user can make it the only one.
+            Place of the assignment, or a text that says what the user must change to have one.
         """
         place, places = self.place(variable, readers[0]), self._assigned.get(variable, [])
         others = self._read.get(variable, Counter()) - Counter(dict.fromkeys(readers, 1))

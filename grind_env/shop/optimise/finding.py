@@ -37,7 +37,7 @@ from grind_env.shop.search_options import LIMITS, SearchOptions
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
 
 LEAST_JUDGED, FEW_JUDGED = 8, 16
-"""Lots of the judgement of a program that the control executes: the least number, and the number without a time budget."""
+"""Lots of the judgement of a program that the control executes: least number, and number without a time budget."""
 
 
 def find_words(

@@ -48,7 +48,7 @@ class JudgedProgram(NamedTuple):
     change: "CostChange"
 
     def keeps(self, variation: Variation) -> bool:
-        """Return whether the program keeps limits and options, and is better or satisfies the request."""
+        """Return whether it keeps limits and options, and is better or meets a constraint that the old one misses."""
         asked = all(each.kept for each in self.requirements) and not self.new.violation(variation.margins).any()
         return asked and (self.change.is_better or any(each.before > each.most for each in self.requirements))
 
@@ -184,7 +184,7 @@ def _nearer(limits: Sequence[LimitUse]) -> bool:
 
 
 def parts_said(confidence: float) -> str:
-    """Return the share of parts that a confidence means, as words."""
+    """Return a confidence as words, such as "95 of 100 parts"."""
     return f"{100.0 * confidence:g} of 100 parts"
 
 
@@ -343,7 +343,7 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """Return the change of a word to the level with a number."""
+    """Return the change of a word to the level with the index `number`."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(
