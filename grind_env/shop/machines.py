@@ -64,10 +64,10 @@ class Fleet:
     spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
-        """Return trials on lots and machines; each use has its own machines if there are enough.
+        """Return trials on lots and machines; each use has its own machines if there are 544 or more.
 
         A search tries thousands of programs: its machines obey the laws of the model, which takes a quarter less time.
-        The machines of comparison and judgement may obey other laws.
+        The machines of the other uses may obey other laws.
         """
         places = [
             (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))

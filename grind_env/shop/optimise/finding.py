@@ -55,8 +55,8 @@ def find_words(
 ) -> Optimised:
     """Search for better words of a program; arguments as in `shop.calls.optimise`.
 
-    Search, comparison and judgement have separate lots, the same for all programs, and separate machines drawn from the
-    job's uncertainty. The result is the same for the same seed unless the time ends the search.
+    Search, comparison and judgement have separate lots, the same for all programs, and machines drawn from the job's
+    uncertainty, separate if there are enough. The result is the same for the same seed unless the time ends the search.
 
     Raises:
         CondemnedError: the model scraps the unchanged program.

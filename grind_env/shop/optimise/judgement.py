@@ -54,7 +54,7 @@ class JudgedProgram(NamedTuple):
 
 
 class ProgramJudge:
-    """Judge of programs on lots and machines that the search has not seen, compared with the unchanged program."""
+    """Judge of programs on lots that the search has not seen, compared with the unchanged program."""
 
     def __init__(self, variation: Variation, lots: int | None = None) -> None:
         budget = variation.budget
