@@ -1,8 +1,8 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
-Importing the package and Gymnasium, in whichever order, registers the environments `grind/<Task>-v0`.
-`evaluate(policy, id)` says what a policy is worth, `evaluate_core(policy)` in all core tasks; `grind`, `optimise`,
-`sweep`, `calibrate` and `report` do what the commands of these names do, on the same files.
+Import the package and Gymnasium, in any order, to register the environments `grind/<Task>-v0`.
+`evaluate(policy, id)` returns cost and score of a policy in one task, `evaluate_core(policy)` in all core tasks.
+`grind`, `optimise`, `sweep`, `calibrate` and `report` are the commands of these names as functions, on the same files.
 """
 
 from importlib import import_module
@@ -54,7 +54,7 @@ LAZY = {
     "script_of": ("machine.script.script", "script_of"),
     "sweep": ("shop.calls", "sweep"),
 }
-"""Module and name of what is imported when it is asked for, because it takes long."""
+"""Module and name of each object that is imported on first use, because its import is slow."""
 
 register()
 

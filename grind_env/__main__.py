@@ -9,7 +9,7 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Run the command; Ctrl-C is quiet while it is imported, too."""
+    """Run the command; Ctrl-C prints no traceback, even during the imports."""
     _collect_nothing()
     try:
         from grind_env.cli import main as grind
@@ -19,9 +19,9 @@ def main() -> None:
 
 
 def _collect_nothing() -> None:
-    """Let Python look for no cycles of garbage: a command leaves no more of them the longer it runs.
+    """Disable the garbage collector; the cyclic garbage of a command does not grow with its run time.
 
-    To look for them among all that is imported, and once more at the end, took a quarter of the time of a short run.
+    Collections during the imports and at the end took a quarter of the time of a short run.
     """
     gc.disable()
     atexit.register(gc.freeze)

@@ -1,8 +1,8 @@
 """File arguments of commands: which files a command reads and writes, so that no input is overwritten.
 
 An annotation beside Typer's marks a file: `plot: Annotated[Path | None, typer.Option(), Writes()] = None`. Before a
-command of an `Application` starts, all its output files are compared with all its input files, the files named in
-these, and its default files.
+command of an `Application` starts, each output file is compared with the input files, the files named in them and
+the default files.
 """
 
 import functools
@@ -22,21 +22,22 @@ from grind_env.toml import files_named
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 JOB_SUFFIX = ".toml"
-"""Job suffix of tasks, and of the job that a program has if none is named."""
+"""Suffix of task files and job files; the default job of a program has the program's name with this suffix."""
 
 
 class Reads(NamedTuple):
-    """An argument that names what is read: a file, or several with commas between.
+    """Argument that names one or more input files, separated by commas.
 
-    `within` is the pattern of the files that are read of a folder. With `programs` a file that is no TOML is a program:
-    those that it calls are read, too, and so is the job beside it where the command takes one and none is named.
+    `within` is the glob pattern of the files that are read from a folder. With `programs`, a file other than .toml is a
+    part program: the programs that it calls are read, too. So is the job beside it, if the command has a job argument
+    and the user names no job.
     """
 
     within: str = ""
     programs: bool = False
 
     def named(self, text: str) -> Iterator[Path]:
-        """Yield what may be files in an argument."""
+        """Yield the paths that the text of an argument may name."""
         pieces = dict.fromkeys((text, *map(str.strip, text.split(","))))
         return Path(text).glob(self.within) if self.within else map(Path, pieces)
 
@@ -44,9 +45,9 @@ class Reads(NamedTuple):
 class Writes(NamedTuple):
     """Argument that names an output file.
 
-    `usual` is the suffix of the default file, named after the program. Under the default name only files recognised by
-    `own` are replaced, with `always` under any name. With `called` it may be one of the input programs; `beside` gives
-    files written beside it, by suffix.
+    `usual` is the suffix of the default file, named after the program. A file under the default name is replaced only
+    if `own` recognises it; with `always` this holds for every name. With `called`, the file may be one of the input
+    programs. `beside` has the suffixes and kinds of further files that are written beside it.
     """
 
     usual: str = ""
@@ -57,24 +58,24 @@ class Writes(NamedTuple):
 
 
 class Keeps(NamedTuple):
-    """An argument that names a folder in which a command keeps files under names of its own."""
+    """Argument that names a folder for files whose names the command chooses."""
 
 
 class Asked(NamedTuple):
-    """An argument that names programs which the operator asks for, as `9200@12.5`."""
+    """Argument that names programs which the operator requests, such as `9200@12.5` (program number, time in s)."""
 
 
 Role: TypeAlias = Reads | Writes | Keeps | Asked
 
 PROGRAM = Reads(programs=True)
 PROBLEM = Reads(programs=True)
-"""A task, by name or file, or a part program; or several."""
+"""One or several problems, each a task (name or file) or a part program."""
 JOB, FILE, CONFIGS = Reads(), Reads(), Reads(within="*.toml")
 """A job, any file, a folder of tuned parameters."""
 
 
 class Application(typer.Typer):
-    """Commands whose files are checked before they do anything."""
+    """Typer application that checks the files of a command before the command runs."""
 
     def __init__(self, **settings: Any) -> None:
         plain = {"add_completion": False, "pretty_exceptions_enable": False, "rich_markup_mode": None}
@@ -91,16 +92,16 @@ class Application(typer.Typer):
 
 
 def roles_of(function: Callable[..., Any]) -> dict[str, Role]:
-    """Return what the arguments of a command are, by name; those that name no file are left out."""
+    """Return the roles of the file arguments of a command, by argument name."""
     said = ((name, each) for name, annotated in _annotated(function).items() for each in annotated)
     return {name: each for name, each in said if isinstance(each, Reads | Writes | Keeps | Asked)}
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a command that first finds out whether it may write its files; usual names are filled in.
+    """Return a command that fills in default file names and checks its output files before it runs.
 
     Raises:
-        FileError: as of `check_targets`, when it is called.
+        FileError: as in `check_targets`, when the command is called.
     """
     roles, annotated = roles_of(function), _annotated(function)
     writes = {name: role for name, role in roles.items() if isinstance(role, Writes)}
@@ -128,7 +129,7 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[Path]:
-    """Yield all files that a command reads, whether they are there or not."""
+    """Yield all files that a command reads; called programs and files named in a TOML file may be missing."""
     from grind_env.control.options import interrupts_of
     from grind_env.control.reader import called_files
 
@@ -148,7 +149,7 @@ def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iter
 
 
 def _given(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> list[tuple[Role, str]]:
-    """Return the arguments that name files, as the texts that were given."""
+    """Return role and text of each file argument that has a value."""
     values = ((role, arguments[name]) for name, role in roles.items() if arguments[name])
     return [(role, str(each)) for role, value in values for each in (value if isinstance(value, list) else [value])]
 
@@ -162,6 +163,6 @@ def _option(name: str, annotated: Iterable[Any]) -> str:
 
 
 def _annotated(function: Callable[..., Any]) -> dict[str, tuple[Any, ...]]:
-    """Return what is said of the arguments of a command beside their types."""
+    """Return the `Annotated` metadata of the arguments of a command, by argument name."""
     parameters = inspect.signature(function, eval_str=True).parameters
     return {name: getattr(each.annotation, "__metadata__", ()) for name, each in parameters.items()}

@@ -7,5 +7,5 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 Table = NDArray[np.float64]
-"""One row a machine, an episode or a lot."""
+"""Array with one row for each machine, episode or lot."""
 Numbers = NDArray[np.int64]

@@ -242,7 +242,7 @@ def facts(
         console.print(Padding(fact.text, (0, 0, 0, 4), expand=False))
         if fact.outside:
             console.print(Padding(f"outside: {fact.outside}", (0, 0, 0, 4), expand=False))
-        for test in fact.tests:  # to be copied: never broken
+        for test in fact.tests:  # not wrapped, so that the user can copy the line
             console.print(f"    {test}", soft_wrap=True)
 
 
@@ -299,7 +299,7 @@ def tasks(
 
 
 def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:
-    """Add to the report of a check what grinding the program on a job comes to."""
+    """Simulate the program with a job; add the time and the warnings, or the error, to the report of a check."""
     from grind_env.control import ControlError
     from grind_env.machine.grind import grind
     from grind_env.machine.job.file import load_job
@@ -337,7 +337,7 @@ def _control(
 
         try:
             ground = load_job(job)
-        except GrindError as error:  # reported as errors of the program are
+        except GrindError as error:  # reported like an error of the program
             raise ControlError("job", str(error)) from None
         machine, radii = ground.control, {WHEEL_RADIUS: 0.5 * first_diameter(ground)} | radii
     return replace(
@@ -365,9 +365,9 @@ app.add_typer(figure_commands.app, name="figure")
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Console entry: bad input is one line on standard error and exit status 2."""
+    """Run the console command; bad input gives one line on standard error and exit status 2."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # not every terminal has every letter
+            stream.reconfigure(errors="backslashreplace")  # a terminal may lack some characters
     with command("grind"):
         app(args=arguments)

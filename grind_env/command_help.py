@@ -24,7 +24,7 @@ RENAMED = {
     "--why": "--explain",
     "--within": "--constraint",
 }
-"""Old names of options, with the new ones; an old name may still be another option of another command."""
+"""New name of each renamed option; another command may still have an option of the old name."""
 
 PART, SETTINGS, RUNNING, OUTPUT = "Task, part and machine", "Settings", "Running", "Output"
 GROUPS = {
@@ -39,12 +39,12 @@ GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.spl
 
 
 class HelpfulCommand(TyperCommand):
-    """A command whose options stand in groups; its epilog has an example in each line."""
+    """Command with its options in groups; each line of its epilog is an example."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         try:
             return super().parse_args(ctx, args)
-        except Exception as error:  # the class of Typer or Click that names an unknown option, by their versions
+        except Exception as error:  # the error class for an unknown option depends on the versions of Typer and Click
             new = RENAMED.get(old := getattr(error, "option_name", ""))
             if any(new in each.opts for each in self.params):
                 raise GrindError(f"{old} was renamed to {new}") from None
@@ -71,7 +71,7 @@ class HelpfulCommand(TyperCommand):
 
 
 class HelpfulGroup(TyperGroup):
-    """Commands that stand in groups, each with the whole first line of its help."""
+    """Command list in groups, with the whole first line of each command's help."""
 
     groups: ClassVar[dict[str, str]] = {}
     """Names of commands by the group in which the help shows them."""

@@ -36,7 +36,7 @@ Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
 ]
 FALSE = 1
-"""Exit status of a row that does not hold."""
+"""Exit status of `grind verify` if a row does not hold."""
 Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or extrapolation.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
@@ -228,7 +228,7 @@ def play(
         job_beside = program.with_suffix(".toml")
         write_atomically(job_beside, lambda path: path.write_text(PLAYED + job_text(played.job), encoding="utf-8"))
         if played.requests:
-            # to the last digit, for the table may have turned within the ms before
+            # all digits: with a time rounded to ms the dress could come after another reversal of the table
             asked = " ".join(f"--dress-at {seconds}" for seconds in played.requests)
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
     dull = f"; {played.handover:.2f} $ of it are for the dull wheel handed over, which no run of the program shows"

@@ -18,9 +18,8 @@ class Basis:
     """Source of a band.
 
     Attributes:
-        evidence: evidence for its numbers. A relation that gives only the direction of a trend is no number; its band
-            is then this project's own.
-        text: reference, or the person.
+        evidence: evidence for the numbers; this project's own if the source gives only the direction of a trend.
+        text: reference, or the name of a person.
     """
 
     evidence: Evidence

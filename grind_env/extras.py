@@ -17,16 +17,16 @@ LIBRARIES = {
     "stable_baselines3": "Stable-Baselines3",
     "torch": "PyTorch",
 }
-"""Libraries of the extras: names of what is imported, and of the library."""
+"""Names of the libraries of the extras, by import name."""
 
 
 class MissingExtra(GrindError, ImportError):
-    """Something that needs a library which is not installed."""
+    """Missing library of an extra."""
 
 
 @contextmanager
 def needing(extra: str, what: str) -> Iterator[None]:
-    """Import what is of an extra in here; `what` begins the sentence on a library that is missing: "reports need".
+    """Run imports from an extra; `what` begins the sentence about a missing library, such as "reports need".
 
     Raises:
         MissingExtra: a library of the extra is not installed.

@@ -15,21 +15,21 @@ from typing import BinaryIO
 from grind_env.errors import GrindError, closest, shortened
 
 MOST_BYTES = 64_000_000
-"""Bytes that are read of a file; a part program of three million blocks is no longer."""
+"""Largest input file, bytes; a part program of three million blocks is no longer."""
 PATIENCE = 1.0
-"""s; how long a pipe without a writer is given to find one."""
+"""Time that a pipe without a writer may take to get one, s."""
 AT_ONCE = getattr(os, "O_NONBLOCK", 0)
-"""Flag to open a pipe without waiting for who is at its other end."""
+"""Flag to open a pipe without waiting for a process at its other end."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""What a spreadsheet takes for the beginning of a formula."""
+"""Characters that begin a formula in a spreadsheet."""
 LIKENESS = 0.8
 """Least similarity of a file name to a missing one at which the name is suggested."""
 LONGEST_PATH = 200
-"""Characters that a message shows of a path."""
+"""Greatest number of characters of a path in a message."""
 
 
 class FileError(GrindError):
-    """A file that cannot be written."""
+    """File that cannot be written."""
 
 
 class EncodingError(GrindError):
@@ -37,7 +37,7 @@ class EncodingError(GrindError):
 
 
 class ReadError(GrindError):
-    """A file that cannot be read; `reason` says why."""
+    """File that cannot be read; `reason` says why."""
 
     def __init__(self, path: Path, reason: str) -> None:
         self.reason = reason
@@ -64,10 +64,10 @@ def missing(path: Path) -> ReadError:
 
 
 def open_file(path: Path) -> BinaryIO:
-    """Open a file for reading without ever waiting for it; a pipe is read into memory as long as it has a writer.
+    """Open a file for reading without waiting; a pipe is read into memory until its writers close it.
 
     Raises:
-        ReadError: it is not there, is too long, or neither a file nor a pipe that someone writes to.
+        ReadError: the file is missing, too long, or neither a regular file nor a pipe with a writer.
     """
     try:
         raw = io.FileIO(path, opener=lambda name, flags: os.open(name, flags | AT_ONCE))
@@ -91,9 +91,9 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
-    """Return what an opened file holds; a `ReadError` says that it cannot be read, or holds more than `most` bytes."""
+    """Return the content of an opened file; a `ReadError` says that it is unreadable or longer than `most` bytes."""
     try:
-        data = file.read(most + 1) or b""  # None of a file that the system has yet to write
+        data = file.read(most + 1) or b""  # None if no data has arrived yet
     except OSError as error:
         raise ReadError(path, error.strerror or "not readable") from None
     _require(path, len(data), most)
@@ -101,13 +101,13 @@ def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """Read a file or a pipe, `most` bytes or fewer; errors as for `open_file`."""
+    """Return the content of a file or pipe of at most `most` bytes; errors as in `open_file`."""
     with open_file(path) as file:
         return contents(file, path, most)
 
 
 def read_text(path: Path) -> str:
-    """Read a text in UTF-8, with or without a byte order mark; a `ReadError` says why it cannot be read."""
+    """Return a text file in UTF-8, with or without a byte order mark; a `ReadError` says why it cannot be read."""
     try:
         return decoded(read_bytes(path))
     except EncodingError as error:
@@ -139,10 +139,10 @@ def beside(path: Path, suffix: str) -> Path:
 
 
 def status_of(path: Path) -> os.stat_result | None:
-    """Return the status of what has this name, links followed; None if there is nothing yet.
+    """Return the status of the file or folder at a path, links followed; None if there is none yet.
 
     Raises:
-        FileError: there can be no file of this name, as where links lead in a circle.
+        FileError: no file can have this name, or its links lead in a circle.
     """
     try:
         return path.stat()
@@ -171,10 +171,10 @@ def check_target(path: Path) -> None:
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write(temporary path)` make a file beside `path`, and move it there; a link stays, and leads to it.
+    """Write a file with `write(temporary path)`, then move it to `path`; a link at `path` stays and leads to the file.
 
     Raises:
-        FileError: as of `check_target`, or the folder cannot be written to.
+        FileError: as in `check_target`, or the folder cannot be written to.
     """
     check_target(path)
     place = _place(path)
@@ -188,7 +188,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_csv(path: Path, rows: Iterable[Iterable[object]]) -> None:
-    """Write rows to a CSV file, through `csv_cell`; errors as of `write_atomically`."""
+    """Write rows to a CSV file, each cell through `csv_cell`; errors as in `write_atomically`."""
 
     def write(temporary: Path) -> None:
         with temporary.open("w", newline="", encoding="utf-8") as file:
@@ -198,22 +198,22 @@ def write_csv(path: Path, rows: Iterable[Iterable[object]]) -> None:
 
 
 def _place(path: Path) -> Path:
-    """Return where a file lies or is to lie, links followed."""
+    """Return the real path of a file, links followed."""
     return Path(os.path.realpath(path))
 
 
 def _goes_to(status: os.stat_result, descriptor: int) -> bool:
-    """Return whether what is written to a descriptor, which a caller may have closed, goes to a file."""
+    """Return whether an output descriptor writes to the file of a status; False if the caller has closed it."""
     with suppress(OSError):
         return os.path.samestat(status, os.fstat(descriptor))
     return False
 
 
 def _received(pipe: "io.BufferedReader[io.FileIO]", path: Path) -> bytes:
-    """Read a pipe until its writers have gone; a first writer has `PATIENCE` to come."""
+    """Return the content of a pipe, read until its writers close it; the first writer must come within `PATIENCE`."""
     watch = select.poll()
     watch.register(pipe, select.POLLIN)
-    first = None if watch.poll(1000.0 * PATIENCE) else pipe.raw.read(1)  # None of a writer that is silent so far
+    first = None if watch.poll(1000.0 * PATIENCE) else pipe.raw.read(1)  # None if there is a writer but no data yet
     if first == b"":
         raise ReadError(path, "nobody writes to this pipe")
     os.set_blocking(pipe.fileno(), True)

@@ -11,11 +11,11 @@ from grind_env.errors import GrindError, quoted, reason, shortened
 
 
 class FormError(GrindError):
-    """A file that does not hold what it should; the message names place and remedy."""
+    """JSON content of the wrong form; the message names place and remedy."""
 
 
 def parsed(text: str) -> Any:
-    """Return a text as JSON; a FormError if it is none, or nested too deeply."""
+    """Return the value of a JSON text; raise a FormError if the text is no JSON or nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:
@@ -25,10 +25,10 @@ def parsed(text: str) -> Any:
 
 
 def formed(kind: Any, value: Any, place: str) -> Any:
-    """Return a value as an annotation has it: a dataclass, tuple, mapping, number, text or choice of texts.
+    """Return a JSON value as the type of an annotation: dataclass, tuple, mapping, number, text or choice of texts.
 
     Raises:
-        FormError: it has another form, unknown keys or too few, or a number that is not finite.
+        FormError: the value has another form, unknown or missing keys, or a number that is not finite.
     """
     origin, given = get_origin(kind), get_args(kind)
     if origin is UnionType:
@@ -62,8 +62,8 @@ SAID = {
 
 
 def _fits(kind: Any, value: Any) -> bool:
-    """Return whether a value has this form, as far as visible from outside."""
-    if kind is float:  # a whole number may be as large as it likes, and comes as one
+    """Return whether a value has this form; entries of lists and objects are not checked."""
+    if kind is float:  # a whole number of any size up to the largest float also counts as a float
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
     if get_origin(kind) is Literal:
         return isinstance(value, str) and value in get_args(kind)

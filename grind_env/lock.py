@@ -14,7 +14,7 @@ if sys.platform != "win32":
 def alone(path: Path, taken: Exception | None = None) -> Iterator[None]:
     """Hold the lock of a file until the block ends; the system releases it if the process ends.
 
-    If another process has the lock, raise `taken`, or wait if None. Windows has no such locks: nothing is held.
+    If another process has the lock, raise `taken`, or wait if None. Windows has no such locks: nothing is locked there.
     """
     with ExitStack() as held:
         while sys.platform != "win32":

@@ -1,7 +1,7 @@
 """Views of objects of lower layers, drawn by `grind_env.notebook`.
 
-That package imports whatever it shows, so nothing that is shown may import it. An object names its presenter instead,
-which is imported when a notebook or a user asks for it; `import grind_env` stays fast, too.
+`grind_env.notebook` imports the classes that it draws, so these classes cannot import `grind_env.notebook`. They name
+their presenter module instead, which is imported when an object is drawn. This also keeps `import grind_env` fast.
 """
 
 from importlib import import_module
@@ -9,11 +9,11 @@ from typing import Any
 
 
 def presenter(name: str) -> Any:
-    """Return the module of `grind_env.notebook` by that name."""
+    """Return a module of `grind_env.notebook` by name."""
     return import_module(f"grind_env.notebook.{name}")
 
 
 def html(name: str, shown: object) -> str:
-    """Return an object as HTML, which its presenter writes."""
+    """Return an object as HTML, written by its presenter."""
     text: str = presenter(name).html(shown)
     return text

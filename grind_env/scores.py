@@ -1,7 +1,7 @@
 """Reference scores of the registered environments: costs of known policies, and the scale of scores.
 
-A score of 0 is the best plan that can be written into a program without sensors, 100 is a planner that knows the whole
-episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`, measured by `python -m agents scores`.
+Score 0 is the best plan that can be written into a program without sensors. Score 100 is a planner that knows the
+whole episode beforehand (scenarios, section 2). `python -m agents scores` measures the numbers in `envs/scores.toml`.
 """
 
 import functools
@@ -22,15 +22,15 @@ EPISODES = 256
 """Evaluation episodes of the reference scores."""
 HEADING = "# Reference scores"
 VERSION = "task_version"
-"""Key of the version of the tasks that scores are of."""
+"""Key of the task version of the scores."""
 
 
 class ScoreError(GrindError):
-    """An id without reference scores, or a damaged file of them."""
+    """Environment without reference scores, or damaged file of reference scores."""
 
 
 class Mean(NamedTuple):
-    """A mean episode return and its standard error. `value` and `error` have no unit."""
+    """Mean episode return and its standard error. `value` and `error` have no unit."""
 
     value: float
     error: float
@@ -43,12 +43,12 @@ class Reference:
     Attributes:
         zero: return, with no unit, that scores 0: the best fixed plan.
         hundred: return, with no unit, that scores 100: the hindsight planner.
-        ratio: whether both costs are so close that `normalise` gives the cost over the fixed plan's instead.
+        ratio: whether both costs are so close that `normalise` returns the cost relative to the fixed plan's instead.
         fixed_plan: policy of `zero`.
         best_scripted: best scripted policy on measurements.
         J_fix: cost of the best fixed plan on all its episodes, $.
         J_plan: cost of the planner, $.
-        returns: by policy.
+        returns: mean episode return, with no unit, by policy.
     """
 
     zero: float
@@ -65,8 +65,8 @@ def normalise(environment_id: str, episode_return: float) -> float:
     """Return the score of a mean episode return in an environment with its default arguments.
 
     Returns:
-        0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond. In `grind/Slot-v0`,
-        where these two cost nearly the same, the cost over that of the best constant.
+        0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond. In `grind/Slot-v0` both
+        cost nearly the same; there the score is the ratio of the cost to the cost of the best constant.
 
     Raises:
         ScoreError: if the environment has no reference scores.
@@ -101,10 +101,10 @@ def _references() -> dict[str, Reference]:
 
 
 def read_references(path: Path) -> dict[str, Reference]:
-    """Return the reference scores in a file, by id, of this task version; none without a file.
+    """Return the reference scores of this task version in a file, by environment id; empty without a file.
 
     Raises:
-        ScoreError: if it is not what `write_text` writes.
+        ScoreError: the file has another form than `write_text` writes.
     """
     if not path.exists():
         return {}

@@ -22,7 +22,7 @@ NONE = "–"
 STYLES = {"bad": "red", "poor": "yellow", "dim": "dim"}
 """Colours of a terminal by the kind of a cell."""
 WIDEST = 10**6
-"""Characters of the widest line of a table that is not broken."""
+"""Greatest width of a table whose lines are not broken, characters."""
 
 Kind = Literal["good", "poor", "bad", "code", "dim", ""]
 
@@ -39,7 +39,7 @@ class Column(NamedTuple):
     """A column of a table."""
 
     title: str  # heading; a terminal keeps its lines
-    # an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place
+    # attribute of the row, such as `cost.low`, or function of the row; by default the entry at the column's index
     value: str | Callable[[Any], object] = ""
     form: str = ""  # format of a number, as in `format`, such as `.2f`
     unit: str = ""  # unit of the values, below or behind the title
@@ -54,7 +54,7 @@ class Column(NamedTuple):
         return f"{title}, {self.unit}" if self.unit else title
 
     def cell(self, row: Any, place: int) -> Cell:
-        """Return the cell of a row; `place` is that of the column."""
+        """Return the cell of a row; `place` is the index of the column."""
         value: Any
         if callable(self.value):
             value = self.value(row)
@@ -78,11 +78,11 @@ class Table(NamedTuple):
 
     @property
     def headings(self) -> list[str]:
-        """Headings of the columns, a line each."""
+        """Headings of the columns, each in one line."""
         return [column.heading for column in self.columns]
 
     def shortened(self, most: int, gap: str = "… {} more") -> "Table":
-        """Return the table with its first and last rows, `most` of them, and between them a row of one cell."""
+        """Return the table with only its first and last rows, `most` in total, and a row of one cell between them."""
         left_out = len(self.rows) - most
         if left_out <= 0:
             return self
@@ -101,7 +101,7 @@ class Table(NamedTuple):
         return [[*map(_plain, self.headings)], *([_plain(cell.text) for cell in row] for row in self.rows)]
 
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
-        """Return the <table> element, its texts escaped; `attributes` are of a cell, by right alignment and kind."""
+        """Return the <table> element with escaped texts; `attributes(right, kind)` returns the attributes of a cell."""
 
         def line(name: str, cells: Sequence[Cell]) -> str:
             span = "" if len(cells) == len(self.columns) else f' colspan="{len(self.columns)}"'
@@ -137,7 +137,7 @@ class Table(NamedTuple):
 def table_of(
     columns: Sequence[Column | str], rows: Iterable[Any], title: str = "", *, left: int | None = None
 ) -> Table:
-    """Return the table of some rows; the first `left` titles are of texts, those behind them of numbers."""
+    """Return a table of rows; of plain titles, the first `left` are columns of texts, the others columns of numbers."""
     made = [
         column if isinstance(column, Column) else Column(column, right=left is not None and k >= left)
         for k, column in enumerate(columns)
@@ -148,7 +148,7 @@ def table_of(
 def _plain(text: str) -> float | str:
     with suppress(ValueError):
         return int(text) if text.isdecimal() else float(text)
-    return "" if text == NONE else text.replace("µm", "um")  # Excel takes UTF-8 for Latin-1
+    return "" if text == NONE else text.replace("µm", "um")  # Excel reads UTF-8 as Latin-1
 
 
 def _rich(cell: Cell) -> "RenderableType":

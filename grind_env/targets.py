@@ -1,6 +1,6 @@
-"""Checks of output files: not an input, not twice, and a default name replaces only the command's own file.
+"""Checks of output files: no input is overwritten, no file is written twice, a default name replaces only own files.
 
-`check_targets` is asked before any work; `grind_env.arguments` asks it for every command.
+`check_targets` runs before any work; `grind_env.arguments` calls it for every command.
 """
 
 import os
@@ -12,18 +12,18 @@ from typing import NamedTuple
 from grind_env.files import FileError, ReadError, check_target, is_file, open_file, shown, status_of
 
 HEAD = 1 << 16
-"""Bytes of a file by which it is known."""
+"""Number of bytes at the beginning of a file by which its kind is recognised."""
 
 
 class Own(NamedTuple):
-    """Files that a command replaces although nobody has named them to it, or that it goes on with."""
+    """Kind of file that a command may replace or continue although the user has not named it."""
 
-    what: str  # they are, as a message says it
-    # whether a file begins as they do, by its first `HEAD` bytes; with one that is empty nothing is lost
+    what: str  # name of these files in a message
+    # whether the first `HEAD` bytes of a file are of this kind; an empty file is always one, because nothing is lost
     known: Callable[[bytes], object]
 
     def fits(self, path: Path) -> bool:
-        """Return whether there is nothing of this name yet, or such a file."""
+        """Return whether the path is free, or has an empty file or a file of this kind."""
         if status_of(path) is None:
             return True
         try:
@@ -38,8 +38,9 @@ class Own(NamedTuple):
 class Target:
     """Output file.
 
-    `option` names the file, or the file or folder (`kind`) behind its name; `after` is the file beside it. Files that
-    `own` recognises may be replaced, any if None; with `called` also one of the input programs.
+    `option` is the option that names the file, or its folder if `kind` is "folder". `after` is the file beside which it
+    is written. Files that `own` recognises may be replaced, all if None; with `called`, such a file may be an input
+    program.
     """
 
     path: Path
@@ -57,11 +58,11 @@ class Target:
 
 
 def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
-    """Find out, before any work, whether files may be written; `read` are those that the work reads.
+    """Check, before any work, that the output files may be written; `read` are the input files.
 
     Raises:
-        FileError: one cannot be written, is read, is written twice, or is there already and not what the work has
-            written before.
+        FileError: a file cannot be written, is an input, is written twice, or exists and is not recognised by its
+            `own`.
     """
     for target in targets:
         check_target(target.path)
@@ -69,7 +70,7 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
     for target in there:
         own = target.own is not None and target.own.fits(target.path)
-        is_values = own and target.called and target.path.stat().st_size > 0  # an empty file may become anything
+        is_values = own and target.called and target.path.stat().st_size > 0  # an empty input may become anything
         for path in () if is_values else known:
             if path.samefile(target.path):
                 which = "" if path == target.path else f"{shown(path)}, which is "
@@ -79,7 +80,7 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
             raise target.refused(f"is there already and would be lost, for it is no {what}: move it away, or ")
     taken = dict[str, Target]()
     for target in targets:
-        place = os.path.realpath(target.path).casefold()  # on many a disk capital letters make no difference
+        place = os.path.realpath(target.path).casefold()  # many file systems ignore case
         other = taken.setdefault(place, target)
         if other is not target and target.after == other.path:
             raise replace(target, after=None).refused("is the name of what is written beside it, too; ")
@@ -90,6 +91,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 
 
 def check_own(path: Path, own: Own, option: str) -> None:
-    """Find out, before any work, whether a file that a command names itself may be replaced in a folder."""
+    """Check, before any work, that a file whose name the command chooses may be replaced; `option` names its folder."""
     if status_of(path) is not None:
         check_targets([Target(path=path, option=option, own=own, kind="folder")])

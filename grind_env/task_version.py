@@ -16,9 +16,9 @@ HISTORY = {
     " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
     4: "process version 4: the part is a slab on a chuck, and strokes use the true table speed",
 }
-"""What each version is, the latest last."""
+"""Description of each version, the latest last."""
 
 
 def of_version(found: object) -> str:
-    """Return the text for something of another version; a missing version is the first."""
+    """Return the text of a message about a file of another task version; None counts as version 1."""
     return f"of task version {1 if found is None else quoted(found)}, and the tasks are now of version {TASK_VERSION}"

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 BAD_INPUT = 2
 INTERRUPTED = 128 + signal.SIGINT
 CLOSED_PIPE = 128 + 13
-"""Exit status where nobody reads on, as of any command that SIGPIPE ends: it is the reader's right, and no error."""
+"""Exit status if the reader closes the pipe, as for any command that SIGPIPE ends; this is no error."""
 
 UNBROKEN = 100_000
-"""Columns of output that no terminal takes: no table or sentence is as wide."""
+"""Width of the output in a pipe or file, columns; no table or sentence is as wide."""
 
 
 def table_console() -> "Console":
@@ -37,7 +37,7 @@ def table_console() -> "Console":
 def progress(total: int | None = None, most: str = "") -> Iterator[Callable[[str, int], None]]:
     """Show counts on standard error in a terminal; `advance(what, count)` adds to one of the counts.
 
-    `total` is the total of each count, if known; `most` is shown behind them.
+    `total` is the total of each count, if known; `most` is a text behind the counts.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
@@ -60,7 +60,7 @@ def progress(total: int | None = None, most: str = "") -> Iterator[Callable[[str
 def command(name: str) -> Iterator[None]:
     """Run a command: bad input, or output that cannot be written, is one line on standard error and exit status 2.
 
-    An interrupt ends it without a word.
+    An interrupt ends the command without a message.
     """
     try:
         try:
@@ -76,7 +76,7 @@ def command(name: str) -> Iterator[None]:
         output = error.filename is None and error.strerror is not None
         _end(BAD_INPUT, f"{name}: {f'the output cannot be written ({error.strerror})' if output else error}")
     except SystemExit as end:
-        if isinstance(end.__context__, BrokenPipeError):  # Typer and Rich have taken it for an ordinary end
+        if isinstance(end.__context__, BrokenPipeError):  # Typer and Rich turn a broken pipe into an ordinary exit
             _end(CLOSED_PIPE)
         raise
     except KeyboardInterrupt:
@@ -85,7 +85,7 @@ def command(name: str) -> Iterator[None]:
 
 @contextmanager
 def _warnings_in_one_line(name: str) -> Iterator[None]:
-    """Print each warning of the package once and without the place in the code, which is none of the caller's."""
+    """Print each warning of the package once, without its place in the code."""
     others, told = warnings.showwarning, set()
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **line: Any) -> None:
@@ -107,7 +107,7 @@ def _flush() -> None:
 
 
 def _end(status: int, message: str = "") -> NoReturn:
-    """End the process; what is still to be written goes nowhere, or Python would complain of it at its end."""
+    """End the process; output that cannot be written is discarded, or Python would complain about it at exit."""
     with suppress(OSError):
         if message:
             print(printable(message), file=sys.stderr)

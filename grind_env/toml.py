@@ -19,14 +19,14 @@ __all__ = ["TomlError", "files_named", "read_toml", "toml_text", "toml_value", "
 
 MOST_BYTES = 1_000_000
 MOST_DOTS = 500
-"""Points in a key; of one of thousands of names the reader would keep the beginnings of every length."""
+"""Greatest number of dots in a key; of a key with thousands of names the TOML reader would keep every prefix."""
 TEXT = re.compile(rb"\"[^\"]*\"|'[^']*'|#.*")
-"""Strings and remarks in a line, whose points are none of a key."""
+"""Strings and comments of a line, whose dots belong to no key."""
 BETWEEN_KEYS = re.compile(rb"[^\w\s.-]")
 
 
 class TomlError(GrindError):
-    """A text that is no TOML; the message says why."""
+    """Text that is no TOML; the message says why."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
     Raises:
         ReadError: the file cannot be read.
-        TomlError: it is not TOML, not in UTF-8, or nested too deeply.
+        TomlError: the text is not TOML, not in UTF-8, or nested too deeply.
     """
     data = read_bytes(path, MOST_BYTES)
     for number, line in enumerate(data.splitlines(), 1):
@@ -51,13 +51,13 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def files_named(path: Path) -> Iterator[Path]:
-    """Yield a TOML file, its bases and their catalogue files, each once and whether it is there or not."""
+    """Yield a TOML file, its bases and their catalogue files, each once; some may be missing."""
     waiting = [path]
     for each in waiting:
         yield each
         try:
             document = read_toml(each)
-        except GrindError:  # who needs the file will say so
+        except GrindError:  # the function that needs the file reports the error
             continue
         catalogue = document.get("catalogue")
         files = catalogue.get("files") if isinstance(catalogue, dict) else None

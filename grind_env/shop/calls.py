@@ -41,28 +41,25 @@ def report(
     interrupts: Sequence[str] = (),
     plant: str | None = None,
 ) -> Path:
-    """Grind with a program and write it up as one HTML file that works offline.
+    """Simulate a program and write the results to one HTML file that works offline; return its path.
 
     Args:
         program: file of the part program.
         job: its job file; the program's name with `.toml` if None.
         output: the file to be written; the program's name with `.html` if None.
-        block_delete: as of `grind_file`, like the ones after it.
-        blocks: most blocks and strokes.
+        block_delete: as in `grind_file`, like the arguments after it.
+        blocks: greatest number of blocks and strokes.
         groove_retract: retract amount of G76 and G77, mm.
         variables: values of # variables at the start.
-        dress_at: when the operator asks for a dress, s.
-        interrupts: programs that the operator asks for in between.
-        plant: name of the machine (`grind_env.plants`); that of the job if None.
-
-    Returns:
-        The file.
+        dress_at: times at which the operator asks for a dress, s.
+        interrupts: programs that the operator requests, such as `9200@12.5`.
+        plant: name of the machine (`grind_env.plants`); the job's if None.
 
     Raises:
         MissingExtra: the extra [shop] is not installed.
-        FileError: the folder does not exist or cannot be written to, the file is one of those that are read, or one
-            that nobody has named and that is no such report.
-        GrindError: as of `machine.grind`.
+        FileError: the folder does not exist or cannot be written to, the file is an input, or the default file exists
+            and is no such report.
+        GrindError: as in `machine.grind`.
     """
     from grind_env.shop.report.document import PAGE, SUFFIXES, prepare_page, write_page
     from grind_env.shop.report.run import run_report
@@ -110,11 +107,11 @@ def optimise(
     confidence: Number = CONFIDENCE,
     untried: bool = False,
 ) -> "Optimised":
-    """Find a cheaper version of a program: E and D, or other words, within the limits.
+    """Return a cheaper version of a program within the limits: other E and D, or other settings.
 
     Args:
         program: file of the part program.
-        job: its job file, or a result of `load_job`, whose own machine is then searched on; the program's name with
+        job: its job file, or a result of `load_job`; the search then uses its own machine. The program's name with
             `.toml` if None.
         vary: values to vary: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the dress interval;
             missing words are added. By default E and D where present, and the interval.
@@ -129,14 +126,14 @@ def optimise(
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of search and judgement, s, without compilation.
         programs: number of programs to try instead of a time; the same seed then gives the same result.
-        seed: of lots and search; the same seed finds the same.
+        seed: seed of the lots and of the search.
         variables: values of # variables before the first part, as `{500: 0}`; common variables carry over.
         plant: name of the machine that judges the result (`grind_env.plants`); the job's if None. The search uses the
             model.
 
     Raises:
-        CondemnedError: the model scraps the parts of the program as it is, which is not `untried`.
-        GrindError: the program cannot be run, there is nothing to vary in it, or a wish is none.
+        CondemnedError: the model scraps the parts of the unchanged program, and `untried` is False.
+        GrindError: the program cannot be run, it has nothing to vary, or an option has no legal value.
     """
     from grind_env.shop.optimise.finding import find_words
 
@@ -175,8 +172,8 @@ def sweep(
     Args:
         program: file of the part program.
         job: its job file, or a result of `load_job`; the program's name with `.toml` if None.
-        E: E of the first cycle block, mm/min; others keep their ratio. Without any range: half to twice its value, and
-            dress intervals 1 to 20.
+        E: E of the first cycle block, mm/min; other blocks keep their ratio to it. Without any range: half to twice
+            its value, and dress intervals 1 to 20.
         dress_every: dress intervals, in parts.
         lead: lead of the dress, mm a revolution of the wheel.
         depth: depth of the dress, mm a pass.
@@ -186,7 +183,7 @@ def sweep(
         untried: whether the program has never run on the machine, as in `optimise`.
 
     Raises:
-        GrindError: the program cannot be run so, or a range is none.
+        GrindError: the program cannot be run with these values, or a range has no legal ends.
     """
     from grind_env.shop.sweep.study import SweepRanges
     from grind_env.shop.sweep.study import sweep as study
@@ -212,16 +209,16 @@ def calibrate(
     fit: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> "Calibration":
-    """Fit the process model to a log of the spindle's power, or to a table of settings.
+    """Return the process model fitted to a log of the spindle's power, or to a table of settings.
 
     Args:
         log: file of the log, or of the table.
-        job: what was ground on which machine.
+        job: job file of the machine and the parts in the log.
         program: part program that was logged; without it `log` is a table of settings.
-        gauge: file of what was measured of the parts, a row each.
-        map_file: which column is what, where their names do not say it.
-        fit: constants to fit; None for those that the log tells.
-        told: is told what is being done.
+        gauge: file of measurements of the parts, one row for each part.
+        map_file: file that assigns columns to quantities, if their names do not.
+        fit: constants to fit; None for all constants that the log determines.
+        told: function that is called with the name of each stage of the work.
 
     Raises:
         CalibrationError: nothing can be fitted; the message says why, and what to do.
@@ -245,7 +242,7 @@ def plan(program: File, job: File, output: File) -> str:
         output: the file to be written.
 
     Raises:
-        CalibrationError: no plan can be made of it.
+        CalibrationError: no plan can be made from the program.
         GrindError: program or job cannot be used, or the file cannot be written.
     """
     from grind_env.shop.calibrate.plan import plan_of

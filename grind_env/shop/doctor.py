@@ -29,23 +29,23 @@ EXTRAS = {
     "train": "`grind train`",
     "sb3": "agents of Stable-Baselines3",
 }
-"""Extras of the package, and what each is for."""
+"""Purpose of each extra of the package."""
 REQUIREMENT = re.compile(r"(([\w.-]+)[^;]*)(?:;.*extra == ['\"](\w+)['\"])?")
 MACHINES, BLOCKS = 4096, 8
-"""Machines side by side, and blocks that each grinds, by which the time of a stroke is taken."""
+"""Number of machines side by side, and of blocks that each grinds, in the measurement of the time of a stroke."""
 STROKES = Tally._fields.index("strokes")
 
 
 class Finding(NamedTuple):
-    """Something that was looked at."""
+    """Result of one check of the installation."""
 
-    what: str  # it is
-    found: str  # of it
+    what: str  # name of the check
+    found: str  # result
     remedy: str = ""  # what to do; empty where all is well
 
 
 def findings() -> list[Finding]:
-    """Return all that is looked at, in the order in which it is told."""
+    """Return the results of all checks, in the order of the output."""
     return [*_installed(), _kernels(cache_folder()), *_speeds(), *map(_extra, EXTRAS)]
 
 
@@ -85,7 +85,7 @@ def _speeds() -> list[Finding]:
 
 
 def _seconds_a_stroke(threads: int) -> float:
-    """Time over strokes of machines that grind PowerLimited with one E and D, the first block left out."""
+    """Return the time of a stroke, s, of machines that grind PowerLimited with one E and D; without the first block."""
     simulation = find_problem("power_limited").simulation()
     episodes = start_episodes(simulation, episode_seeds("training", MACHINES))
     choice = np.full(MACHINES, 7000.0), np.ones(MACHINES)

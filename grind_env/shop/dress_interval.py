@@ -6,16 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 LONGEST = 20
-"""Parts from dress to dress up to which is looked where the user does not say it."""
+"""Longest interval of a search by default, parts."""
 
 
 @dataclass(frozen=True, slots=True)
 class DressInterval:
-    """The wheel is dressed in the n-th run of a program, in the 2 n-th, and so on; or so by blocks instead of runs."""
+    """Dress interval: the wheel is dressed in run n, 2 n, 3 n, … of a program, or at every n-th dressing block."""
 
     every: int  # n
-    # what is counted: "part" or "run" for runs of the program, as one of them grinds one part or several, or "block"
-    # for the blocks that dress
+    # unit of the interval: "part" or "run" for runs that grind one or several parts, "block" for dressing blocks
     of: str = "part"
 
     def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -25,7 +24,7 @@ class DressInterval:
 
     @staticmethod
     def counting(parts: int) -> str:
-        """Return the word for runs that grind so many parts each."""
+        """Return the unit of an interval of runs that grind this number of parts each: "part" or "run"."""
         return "part" if parts == 1 else "run"
 
     def __str__(self) -> str:
@@ -33,12 +32,12 @@ class DressInterval:
 
 
 def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -> tuple[DressInterval, ...]:
-    """Return intervals from `low` to `high` runs, and what blocks can be counted in between, densest first."""
+    """Return the intervals from `low` to `high` runs, and the intervals in blocks between them; most dresses first."""
     runs = [DressInterval(every, DressInterval.counting(parts)) for every in range(low, high + 1)]
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
     counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
     within = [each for each in counted if each.every <= high * blocks]
-    # first that of the program as it is, in which every block that dresses does so in every run
+    # first the interval of the unchanged program: every dressing block dresses in every run
     return tuple(
         sorted([*runs, *within], key=lambda each: (each.every > 1, each.every / (blocks if each.of == "block" else 1)))
     )

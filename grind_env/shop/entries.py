@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def catalogue_data(kind: str | None, name: str | None, files: Sequence[Path]) -> dict[str, Any]:
-    """Names and remarks of all entries by kind, or of one kind, or one entry with its values, in JSON types."""
+    """Return names and remarks of all entries, or of one kind, or one entry with its values, in JSON types."""
     known = load_catalogue(*files)
     if kind is None or name is None:
         return {
@@ -27,7 +27,7 @@ def catalogue_data(kind: str | None, name: str | None, files: Sequence[Path]) ->
 
 
 def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], console: "Console") -> None:
-    """The same as a table."""
+    """Print the `catalogue_data` as a table."""
     data = catalogue_data(kind, name, files)
     if kind is None or name is None:
         rows = [(each, entry, remark) for each, remarks in data.items() for entry, remark in remarks.items()]

@@ -1,4 +1,4 @@
-"""Machines on which programs are tried: drawn from the job's uncertainty, and good with the program as it is."""
+"""Possible machines of a job, drawn from its uncertainty, on which the unchanged program grinds good parts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,30 +17,30 @@ from grind_env.process.process import PROCESS
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
-"""On which programs are tried for each use; on fewer where there are fewer lots."""
+"""Number of machines on which programs are tried, for each use; fewer if there are fewer lots."""
 FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 160}
-"""Place of the first of them: those of a search are no other's, if there are enough."""
+"""Index of the first machine of each use; indices beyond the last machine begin again at the first."""
 NEEDED = 416
 
 AT_ONCE, MOST_DRAWN = 64, 768
-"""Machines that are drawn at once, and at most."""
+"""Number of machines drawn at once, and in total at most."""
 SPREADS = 1.0, 0.7, 0.5, 0.35
-"""Factors on how lots and parts differ, of which the first is taken with which enough machines grind good parts."""
+"""Factors on the variation of lots and parts; the first one is used with which enough machines grind good parts."""
 ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
-"""Rounds in which a machine has to grind good parts with the program as it is, and parts and lots of a round."""
+"""Rounds in which a machine must grind good parts with the unchanged program; parts of a round, and lots at most."""
 SEEN_GOOD = 200
-"""Parts that the shop has ground with it and found good, also where the model itself has scrap."""
+"""Good parts that the shop is assumed to have ground with the program, even if the model predicts scrap."""
 LEAST = 16
-"""Machines that are tried at least: where fewer grind good parts, those that come nearest."""
+"""Least number of machines; if fewer grind good parts, the machines with the least scrap are taken instead."""
 CONDEMNED = 0.5
-"""Share of scrap from which on the model condemns a program, if most machines that it allows do so, too."""
+"""Share of scrap from which on the model condemns a program; half of the drawn machines must reach it, too."""
 
 EVEN_AGREEING = 0.05
-"""The same on the machines that agree with good parts as well as any that the model allows."""
+"""Share of scrap from which on a program is condemned on the machines that agree best with its good parts."""
 
 
 class CondemnedError(GrindError):
-    """The model scraps the parts of a program that grinds good ones."""
+    """Program whose parts are good at the machine, but scrap in the model."""
 
     status = 3
 
@@ -56,18 +56,18 @@ class CondemnedError(GrindError):
 class Fleet:
     """Possible machines of a job."""
 
-    uncertainty: Uncertainty  # uncertainty that they are drawn from
+    uncertainty: Uncertainty  # uncertainty from which the machines are drawn
     seed: int  # seed of the draws
     numbers: tuple[int, ...]  # indices of the machines among all draws
-    drawn: int = 0  # number of draws; 0 without a condition
-    agree: int = 0  # number of draws that grind good parts with the program as it is
+    drawn: int = 0  # number of draws; 0 if the machines need not grind good parts
+    agree: int = 0  # number of draws that grind good parts with the unchanged program
     spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
-        """Return trials on lots and machines; each use has its own machines if there are enough.
+        """Return trials on lots and machines; each use has its own machines if there are 544 or more.
 
-        A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it
-        finds is compared and judged on all that the machine may be.
+        A search tries thousands of programs: its machines obey the laws of the model, which takes a quarter less time.
+        The machines of the other uses may obey other laws.
         """
         places = [
             (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
@@ -83,8 +83,8 @@ def fleet_of(
 ) -> Fleet | None:
     """Return the possible machines of a job on which its program grinds good parts.
 
-    For a program that the control executes this condition takes too long. Without a calibration such a program holds on
-    no machine, and the result is None.
+    This test takes too long for a program that the control executes step by step. Without a calibration, None is
+    returned for such a program.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
@@ -114,7 +114,7 @@ def fleet_of(
 
 
 def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
-    """Refuse a program that is scrap on the very machines that agree with its good parts best."""
+    """Raise a CondemnedError if a program is scrap even on the machines that agree best with its good parts."""
     most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
     if not untried and (scrap := float(old.scrap.mean())) >= most:
         raise CondemnedError(scrap)
@@ -128,9 +128,9 @@ class _Evidence:
         self.lots = min(-(-PARTS_EACH // trials.simulation.parts), MOST_LOTS)
 
     def agreeing(self, numbers: Sequence[int], scraps: dict[int, float]) -> list[int]:
-        """Return the machines on which so many good parts are as likely as chance has it; `scraps` gets their scrap.
+        """Return a sample of machines, each accepted with the likelihood of good parts on it; `scraps` gets the scrap.
 
-        A machine that is excluded is not ground on for more rounds.
+        A rejected machine grinds no further rounds.
         """
         job, root = self.trials.simulation.job, self.uncertainty.root
         left = {k: machine(job, self.uncertainty, root, self.seed, k) for k in numbers}
@@ -148,7 +148,7 @@ class _Evidence:
         return list(left)
 
     def scrap_of(self, machines: list[Job], drift: float, number: int) -> list[float]:
-        """Return the share of scrap of the program as it is on each machine, in a round with lots of its own."""
+        """Return the share of scrap of the unchanged program on each machine, in a round with its own lots."""
         lots = lots_of(self.seed, LotUse.BASE, (number + 1) * self.lots)[number * self.lots :]
         seeds = [lot for lot in lots for _ in machines]
         if self.trials.simulation.job.parts:
@@ -159,7 +159,7 @@ class _Evidence:
 
 
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds`; where it may obey other laws, those of a `public` machine."""
+    """Return a possible machine by number; if the job does not fix its laws, the laws of a `public` machine."""
     drawn = world(job, uncertainty, root, seed, number)
     return (
         drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
@@ -169,7 +169,7 @@ def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: 
 
 
 def compile_all(once: Trials) -> None:
-    """Compile what trials of a program take, on machines that may be that of its job and have other laws, too."""
+    """Compile the code for trials of a program, on machines with the laws of the model and with other laws."""
     job = once.simulation.job
     if once.simulation.compiled:
         compile_at_once()

@@ -1,4 +1,4 @@
-"""Search options from values or command-line texts; an `OptionError` names an unknown one."""
+"""Search options from values or command-line texts; an unknown option raises an `OptionError`."""
 
 import math
 import re
@@ -11,20 +11,20 @@ from typing import TypeAlias, TypeVar
 from grind_env.errors import GrindError, did_you_mean, quoted
 
 INTERVAL = "interval"
-"""Parts from dress to dress, or blocks."""
+"""Name of the dress interval, which counts parts or blocks."""
 VARIED = ("E", "D", "J", "L", "lead", "depth", "passes", INTERVAL)
-"""Words of cycle blocks, then what the dress program says, then how often it runs."""
+"""Values that a search can vary: words of cycle blocks, settings of the dress program, the dress interval."""
 USUAL = ("E", "D", INTERVAL)
 LIMITS = ("power", "rise", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
-"""What may be made less, and the name of its mean of a part."""
+"""Quantities that a search can reduce, each with the name of its mean per part in `Measures`."""
 
 LEAST_SPEED = 60.0
-"""A range of E that ends below is taken for m/min, where mm/min are expected."""
+"""Least upper end of a range of E, mm/min; a range that ends below is taken for one in m/min."""
 CONFIDENCE = 0.95
-"""With which parts keep a limit, and a machine the end of an interval, where nothing else is asked."""
+"""Default probability that a part keeps a limit, and that each end of an interval holds for the machine."""
 CONFIDENCES = 0.5, 0.999
-"""Ends of what may be asked: beyond, some tens of machines and some thousands of parts do not tell."""
+"""Lowest and highest legal confidence; tens of machines and thousands of parts do not resolve values beyond."""
 
 Number: TypeAlias = float | Decimal
 Ends: TypeAlias = Collection[Number]
@@ -35,28 +35,27 @@ T = TypeVar("T")
 
 
 class OptionError(GrindError):
-    """An option that asks for what there is not."""
+    """Option with an unknown name or an illegal value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOptions:
     """Options of a search."""
 
-    words: tuple[str, ...] = USUAL  # of `VARIED`
+    words: tuple[str, ...] = USUAL  # values to vary, from `VARIED`
     add: bool = False  # whether words that a cycle block lacks may be added to it
     # lowest and highest value by word, in the units of the program; lead in mm or inches a revolution
     bounds: Mapping[str, tuple[Decimal, Decimal]] = field(default_factory=dict)
     fixed: frozenset[int] = frozenset()  # N words of the cycle blocks that stay as they are
-    # share of its limit that parts must keep, by name, 1 at most; 1 for those not named
+    # share of each limit that parts must keep, by name of the limit; at most 1, and 1 for limits not named
     margins: Mapping[str, float] = field(default_factory=dict)
-    # probability with which a part keeps each, whatever its lot and machine are, and with which each end of an interval
-    # holds
+    # probability that a part of any lot on any machine keeps each limit, and that each end of an interval holds
     confidence: float = CONFIDENCE
-    untried: bool = False  # whether nothing is known of how the program grinds on the machine
-    objective: str = "cost"  # of `OBJECTIVES`, what is to become less
-    # the most that a part may take in the mean, by the names cost and seconds
+    untried: bool = False  # whether the program has never run on the machine
+    objective: str = "cost"  # quantity to reduce, from `OBJECTIVES`
+    # highest mean cost, $, and time, s, of a part, by the names cost and seconds
     constraint: Mapping[str, float] = field(default_factory=dict)
-    free: bool = False  # whether blocks of parts that are alike may have words of their own
+    free: bool = False  # whether equal blocks of equal parts may have different words
 
     @property
     def quantity(self) -> str:
@@ -77,7 +76,7 @@ def options_of(
     confidence: Number = CONFIDENCE,
     untried: bool = False,
 ) -> SearchOptions:
-    """Return the checked options; arguments as in `SearchOptions`, `words` None for the usual ones that are there."""
+    """Return the checked options; arguments as in `SearchOptions`, `words` None for those of `USUAL` in the program."""
     for option, names, known in (
         ("--vary", words or (), VARIED),
         ("--bounds", bounds, VARIED),
@@ -109,7 +108,7 @@ def options_of(
 
 
 def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
-    """Return the ends of a range, as they are written in decimals."""
+    """Return the ends of a range as decimal numbers."""
     try:
         low, high = (Decimal(str(end)) for end in ends)
         is_range = low >= 0 and high.is_finite()
@@ -143,7 +142,7 @@ def seconds_of(budget: Number) -> float:
 
 
 def confidence_of(value: Number) -> float:
-    """Return a probability with which promises hold."""
+    """Return a checked confidence."""
     low, high = CONFIDENCES
     if not (isinstance(value, Real | Decimal) and low <= value <= high):
         raise OptionError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")
@@ -173,7 +172,7 @@ def listed(texts: Iterable[str]) -> list[str]:
 
 
 def named(option: str, texts: Iterable[str], read: Callable[[str, str, str], T]) -> dict[str, T]:
-    """Values by name, as E=100,J=.001; `read` has a value from option, name and text."""
+    """Return values by name from texts such as E=100,J=.001; `read` makes a value of option, name and text."""
     pairs = [part.partition("=") for part in listed(texts)]
     for name, equals, value in pairs:
         if not (equals and value):
@@ -201,7 +200,7 @@ def label(text: str) -> int:
 
 
 def budget(text: str) -> tuple[float, int | None]:
-    """Return a time such as 60, 60s or 2min, s, or a number of programs, such as 2000 programs."""
+    """Return time, s, and number of programs (None for a time) of a text such as 60, 60s, 2min or 2000 programs."""
     wrong = f"--budget: {quoted(text)} is no time; write 60s, 2min or '2000 programs'"
     number, unit = _matched(rf"{NUMBER}\s*(s|min|programs?|)", text.strip(), wrong)
     if unit.startswith("program"):

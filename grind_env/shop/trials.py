@@ -1,4 +1,4 @@
-"""Cost of a program with other words, always on the same lots."""
+"""Trials of a program with other words: cost and used shares of the limits, always on the same lots."""
 
 import copy
 import os
@@ -35,13 +35,13 @@ from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.search_options import CONFIDENCE
 
 Between: TypeAlias = Callable[[], object]
-"""Called between two blocks of a program that the control executes; what it raises ends the run."""
+"""Function called between two blocks of a program that the control executes; an error from it ends the run."""
 
 Seeds: TypeAlias = Sequence[tuple[int, ...]]
 Lots: TypeAlias = NDArray[np.int64]
-"""Numbers of some."""
+"""Indices of lots."""
 Ground: TypeAlias = tuple[Array, Array, Array]
-"""As in `Trials._ground`."""
+"""Result of `Trials._ground`: shares, sums and peaks."""
 
 
 class LotUse(IntEnum):
@@ -55,20 +55,20 @@ class LotUse(IntEnum):
 
 
 def nothing() -> None:
-    """Let whatever takes time take it."""
+    """Do nothing between two blocks."""
 
 
 CORES = min(os.cpu_count() or 1, 8)
-"""On which candidates are replayed side by side; with more of them Python, which has one at a time, is the limit."""
+"""Number of cores that replay candidates side by side; with more cores the lock of the interpreter is the limit."""
 ROWS_AT_ONCE = 150_000
-"""Episodes times blocks that are replayed together on each of them; bounds the memory."""
+"""Greatest number of episodes times blocks that a core replays together; bounds the memory."""
 DRIFT = 1
-"""Behind the seed of a lot: that of its drift."""
+"""Number appended to the seed of a lot to give the seed of its drift."""
 CALIBRATED, UNCALIBRATED = 1.05, 1.2
-"""What a part may take with other words at most, over what it takes in the mean, on a machine where they are bad; the
-second one without a calibration, when machines may be so unlike that hardly any words are no risk on one in twenty."""
+"""Greatest permitted `risk` with and without a calibration: the cost of a part over its old cost, on a bad machine.
+Machines without a calibration may differ so much that hardly any words are without risk on one machine in twenty."""
 SAME = 1e-6
-"""Relative difference of settings that are the same but for rounding."""
+"""Relative difference up to which settings count as equal, because of rounding."""
 
 _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
     Outcome._fields.index(name)
@@ -84,15 +84,15 @@ class TrialsError(GrindError):
 class Measures(NamedTuple):
     """Results of C candidates on N lots: means of a part, shape (C, N), and limits."""
 
-    cost: Array  # $, scrap at its price and the dull wheel that is left among it
+    cost: Array  # $, including scrap and the dull wheel at the end
     seconds: Array
     Ra: Array  # um
-    power: Array  # Highest that the spindle gave, kW above idle: at most its limit, however much was asked for
-    rise: Array  # Highest that counts in the last stage, K
-    highest_rise: Array  # Highest that counts in any stage, K
-    size_error: Array  # um, without its sign
-    scrap: Array  # Share of the parts
-    # Below which share of each of `LIMITS` parts stay with the confidence asked for; 0 without one; shape (C, 4)
+    power: Array  # highest spindle power above idle, kW; at most the limit of the spindle
+    rise: Array  # highest temperature rise that counts in the last stage, K
+    highest_rise: Array  # highest temperature rise that counts in any stage, K
+    size_error: Array  # absolute size error, um
+    scrap: Array  # share of scrapped parts
+    # share of each of `LIMITS` that parts stay below with the confidence; 0 without a limit; shape (C, 4)
     ratios: Array
 
     def violation(self, margins: Array) -> Array:
@@ -102,18 +102,17 @@ class Measures(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trials:
-    """A program for a batch of parts, on lots that are the same for all candidates."""
+    """Trials of a program for a batch of parts, on lots that are the same for all candidates."""
 
-    simulation: JobSimulation  # of the batch
-    runs: int  # how often the program is run in it
-    seeds: tuple[tuple[int, ...], ...]  # of the lots
+    simulation: JobSimulation  # simulation of the batch
+    runs: int  # runs of the program in the batch
+    seeds: tuple[tuple[int, ...], ...]  # seeds of the lots
     stand: tuple[BlockOutline, ...]  # the cycle blocks of all runs as they stand in the program
-    # whether each run has the same blocks as the first one, with the same settings; not so in a program that counts its
-    # parts
+    # whether all runs have the same blocks with the same settings, unlike a program that counts its parts
     alike: bool
-    execution: float  # time that the control has taken for each run of the program that it has executed, s
+    execution: float  # time that the control needs to execute one run of the program, s
     drift: float = 0.0  # logarithmic standard deviation of a step of the forces from part to part
-    confidence: float = CONFIDENCE  # with which parts are to keep limits, whatever their lot and machine
+    confidence: float = CONFIDENCE  # probability that parts of any lot on any machine keep the limits
 
     @property
     def lots(self) -> int:
@@ -142,12 +141,12 @@ class Trials:
         known = self.simulation.job.uncertainty
         missed = 0.0 if known is None else known.residual
         lows, highs = lows - missed * np.abs(lows), highs + missed * np.abs(highs)
-        # the mean of a few bad ones may lie beyond
+        # a few bad machines may put the mean beyond the percentiles
         ends = (means, np.minimum(lows, means), np.maximum(highs, means))
         return [Interval(*each) for each in np.array(ends).T.tolist()]
 
     def by_machine(self, values: Array) -> Array:
-        """Means of each machine, shape (C, machines), of values of each lot, shape (C, lots)."""
+        """Return the mean of each machine, shape (C, machines), of the values of each lot, shape (C, lots)."""
         count = min(len(self.simulation.machines.jobs), values.shape[1])
         return np.array([values[:, k::count].mean(axis=1) for k in range(count)]).T
 
@@ -179,13 +178,13 @@ class Trials:
         return CORES * max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
 
     def spread_by(self, factor: float) -> "Trials":
-        """Return the same with lots and parts that differ more or less."""
+        """Return a copy with `factor` times the variation of lots and parts."""
         return replace(self, simulation=self.simulation.with_spread(factor * self.simulation.spread))
 
     def asking(self, job: Job) -> "Trials":
-        """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
+        """Return a copy for a job with other requirements on its parts, or with a stronger spindle."""
         simulation, script = self.simulation, self.simulation.script
-        assert script is not None  # what the control executes depends on more than its program
+        assert script is not None  # only compiled programs come here, and they have a script
         _, picks, spark_outs = script.ranges
         asked = JobSimulation(
             simulation.programs,
@@ -198,17 +197,14 @@ class Trials:
         return replace(self, simulation=asked)
 
     def on(self, seeds: Sequence[tuple[int, ...]], machines: Sequence[Job] = (), drift: float = 0.0) -> "Trials":
-        """Return a copy on other lots and machines in turn; on the job's machine if none are given.
-
-        If the job states how each part differs, there is one lot for each machine.
-        """
+        """Return a copy on other lots, spread over machines in turn; on the job's machine if none are given."""
         simulation = self.simulation.on_machines(machines or [self.simulation.job])
         most = len(machines) or 1
         seeds = tuple(seeds[:most] if simulation.job.parts else seeds)
         return replace(self, simulation=simulation, seeds=seeds, drift=drift)
 
     def _forces(self, seeds: Seeds) -> Array:
-        """Factors on the forces in each block of some lots, shape (lots, 1 or blocks)."""
+        """Return the factors on the forces in each block of some lots, shape (lots, 1 or blocks)."""
         if self.drift == 0.0:
             return np.ones((len(seeds), 1))
         parts = self.simulation.parts
@@ -219,10 +215,10 @@ class Trials:
     def measure(
         self, settings: Array, *, besides: bool = False, handover: bool = True, between: Between = nothing
     ) -> Measures:
-        """Run candidates with settings of the blocks of all runs, shape (C, blocks, fields of `BlockSettings`).
+        """Return the results of candidates; settings are of all runs, shape (C, blocks, fields of `BlockSettings`).
 
-        `besides`: J, L and dress settings are others than the program's; `handover`: the dull wheel that is left is
-        charged for; `between` as of `trials_of`.
+        `besides`: whether J, L and dress settings differ from the program's; `handover`: whether the dull wheel at the
+        end is charged for; `between` as in `trials_of`.
         """
         every = range(0, len(settings), self.at_once)
         parts = [self._measure(settings[begin : begin + self.at_once], besides, handover, between) for begin in every]
@@ -240,7 +236,7 @@ class Trials:
         return Measures(cost, seconds, roughness, power / 1000.0, rise, highest_rise, error, 1.0 - good, shares)
 
     def _in_pieces(self, settings: Array, ground: Callable[[Array, Lots], Ground]) -> list[Ground]:
-        """Candidates, or lots of one, a piece on each core; what the control executes one lot after the other."""
+        """Grind candidates, or the lots of one candidate, in a piece on each core; the control grinds lot by lot."""
         every = np.arange(len(self.seeds))
         if not self.simulation.compiled:
             return [ground(settings, every[k : k + 1]) for k in range(len(every))]
@@ -248,11 +244,11 @@ class Trials:
             pieces = [(each, every) for each in np.array_split(settings, CORES) if len(each)]
         else:
             pieces = [(settings, each) for each in np.array_split(every, CORES) if len(each)]
-        with ThreadPoolExecutor(CORES) as pool:  # compiled code holds no lock of the interpreter
+        with ThreadPoolExecutor(CORES) as pool:  # compiled code releases the lock of the interpreter
             return list(pool.map(ground, *zip(*pieces, strict=True)))
 
     def _ground(self, settings: Array, every: Lots, besides: bool, handover: bool, between: Between) -> Ground:
-        """Candidates on some lots, n of both: shares as of `_ScriptParts`, sums, shape (3, n), and peaks."""
+        """Return shares, sums, shape (3, n), and peaks of candidates on some lots, n in total, as in `_ScriptParts`."""
         simulation, lots, count = self.simulation, len(every), len(settings)
         seeds, machine = [self.seeds[k] for k in every.tolist()], self.machine[every]
         start = simulation.start_on([np.random.default_rng(seed) for seed in seeds], machine, self._forces(seeds))
@@ -282,9 +278,9 @@ class _ScriptParts:
 
     def __init__(self, simulation: JobSimulation, n: int, cooler: Array) -> None:
         self.simulation, self.cooler = simulation, cooler
-        self.shares = np.zeros((4, n, simulation.parts))  # of `LIMITS`
+        self.shares = np.zeros((4, n, simulation.parts))  # used share of each of `LIMITS`
         self.peaks = np.zeros((5, n, simulation.parts))  # power, rise of the last stage, highest rise, Ra, size error
-        self._rise = np.zeros(n)  # in the stage so far
+        self._rise = np.zeros(n)  # highest rise in the stage so far, K
 
     def add(self, k: int, outcomes: Array, tallies: Array) -> None:
         """Add block k, with the limits of its stage."""
@@ -306,7 +302,7 @@ class _ScriptParts:
 
 
 def _parts_of_run(run: GrindingRun) -> tuple[Array, Array]:
-    """Shares and peaks of the parts that the control has ground, as of `_ScriptParts` for one episode."""
+    """Return shares and peaks, as in `_ScriptParts`, of the parts of one run that the control has executed."""
     parts, strokes = run.parts.table(), run.strokes.table()
     shares = np.zeros((4, len(parts)))
     np.maximum.at(shares[0], strokes["part"] - 1, strokes["load"] / run.job.limits.power)
@@ -357,7 +353,7 @@ def trials_of(
         )
     except GrindError:
         if runs > 1:
-            JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # tells the line of the file
+            JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # this error names the line
         raise
     if simulation.parts % runs:
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
@@ -368,11 +364,11 @@ def trials_of(
 
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
-    """Return a batch of all runs; where they are alike, of a few of them, and the script of all."""
+    """Return a batch of all runs; if all runs are alike, a batch of a few runs and the script of all runs."""
     if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
         few = batch_of(programs, FEW, job.variables)
-        with suppress(GrindError):  # what is wrong is told of the batch of all runs
-            # up to half the budget: what comes nearer to it is executed whole, which tells where it is passed
+        with suppress(GrindError):  # the batch of all runs reports the error
+            # up to half the block budget: a longer program is executed in full, which shows where it exceeds the budget
             _require_budget(few.programs, job, FEW * BLOCK_BUDGET // (2 * runs))
             script = repeated(script_of(few.programs, job, ranges), runs)
             if script is not None:
@@ -381,7 +377,7 @@ def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tu
 
 
 def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
-    """Execute a program of no more blocks and strokes; errors as of `execute`."""
+    """Execute a program of at most `blocks` blocks and strokes; errors as in `execute`."""
     events = execute(programs, replace(job.control, whole_cycles=True, block_budget=blocks))
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
     deque(events, maxlen=0)
@@ -392,7 +388,7 @@ def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:
     count, left = divmod(len(stand), runs)
     if left or any(stand[k].block.source != stand[k % count].block.source for k in range(len(stand))):
         return False
-    settings = np.delete(_settings_of(stand), DRESS_SECONDS, axis=1)  # the way to the diamond may begin elsewhere
+    settings = np.delete(_settings_of(stand), DRESS_SECONDS, axis=1)  # the way to the diamond may differ
     return np.allclose(settings, np.tile(settings[:count], (runs, 1)), rtol=SAME, atol=0.0)
 
 
@@ -406,7 +402,7 @@ def most_risk(job: Job) -> float:
 
 
 def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost") -> Array:
-    """Return the cost of C candidates over the cost `old` of the program as it is, shape (C,).
+    """Return the cost of C candidates relative to the cost `old` of the unchanged program, shape (C,).
 
     The value is for a machine as bad as the confidence allows.
     """
@@ -415,7 +411,7 @@ def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost")
 
 
 def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
-    """Seeds of some lots for a use."""
+    """Return the seeds of some lots for a use."""
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
     number = int(use)

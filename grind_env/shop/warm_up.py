@@ -23,13 +23,13 @@ from grind_env.process.corrected import EXPONENTS
 from grind_env.shop.calls import optimise
 
 BUDGET = 1.0
-"""Budget of the search, s: its first runs have compiled all that it needs."""
+"""Time of the search, s; its first runs compile all code that it needs."""
 SPREAD = 0.02
-"""Spread of these exponents; any other above 0 compiles the same."""
+"""Spread of the exponents of `calibrated`; any other spread above 0 compiles the same code."""
 
 
 class Use(NamedTuple):
-    """Something that is done once."""
+    """One step of the warm-up."""
 
     name: str
     call: Callable[[], object]
@@ -40,12 +40,12 @@ class Warmed(NamedTuple):
 
     name: str
     seconds: float
-    kernels: int  # Files that are new in the cache
-    left_out: str = ""  # Why it has not been done: an extra is not installed
+    kernels: int  # number of new kernels in the cache
+    left_out: str = ""  # why the step was left out: an extra is not installed
 
 
 def uses() -> list[Use]:
-    """Return a run of every example, a step of every id, alone and beside another, a search; some calibrated."""
+    """Return all steps: run every example, step every environment and run a search; some of them calibrated."""
     programs = [examples.path(name) for name in examples.names()]
     runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
     steps = [Use(name, partial(step, name)) for name in page_ids()]
@@ -61,7 +61,7 @@ def uses() -> list[Use]:
 
 
 def calibrated(job: Job) -> Job:
-    """Return the job with a free power law of depth, speed and volume, as after a calibration: another process."""
+    """Return the job with uncertain exponents of depth, speed and volume, as after a calibration: other code."""
     names = tuple(f"material.{each}" for each in EXPONENTS)
     correlation = tuple(map(tuple, np.eye(len(names)).tolist()))
     return replace(
@@ -70,7 +70,7 @@ def calibrated(job: Job) -> Job:
 
 
 def step(name: str) -> None:
-    """Make the environment of an id, alone and two beside each other; reset them, and make a step."""
+    """Make the environment of an id, alone and as a vector of two; reset both and make a step."""
     for env in (gym.make(name), gym.make_vec(name, num_envs=2)):
         env.reset(seed=0)
         env.step(env.action_space.sample())
@@ -78,7 +78,7 @@ def step(name: str) -> None:
 
 
 def warm_up(of: list[Use]) -> Iterator[Warmed]:
-    """Do these things one after the other."""
+    """Run the steps one after the other and yield their results."""
     folder = cache_folder()
     compile_at_once()
     for name, call in of:

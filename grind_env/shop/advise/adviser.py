@@ -19,13 +19,13 @@ from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rule import STEP, BlockReadings
 
 MOST_STEP = 100.0
-"""No table has a wider range of E."""
+"""Greatest legal step factor of E; no table has a wider range of E."""
 USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
-"""Of `LookAhead`, for a program that it has not been tuned for: the medians over the tasks that it has."""
+"""Parameters of `LookAhead` for a program without tuned ones: the medians over the tuned tasks."""
 
 
 class AdviceError(GrindError):
-    """A policy that cannot advise, advice for which nothing is left to grind, or arguments that do not go together."""
+    """Policy that cannot advise, advice without a block left to grind, or arguments that exclude each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,7 @@ class Advice:
         block: number of the block, from 0.
         speed: E, mm/min.
         executions: D, the number of auto-dresses.
-        words: both as the program says them, in its units, by letter.
+        words: E and D by letter, in the units of the program.
     """
 
     block: int
@@ -49,7 +49,7 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, 
     """Return the policy that a text names, or the default adviser.
 
     Raises:
-        GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
+        GrindError: the policy does not exist, does not fit the program or needs more than measurements, or the step is
             no factor above 1.
     """
     if not 1.0 < step <= MOST_STEP:
@@ -80,10 +80,10 @@ def _model(simulation: JobSimulation) -> Policy:
 
 
 def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:
-    """Return the adviser of a policy that chooses E within bounds, mm/min.
+    """Return a copy of the simulation with E limited to bounds, mm/min.
 
     Raises:
-        AdviceError: these are no bounds within those of a program.
+        AdviceError: the bounds are not in order, or not within those of the program.
     """
     low, high = bounds
     least, most = simulation.task.action.speed_ends
@@ -103,7 +103,7 @@ class Adviser:
         simulation: simulation of the program.
         policy: policy on measurements.
         bounds: lowest and highest advised E, mm/min; the program's range if None.
-        shadow: whether somebody else decides, by default as the program says.
+        shadow: whether somebody else decides; E and D without a reading are then the program's.
 
     Attributes:
         advice: advice for the coming block; None after the last.
@@ -128,7 +128,7 @@ class Adviser:
         """Take the readings of the block that the last advice was for.
 
         Raises:
-            GrindError: there was none, or the control refuses it.
+            GrindError: there was no advice, or the control refuses E or D.
         """
         if self.advice is None:
             raise AdviceError("the last block of the batch has been ground: begin a new one with --restart")
@@ -162,7 +162,7 @@ class Adviser:
         return self.policy.rules[0].reason if isinstance(self.policy, AdviserPolicy) else f"by {self.policy.name}"
 
     def details(self) -> list[str]:
-        """Return what is behind the reason, in sentences."""
+        """Return sentences that explain the reason."""
         return self.policy.details(0) if isinstance(self.policy, AdviserPolicy) else []
 
     def _decide(self) -> None:

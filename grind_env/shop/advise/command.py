@@ -1,4 +1,4 @@
-"""The arguments of `grind advise` to a session."""
+"""Sessions and rehearsals from the arguments of `grind advise`."""
 
 import json
 import sys
@@ -99,7 +99,7 @@ def open_session(
 
 
 def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
-    """Advise through a batch on a simulated machine, and compare it with the program as it is."""
+    """Grind a batch on a simulated machine with advice, and print its cost beside the unchanged program's."""
     if others:
         raise AdviceError(f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out")
     adviser, machine = request.adviser(request.simulation()), request.simulation(plant)

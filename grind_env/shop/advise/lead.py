@@ -17,21 +17,21 @@ from grind_env.policies.watch import Watch
 from grind_env.shop.advise.rule import STEP, BlockReadings, Rule
 
 PROVED, LONGER = 6, 2
-"""Blocks in a row on which forecasts have to hold before the model leads, and times that number after it failed."""
+"""Blocks in a row whose forecasts must hold before the model leads, and the factor on this number after a failure."""
 
 
 @dataclass
 class AdviserPolicy:
-    """Advises on N machines side by side.
+    """Adviser for N machines side by side.
 
     The rule leads from the first block on. The model leads after its forecasts of power, size and Ra have held, and
-    loses the lead when they fail; it then decides when to dress, and the rule still decides E.
+    loses the lead when they fail. While the model leads, it decides when to dress, and the rule still decides E.
     """
 
-    model: Policy | None  # a policy that rests on the model; None for a program that only the control can execute
-    step: float = STEP  # most that E rises from block to block of a kind
-    residual: float = 0.0  # as of `Watch`
-    # what was read of the last block, by machine; from the observation if None
+    model: Policy | None  # policy that uses the model; None for a program that only the control can execute
+    step: float = STEP  # greatest factor on E from block to block of a kind
+    residual: float = 0.0  # logarithmic standard deviation of forces that the model does not follow
+    # readings of the last block, one for each machine; from the observation if None
     told: list[BlockReadings] | None = field(init=False, default=None)
     rules: list[Rule] = field(init=False, repr=False)  # one for each machine
     watch: Watch | None = field(init=False, repr=False)  # compares readings with forecasts; None without a model
@@ -40,7 +40,6 @@ class AdviserPolicy:
     sees: ClassVar[Sees] = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Begin with freshly dressed wheels, of which nothing was read."""
         assert isinstance(simulation, JobSimulation)
         self.simulation, self.number = simulation, -1
         self.rules = [Rule(simulation, self.step) for _ in range(episodes)]
@@ -80,17 +79,17 @@ class AdviserPolicy:
         return Decision(nearest_speed(self.simulation.task, speeds), executions)
 
     def compare(self, observation: NDArray[np.float32]) -> None:
-        """Compare what was read of the last block with its forecast."""
+        """Compare the readings of the last block with the forecast."""
         if self.watch is not None:
             self.watch.update(observation, self.unused)
 
     def _forecast(self, observation: NDArray[np.float32]) -> Decision | None:
-        """Let the model follow, and return what it would do; None without one, or before anything was read."""
+        """Update the model and return its decision; None without a model or before the first readings."""
         self.compare(observation)
         if self.watch is None or self.model is None:
             return None
         if self.first is None:
-            self.first = observation.copy()  # the first word does not wait for a model that does not lead
+            self.first = observation.copy()  # the first advice does not wait for the model, which does not lead yet
             return None
         if self.number == 1:
             self.model.act(self.first, None)
@@ -102,7 +101,7 @@ class AdviserPolicy:
         return self.model.act(observation, None)
 
     def details(self, machine: int) -> list[str]:
-        """Return in sentences who leads, and why."""
+        """Return sentences that say whether the rule or the model leads, and why."""
         if self.watch is None:
             return ["the rule leads: only the control can execute this program, so there is no model of it"]
         if self.leads[machine]:
@@ -112,7 +111,7 @@ class AdviserPolicy:
         return [f"{until}: {off[0]}", *off[1:]]
 
     def _told(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:
-        """Return what an observation says of the last block; Ra is that of the part before."""
+        """Return the readings of the last block from an observation; Ra is of the part before."""
         row, block = self.rules[n].rows[number], self.simulation.blocks[number]
         size, Ra = seen["size_error"], seen["roughness"]
         sized, gauged = size != self.sized[n] or abs(size) > row.size, Ra not in (0.0, self.gauged[n])

@@ -5,7 +5,7 @@ import re
 from grind_env.targets import HEAD, Own
 
 LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")
-"""The first ones of a log."""
+"""First columns of a log."""
 _VALUE = re.compile(rb"[ \t]*(?:(?:#[ \t]*\d+[ \t]*=[ \t]*[-+.\d]+[ \t]*(?:\([^()]*\))?|%|O\d+|M30|M99)[ \t]*)?")
 
 

@@ -14,15 +14,15 @@ from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.shop.measurements.sheet import NO, YES
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
-"""W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""
+"""Least power, W, and size error, um, that meters and gauges resolve; a smaller number is probably in kW or mm."""
 SCATTER = 4.0 * math.sqrt(2.0)
-"""Standard deviations of a reading by which noise of both may bring the peak below the mean."""
+"""Number of standard deviations of a reading by which noise may put the peak below the mean."""
 MOST_RA = 50.0
-"""um; no ground surface is rougher."""
+"""Highest possible Ra, um; no ground surface is rougher."""
 
 
 class ReadingError(GrindError):
-    """A reading that is no number, is out of range, or belongs to another block."""
+    """Reading that is no number, is out of range, or belongs to another block."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +50,7 @@ class MachineReadings:
         return {name: value for name, value in asdict(self).items() if value is not None}
 
     def measured(self, meter_scale: float = 1.0) -> Measured:
-        """Return the readings for the episode, from a meter with this scale; an unread power is 0."""
+        """Return the readings for the episode; powers are divided by the meter's scale, and 0 if missing."""
         return Measured(
             mean_power=(self.mean_power or 0.0) / meter_scale,
             first_power=(self.first_power or 0.0) / meter_scale,
@@ -70,13 +70,13 @@ SLIPS = (
     *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
     ("size_error", LEAST_SIZE, "um", "mm"),
 )
-"""Readings that were taken for another unit: names, what is less than can be read, its unit, and the other one."""
+"""Readings in danger of a wrong unit: name, least credible value, its unit, and the wrong unit."""
 OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
-"""What can be said only of a block that finishes a part."""
+"""Readings that only a block which finishes a part can have."""
 
 
 def readings_of(table: Mapping[str, Any], place: str) -> MachineReadings:
-    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing."""
+    """Return readings from a table of numbers or texts; an empty text or null is a missing reading."""
     values: dict[str, Any] = {}
     for name, value in table.items():
         if name not in NAMES:
@@ -112,7 +112,7 @@ def _flag(name: str, value: Any, place: str) -> bool:
 
 
 def check_readings(readings: MachineReadings, simulation: JobSimulation, number: int, place: str) -> None:
-    """Check readings against the block that they are to be of, from 0; `place` is where they stand, for messages."""
+    """Check readings against the block `number`, from 0; `place` says in messages where the readings are."""
     block, job = simulation.blocks[number], simulation.job
     for name, expected in (("block", number + 1), ("part", block.part + 1)):
         found = getattr(readings, name)
@@ -146,7 +146,7 @@ def check_readings(readings: MachineReadings, simulation: JobSimulation, number:
 
 
 def _ranges(simulation: JobSimulation, block: BlockOutline) -> dict[str, tuple[float, float, str]]:
-    """Lowest and highest value of readings, with their unit."""
+    """Return lowest and highest value of each reading, with the unit."""
     job, task = simulation.job.of_part(block.part + 1), simulation.task
     scale, unit = (1.0 / INCH, "inch/min") if block.inch else (1.0, "mm/min")
     slowest, fastest = (scale * bound for bound in task.action.speed_ends)

@@ -1,4 +1,4 @@
-"""A rehearsal: a batch on a simulated machine with E and D of any decider, its cost and its readings."""
+"""Rehearsal: a batch on a simulated machine with E and D of any decider; its cost and its readings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,22 +14,22 @@ from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.readings import MachineReadings
 
 LOTS = 1
-"""Seed of lots, stocks and noise: the same for all that is compared."""
+"""Seed of lots, stocks and noise, the same for all compared batches."""
 COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "rise"))
 
 Decide = Callable[[int, MachineReadings | None], JobChoice]
-"""Choose E and D of a block, by its number from 0 and what was read of the block before."""
+"""Function that chooses E and D of a block from its number, from 0, and the readings of the block before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResult:
     """Result of a batch."""
 
-    cost: Array  # of each part, scrap at its price among it, $
+    cost: Array  # cost of each part, including scrap, $
     scrap: Array  # probability that each part is scrap
     speeds: Array  # E of each block, mm/min
     executions: Array  # D of each block
-    readings: tuple[MachineReadings, ...]  # of each block
+    readings: tuple[MachineReadings, ...]  # readings of each block
 
     @property
     def mean_cost(self) -> float:
@@ -43,13 +43,13 @@ class BatchResult:
 
 
 def as_programmed(simulation: JobSimulation) -> Decide:
-    """Return E and D of the program itself."""
+    """Return a decider that keeps E and D of the program."""
     plans = [block.plan for block in simulation.blocks]
     return lambda number, _: JobChoice(plans[number].feed, int(plans[number].dresses))
 
 
 def advised(adviser: Adviser) -> Decide:
-    """Return what an adviser says, which is followed."""
+    """Return a decider that follows an adviser."""
 
     def decide(number: int, readings: MachineReadings | None) -> JobChoice:
         if readings is not None:
@@ -61,7 +61,7 @@ def advised(adviser: Adviser) -> Decide:
 
 
 def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> BatchResult:
-    """Grind a batch, block by block."""
+    """Simulate a batch block by block and return its result."""
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
     cost, scrap = np.zeros((2, simulation.parts))

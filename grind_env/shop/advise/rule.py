@@ -2,12 +2,12 @@
 
     ln P = c + f ln E + g ln(V' + 10)   peak power of a kind of block, by recursive least squares
     Ra ~ E^0.5, size ~ E                of finished parts
-    P / E^0.5                           heats the work (Jaeger: heat flows off as the root of the table speed)
+    P / E^0.5                           heat of the work (Jaeger: heat flows off as the root of the table speed)
 
-Of the model the rule takes one number, where there is one: how near a block comes to burning for each watt.
+If there is a model, the rule takes one number from it: the burn ratio of a block per watt.
 
-A dress is due when the next part takes longer than parts since the last dress have taken in the mean, that dress among
-them (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or where readings ask for it.
+A dress is due when the next part takes longer than the mean time of the parts since the last dress, with the time of
+that dress (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or when readings ask for it.
 """
 
 import math
@@ -27,69 +27,69 @@ from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTE
 SHARE = 0.92
 """Share of the power limit that is planned to be used."""
 STEP, EASY_STEP, EASY, EASY_SIZE = 1.25, 1.5, 0.5, 0.7
-"""Most that E rises from block to block of a kind, and where all readings are below `EASY` of their limits, sizes below
-`EASY_SIZE` of that: all blocks of a part add to them."""
+"""Greatest factor on E from block to block of a kind: as a rule, and if all readings are below `EASY` of their limits.
+Sizes must then be below `EASY_SIZE` times `EASY` of their limit, because all blocks of a part add to them."""
 SIZE_AIM = 0.5
-"""Share of the size tolerance to aim at, in the mean: gauges drift, too."""
+"""Mean share of the size tolerance to aim at; gauges drift, too."""
 NEAR = 0.75
 """Share of a limit of size or Ra above which no block of the part becomes faster."""
 HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
-"""Burn ratio that the model allows. Factors on the heat of the first part, allowed where it is above that, on a heat
-that did not burn, and on one that did."""
+"""Burn ratio that the model allows. Factors from a heat to the allowed heat: of the first part, if above this ratio, of
+a part that did not burn, and of a part that burnt."""
 COOLS = 0.6
 """Exponent of power over E from which on a slower table is cooler."""
 SLOWER, BURNT_SLOWER, BURNT_STEP, FORGIVEN = 0.9, 0.8, 1.05, 1.005
-"""Factors on E beyond a limit, after a burn and from block to block from then on; and on the bound on E with every
-further block of its kind."""
+"""Factors on E: beyond a limit, after a burn, and from block to block after a burn. Factor by which the bound on E
+rises with every further block of its kind."""
 USUAL_INTERVAL = 1.5 * INTERVAL
-"""Volume between two dresses, over the conductivity of the work: with readings of every part half as much again."""
+"""Volume between two dresses over the conductivity of the work; half as much again, because every part has readings."""
 REGAINED = 1.02
-"""Factor on a volume that was found too large, with every good part."""
+"""Factor by which a reduced dress volume grows back with every good part."""
 UNSURE, SUREST, MEMORY = 0.4, 6.0, 8.0
-"""Spread of the logarithm of the burn ratio at which parts burn, and most of such spreads; readings of which scatter is
-a running mean."""
+"""Standard deviation of the logarithm of the burn ratio at which parts burn; greatest number of such deviations that
+counts; number of readings in the running mean of the scatter."""
 MOST_EXECUTIONS = 2
 FAR = 1.2
-"""Times the power limit at which two executions are made."""
+"""Ratio of power to its limit above which two dress executions are made."""
 LOWERED, BLOCKS = 0.98, 3
-"""A slower table is kept if it brings the power below this share of it within so many blocks."""
+"""A slower table is kept if power falls below this share of its former value within this number of blocks."""
 
 
 class BlockReadings(NamedTuple):
     """Readings of a block as ratios to their limits; None if not read."""
 
     peak: float = 0.0
-    """Power, W; 0 if nobody read it."""
+    """Peak power, W; 0 if not read."""
     size: float | None = None
     """Size of the part that the block finished; negative if too much was ground."""
     Ra: float | None = None
     Ra_before: float | None = None
-    """Ra of the part finished before."""
+    """Ra of the part before."""
     burn: bool | None = None
 
 
 class Reduction(NamedTuple):
-    """A slower table, the effect of which is awaited for some blocks."""
+    """Slower table whose effect is still awaited, for `blocks` blocks."""
 
     speed: float
-    """E before, mm/min."""
+    """Former E, mm/min."""
     power: float
-    """Peak before, W."""
+    """Former peak power, W."""
     blocks: int
 
 
 @dataclass
 class Rule:
-    """Decides block by block on one machine, from a freshly dressed wheel on.
+    """Rule for one machine, block by block, from a freshly dressed wheel on.
 
     Args:
-        simulation: of the program.
-        step: most that E rises from block to block of a kind.
+        simulation: simulation of the program.
+        step: greatest factor on E from block to block of a kind.
     """
 
     simulation: JobSimulation
     step: float = STEP
-    reason: str = field(init=False, default="")  # of the last decision
+    reason: str = field(init=False, default="")  # reason of the last decision
 
     def __post_init__(self) -> None:
         """Begin with the E of the program."""
@@ -99,7 +99,7 @@ class Rule:
         self.own = np.asarray(branches.own_speeds, float)
         kinds = len(self.own)
         self.power, self.volumes = PowerLaw(kinds), usual_volumes(self.simulation, USUAL_INTERVAL)
-        # what burns is a matter of the catalogue: of the work, whatever a calibration says of heat
+        # the heat at which the work burns is taken from the catalogue, not from a calibration
         self.heat_factor = self.simulation.job.part.material.heat_factor
         self.volumes *= self.heat_factor
         self.usual_volumes = self.volumes.copy()
@@ -110,7 +110,7 @@ class Rule:
         self.peaks, self.heat, self.last_heat, self.worn, self.cool = np.zeros((5, kinds))
         self.squares = np.full(kinds, SCATTER**2)
         self.allowed, self.burnt = np.full((2, kinds), np.inf)
-        """Heat of each kind that is allowed and that is known to burn: burn ratio, or else W / (mm/min)^0.5."""
+        """Allowed heat and heat known to burn, for each kind: burn ratio, or W / (mm/min)^0.5 without a model."""
         self.reductions: dict[int, Reduction] = {}
         self.without_effect: set[int] = set()
         self.modelled = self.simulation.compiled
@@ -121,7 +121,7 @@ class Rule:
         self.taken, self.parts, self.met, self.began, self.due = self.dressing, 0, 0.0, 0.0, 0.0
 
     def decide(self, number: int, volume: float) -> JobChoice:
-        """Return E (mm/min) and D of a block that a wheel meets which has ground `volume` since its dress, mm3/mm."""
+        """Return E, mm/min, and D of a block; `volume` is the volume ground since the dress before it, mm3/mm."""
         block, ground = self.simulation.blocks[number], self.ground(number)
         self.met = volume
         if block.starts_part:
@@ -165,13 +165,13 @@ class Rule:
             hot |= self.is_hot(each, worn)
             over |= bool(self.peaks[k] and self.expected(each, E, worn) + SCATTER > np.log(self.rows[each].power))
             dull |= bool(worn > self.volumes[k])
-            # a dress before the next part stands in the middle of its first block
+            # a dress before the next part lies in the middle of its first block
             risk = max(risk, self.risk(each, worn + 0.5 * first * (each == number)))
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
         self.slows = longer = longer or over
         k, n = self.kind_of[number], max(self.parts, 1)
-        # further than usual only if one dress fewer in n (n + 1) parts, or in all that are left, is worth the risk
+        # beyond the usual volume only if one dress fewer in n (n + 1) parts, or in all parts left, is worth the risk
         dull &= risk >= 1.0 or risk * self.scrap > self.dressing * max(left / (n * (n + 1)), 1.0 / left)
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
@@ -180,7 +180,7 @@ class Rule:
         return bool(longer or hot or dull)
 
     def fastest(self, number: int, volume: float) -> tuple[float, str]:
-        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it."""
+        """Return the fastest E, mm/min, of a block that ends `volume` (mm3/mm) after the dress, and why no faster."""
         k, last = self.kind_of[number], self.speeds[self.kind_of[number]]
         if self.peaks[k] == 0.0:
             return min(last, self.ceiling[k]), "no power was read of this block yet"
@@ -193,7 +193,7 @@ class Rule:
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
         rises = ("E rises step by step", step * self.tried[k])
-        # a fast roughing leaves more to the finish; Ra is a matter of the finish alone, once that is slower for it
+        # a fast roughing leaves more to the finish; Ra depends on the finish alone, once the finish is slower for it
         smooth, right = (float(law.speed(np.zeros(1, np.int64))[0]) for law in (self.roughness, self.size))
         finishes = self.simulation.blocks[number].finished > 0
         near = self.near if finishes or smooth >= 1.0 else self.sized
@@ -212,15 +212,15 @@ class Rule:
         return float(bounds[why]), why
 
     def ground(self, number: int) -> float:
-        """Return what a block grinds, mm3 per mm of width."""
+        """Return the volume that a block grinds, mm3 per mm of width."""
         return self.rows[number].length * self.rows[number].stock
 
     def ground_by_part(self, number: int) -> float:
-        """Return what all blocks of a part grind, mm3 per mm of width."""
+        """Return the volume that all blocks of a part grind, mm3 per mm of width."""
         return sum(self.ground(each) for each in self.part_of(number))
 
     def part_of(self, number: int) -> range:
-        """Return the blocks of the part that a block is of."""
+        """Return the numbers of all blocks of a block's part."""
         first = number
         while not self.simulation.blocks[first].starts_part:
             first -= 1
@@ -231,39 +231,39 @@ class Rule:
         return float(self.simulation.branches.seconds(np.array([number]), np.array([E]))[0])
 
     def expected(self, number: int, E: float, volume: float) -> float:
-        """Return the logarithm of the peak power that a block is expected to take, W."""
+        """Return the logarithm of the expected peak power of a block, W."""
         level, rate, dulling = self.power.found[self.kind_of[number]]
         return float(level + rate * np.log(E) + dulling * np.log(volume + WORN_IN))
 
     def power_at(self, number: int, choice: JobChoice) -> float | None:
-        """Return the peak power that a block is expected to take, W; None if none was read of its kind."""
+        """Return the expected peak power of a block, W; None if no power of its kind was read."""
         if self.peaks[self.kind_of[number]] == 0.0:
             return None
         worn = self.met + self.ground(number) / (choice.executions + 1.0)
         return float(np.exp(self.expected(number, choice.speed, worn)))
 
     def heat_left(self, number: int, E: float, volume: float) -> float:
-        """Return the logarithm of the allowed heat over the expected one."""
+        """Return the logarithm of the allowed heat over the expected heat."""
         k = self.kind_of[number]
         last = self.speeds[k]
         more = self.expected(number, E, volume) - self.expected(number, last, self.worn[k]) - 0.5 * np.log(E / last)
         return float(np.log(self.allowed[k] / self.last_heat[k]) - more)
 
     def risk(self, number: int, volume: float) -> float:
-        """Return the probability that a block burns at its last E which has not burnt after a smaller volume."""
+        """Return the probability that a block burns at its last E if it has not burnt after a smaller volume."""
         k = self.kind_of[number]
         if self.cool[k] == 0.0 or (self.volumes < self.usual_volumes).any():
             return 1.0
         hotter = float(np.log(self.allowed[k] / self.cool[k])) - self.heat_left(number, self.speeds[k], volume)
         scatter, normal = math.sqrt(self.squares[k]), NormalDist()
-        beyond = hotter * normal.cdf(hotter / scatter) + scatter * normal.pdf(hotter / scatter)  # in the mean
+        beyond = hotter * normal.cdf(hotter / scatter) + scatter * normal.pdf(hotter / scatter)  # mean excess
         proved = min(math.log(self.cool[k] / self.heat_factor) / UNSURE, SUREST) if self.modelled else 0.0
         return beyond * normal.pdf(proved) / (UNSURE * normal.cdf(-proved))
 
     def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
-        """Take what was read of a block: `volume` after it, mm3/mm; `burn_per_watt` is 0 without a model."""
+        """Learn from the readings of a block; `volume` is after it, mm3/mm; `burn_per_watt` is 0 without a model."""
         k, block, (E, D) = self.kind_of[number], self.simulation.blocks[number], choice
-        # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
+        # executions are spread evenly over a block: the wheel is dullest before the first one or after the last
         worn = max(self.met + self.ground(number) / (D + 1.0), volume) if D else volume
         self.speeds[k] = E
         if D:
@@ -326,7 +326,7 @@ class Rule:
 
     def _learn_burn(self, number: int, *, burnt: bool) -> None:
         kinds = [*dict.fromkeys(self.kind_of[each] for each in self.part_of(number))]
-        if burnt:  # by a block that was hotter than in any good part
+        if burnt:  # the burn comes from a block that was hotter than in any good part
             kinds = [k for k in kinds if self.heat[k] > self.cool[k]] or kinds
         for k in kinds:
             if burnt:

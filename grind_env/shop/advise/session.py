@@ -36,11 +36,11 @@ class Session:
     """Session that gives advice before every block, and takes its readings.
 
     Args:
-        adviser: before its first block.
+        adviser: adviser before its first block.
         origin: inputs behind the advice.
         files: where the session is saved.
         source: source of the readings.
-        say: prints a text.
+        say: function that prints a text.
         by_part: whether a row is for a part instead of a block: all blocks of a part are then advised before it, and
             only its last block has readings.
         as_json: print advice as JSON objects, one a line.
@@ -61,14 +61,14 @@ class Session:
     given: list[Advice] = field(default_factory=list)
 
     def begin(self) -> None:
-        """Discard the state file."""
+        """Begin anew: write a state file without blocks."""
         write_state(self.files.state, self.origin, [])
 
     def resume(self) -> None:
         """Give the adviser the content of the state file.
 
         Raises:
-            GrindError: it is damaged, of another batch, or its advice was another one.
+            GrindError: the file is damaged, is of another batch, or has other advice.
         """
         for number, step in enumerate(read_state(self.files.state, self.origin)):
             advice = self.adviser.advice
@@ -89,14 +89,14 @@ class Session:
         """Advise until the batch is over, or there are no more readings.
 
         Raises:
-            GrindError: a reading is refused, or a file cannot be written; what was told before is kept.
+            GrindError: a reading is refused, or a file cannot be written; earlier readings stay saved.
         """
         if self.source.retold and not self._retold():
             return
         try:
             over = self._advise()
         except KeyboardInterrupt:
-            self._compared()  # whoever looks on may stop when enough has been seen
+            self._compared()  # the user of a shadow session may stop at any time
             raise
         self._compared()
         if not over:
@@ -109,12 +109,12 @@ class Session:
             self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
 
     def _advise(self) -> bool:
-        """Advise block by block; whether the batch is over, and not the readings."""
+        """Advise block by block; return True at the end of the batch, False if the readings end earlier."""
         while (advice := self.adviser.advice) is not None:
             self._show(advice)
             ends = self.adviser.simulation.blocks[advice.block].finished > 0
             if self.by_part and not ends:
-                # kept with the row of the part: who is stopped before that sees all its advice again
+                # saved with the row of the part: a session that is stopped before shows all advice of the part again
                 self._pass(advice, MachineReadings())
                 continue
             readings = self._read(advice)
@@ -126,7 +126,7 @@ class Session:
         return True
 
     def _compared(self) -> None:
-        """Tell forecasts beside readings, of a shadow."""
+        """Print forecasts beside readings, of a shadow session."""
         if self.shadow is not None:
             self._tell(self.shadow.document(), *self.shadow.lines())
 
@@ -155,10 +155,10 @@ class Session:
         return f"measured of part {part}" if self.by_part else f"measured of block {advice.block + 1}"
 
     def _retold(self) -> bool:
-        """Return whether the source repeats earlier rows, as a file that is read from its beginning.
+        """Check that the source repeats the rows of the saved blocks; return True.
 
         Raises:
-            StateError: a row says something else than before.
+            StateError: a row is missing, or differs from the saved readings.
         """
         for number, step in enumerate(self.steps):
             if self.by_part and not self.adviser.simulation.blocks[number].finished:
@@ -194,7 +194,7 @@ def as_data(adviser: Adviser, advice: Advice) -> dict[str, object]:
 
 
 def lines_of(adviser: Adviser, advice: Advice, *, why: bool = False) -> list[str]:
-    """Return advice in a line, and what is behind its reason in further ones."""
+    """Return the advice as one line; with `why`, further lines explain the reason."""
     block = adviser.simulation.blocks[advice.block].block
     label = re.match(r"\s*(N\s*\d+)", block.source.text.upper())
     name = label[1].replace(" ", "") if label else f"line {block.source.line}"

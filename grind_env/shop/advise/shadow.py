@@ -1,4 +1,4 @@
-"""The shadow mode: forecasts beside readings, and the block from which advice would have held."""
+"""The shadow mode: forecasts beside readings, and the part from which on forecasts are right."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -8,13 +8,13 @@ import numpy as np
 from grind_env.policies.watch import HOLDS, NAMES, SIZE, UNITS, Watch
 
 LAST = 10
-"""Parts that are shown, the last ones."""
+"""Number of parts in the output, the last ones."""
 RIGHT = 0.9
-"""Share of forecasts that hold, of an adviser that is right: of normal errors 95 % do."""
+"""Least share of forecasts that hold if the model is right; 95 % hold with normal errors."""
 
 
 class Beside(NamedTuple):
-    """A reading of a part beside its forecast, in units that are told."""
+    """Reading of a part beside its forecast, in `unit`."""
 
     part: int
     name: str
@@ -22,7 +22,7 @@ class Beside(NamedTuple):
     read: float
     forecast: float
     spread: float
-    """Standard deviation."""
+    """Standard deviation of the error of the forecast, in `unit`."""
 
     @property
     def holds(self) -> bool:
@@ -35,12 +35,12 @@ class Beside(NamedTuple):
 
 @dataclass
 class Shadow:
-    """Comparisons so far."""
+    """Comparison of forecasts with readings so far."""
 
     rows: list[Beside] = field(default_factory=list)
 
     def add(self, watch: Watch, part: int) -> None:
-        """Take what was compared of a block, of a part from 0; Ra is that of the part before."""
+        """Add the comparisons of a block; `part` is its part, from 0; Ra is of the part before."""
         seen = watch.seen
         for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
             if not seen.new[0, k]:
@@ -56,7 +56,7 @@ class Shadow:
             self.rows.append(Beside(part if name != "Ra" else part - 1, name, unit, *row))
 
     def right_from(self) -> int | None:
-        """Return the first part, from 0, from which on forecasts have held as they should; None if they do not yet."""
+        """Return the first part, from 0, from which on forecasts are right; None if they are not right yet."""
         for part in sorted({row.part for row in self.rows}):
             later = [row.holds for row in self.rows if row.part >= part]
             if np.mean(later) >= RIGHT and all(row.holds for row in self.rows if row.part == part):
@@ -70,7 +70,7 @@ class Shadow:
         return {"compared": rows, "right_from": None if right is None else right + 1}
 
     def lines(self) -> list[str]:
-        """Return forecasts beside readings of the last parts, and the part from which on they were right."""
+        """Return lines of text: forecasts beside readings of the last parts, and the part from which on they hold."""
         if not self.rows:
             return ["nothing was read that could be compared with a forecast"]
         last = max(row.part for row in self.rows) - LAST

@@ -23,15 +23,15 @@ from grind_env.shop.measurements.sheet import (
 )
 
 POLL = 0.5
-"""s between two looks at a file that grows."""
+"""Time between two reads of a growing file, s."""
 LONGEST_LINE = 1_000_000
-"""Bytes of a JSON object."""
+"""Longest line with a JSON object, bytes."""
 UNITS = {
     **dict.fromkeys(("mean_power", "first_power", "peak_power"), WATTS),
     **dict.fromkeys(("size_error", "Ra", "Ra_before"), MICROMETRES),
     "diameter": MILLIMETRES,
 }
-"""Which a header may state; the first is that of a header without one."""
+"""Units that a header may state, by reading; the first unit is for a header without one."""
 
 
 class InputError(GrindError):
@@ -39,23 +39,23 @@ class InputError(GrindError):
 
 
 class ReadingsRow(NamedTuple):
-    """Readings as they were found."""
+    """Unchecked readings of one row."""
 
     table: dict[str, Any]
     place: str
-    """Where, for messages."""
+    """Place of the row, for messages."""
 
 
 class ReadingSource(Protocol):
-    """Gives rows, in the order in which the blocks are ground."""
+    """Source of rows of readings, in the order in which the blocks are ground."""
 
     retold: bool
-    """Whether it begins with what earlier sessions were told, as a file does that is read anew."""
+    """Whether the source repeats the rows of earlier sessions, as a file does."""
     patient: bool
-    """Whether a row that is refused may come corrected."""
+    """Whether a refused row may come again, corrected."""
 
     def next(self, asked: str) -> ReadingsRow | None:
-        """Return the next row; None if there is no more. `asked` says what is awaited."""
+        """Return the next row; None if there is no more. `asked` names the awaited readings."""
 
     def refused(self) -> None:
         """Refuse the last row: the next row must be of the same block."""
@@ -63,9 +63,9 @@ class ReadingSource(Protocol):
 
 
 class CsvSource:
-    """Rows of a file whose header has the names of the readings; `peak_power [kW]` says a unit.
+    """CSV file whose header has the names of the readings; `peak_power [kW]` states a unit.
 
-    With `follow`, further rows are waited for; a last line without its end is then still being written.
+    With `follow`, the source waits for further rows; a last line without a line end is still being written.
     """
 
     retold = True
@@ -75,7 +75,7 @@ class CsvSource:
         self.patient, self.before, self.faulty = follow, 0, ""
 
     def refused(self) -> None:
-        # the row is awaited in the file as it will have been corrected
+        # the row is read again once the file differs
         self.taken, self.faulty = self.before, self._text()
 
     def next(self, asked: str) -> ReadingsRow | None:
@@ -116,7 +116,7 @@ class CsvSource:
 
 
 def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
-    """Return the readings of a column, in their usual unit; a text stands where no number does, None for nothing."""
+    """Return the readings of a column in their usual unit: numbers, texts that are no numbers, None where missing."""
     numbers = sheet.factor(column, UNITS.get(sheet.headings[column].name, {"-": 1.0})) * sheet.values(column)
     cells = zip(numbers.tolist(), sheet.texts(column), strict=True)
     return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
@@ -149,7 +149,7 @@ class JsonLines(ReadingSource):
         return None
 
     def _read(self) -> bytes:
-        """Return the next line; nothing at the end."""
+        """Return the next line; empty at the end of the input."""
         self.line += 1
         try:
             data = self.stream.readline(LONGEST_LINE)
@@ -162,7 +162,7 @@ class JsonLines(ReadingSource):
 
 
 class Prompt(ReadingSource):
-    """Asks somebody at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
+    """Prompt at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
 
     retold, patient = False, True
 

@@ -1,7 +1,7 @@
 """The state file of an adviser, complete at any interruption, and the log beside it.
 
-The file holds what went in, block by block, and what was advised. To go on is to tell it to a new adviser again: policy
-and belief are functions of what was measured.
+The file holds readings and advice, block by block. A resumed session gives all readings to a new adviser, because
+policy and belief depend only on the readings.
 """
 
 import hashlib
@@ -30,7 +30,7 @@ ANEW = "give --restart to begin anew, or --state for another file"
 
 
 class StateError(GrindError):
-    """A state file that is damaged, or of another batch."""
+    """State file that is damaged, or of another batch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,16 +38,16 @@ class AdviceOrigin:
     """Inputs behind the advice of a file."""
 
     inputs: Mapping[str, float | bool | str]  # inputs of the simulation, and the wear of the wheel at the start
-    policy: str  # its name, and a hash of it
+    policy: str  # name of the policy, and a hash of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdvisedBlock:
-    """A block that was ground."""
+    """Ground block with its advice and readings."""
 
-    time: str  # at which it was told, ISO 8601
-    words: Words  # that were advised, by letter
-    readings: MachineReadings  # what was told
+    time: str  # time of the readings, ISO 8601
+    words: Words  # advised words, by letter
+    readings: MachineReadings  # readings of the block
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:
@@ -60,7 +60,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
 
 
 def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
-    """Return the blocks that a file tells of; none if there is no file."""
+    """Return the saved blocks of a state file; none if there is no file."""
     if not is_file(path):
         return ()
     try:
@@ -97,7 +97,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def write_state(path: Path, origin: AdviceOrigin, steps: Sequence[AdvisedBlock]) -> None:
-    """Write the file, whole or not at all; errors as of `write_atomically`."""
+    """Write the state file atomically; errors as in `write_atomically`."""
     document = {
         "format": FORMAT,
         "origin": asdict(origin),
@@ -108,7 +108,7 @@ def write_state(path: Path, origin: AdviceOrigin, steps: Sequence[AdvisedBlock])
 
 
 def write_log(path: Path, simulation: JobSimulation, steps: Sequence[AdvisedBlock]) -> None:
-    """Write a CSV with a row for each block that was ground, whole or not at all; errors as of `write_atomically`."""
+    """Write a CSV file with a row for each ground block, atomically; errors as in `write_atomically`."""
     names = [name for name in NAMES if name not in ("block", "part", "E", "D")]
     rows = [[*LOG_COLUMNS, *names]]
     for number, step in enumerate(steps):

@@ -13,7 +13,7 @@ from grind_env.machine.part.feeds import speed_word
 from grind_env.shop.advise.adviser import Advice, AdviceError
 
 FIRST = 101
-"""Common variable with which E and D begin where the program names none."""
+"""First common variable for E and D in a program that names no variables."""
 _PROGRAM = re.compile(r"[Oo](\d{1,8})")
 
 
@@ -42,14 +42,14 @@ def variables_of(block: BlockOutline, place: int) -> BlockVariables:
 
 
 def check_free(simulation: JobSimulation, path: Path) -> None:
-    """Refuse to write variables to a file that the program sets itself, or uses for something else."""
+    """Refuse to write variables that the program sets itself, or uses for something else."""
     called = _PROGRAM.fullmatch(path.stem)
     written = int(called[1]) if called else -1
     programs = simulation.programs
     others = [each for each in programs if each is not programs.find(written)]
     lines = [source for each in others for source in each.blocks]
     for number, block in _of_first_part(simulation):
-        # each block may stand alone: with --rows block the numbers of the first one are written
+        # checked block by block: with --rows block, several blocks may read the same variables
         for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
             own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
             said = own.search(block.block.source.text.upper()) is not None
@@ -83,11 +83,11 @@ def _of_first_part(simulation: JobSimulation) -> list[tuple[int, BlockOutline]]:
 
 
 def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]) -> None:
-    """Write assignments of E and D of all blocks of a part, whole or not at all; errors as of `write_atomically`.
+    """Write assignments of E and D of all blocks of a part atomically; errors as in `write_atomically`.
 
-    A block that has not been advised on yet has the numbers of the program, so that it runs from the beginning. A file
-    named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs; any other a program that the
-    operator runs. E is in the units of the program.
+    A block without advice has E and D of the program, so that the part program runs from the beginning. E is in the
+    units of the program. A file named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs;
+    the operator runs any other file.
     """
     values, first = dict[int, str](), dict[int, int]()
     for number, block in enumerate(simulation.blocks):

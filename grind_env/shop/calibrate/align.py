@@ -1,8 +1,8 @@
 """Place the strokes of a program in a power log, by the shape of their runs and in order.
 
-Run by run and for every place in the log, the power that the model expects is compared with the power there, whatever
-the idle power and the scale of the meter are; dynamic programming then puts all runs in order. How long is waited for a
-dress, a gauge or the next part does not matter.
+For each run and every place in the log, the expected power of the model is correlated with the logged power, so that
+idle power and scale of the meter do not matter. Dynamic programming then puts all runs in order, with waiting times of
+any length for a dress, a gauge or the next part.
 """
 
 from collections.abc import Sequence
@@ -37,42 +37,42 @@ with needing("shop", "a calibration needs"):
     from scipy import fft
 
 COARSE = 0.2
-"""s; steps of places in the log: as its rows lie, between `FINE` and this."""
+"""Greatest step between places in the log that are tried, s; the step is the interval of its rows, at least `FINE`."""
 LOWEST, HIGHEST = 0.5, 1.5
-"""Feed overrides that are looked for."""
+"""Lowest and highest feed override that is searched."""
 USUAL_OVERRIDE = 0.2
-"""Logarithmic spread of overrides: what else explains the log is preferred."""
+"""Logarithmic standard deviation of overrides; an explanation of the log without an override is preferred."""
 SHORTEST_PAUSE = 0.3
 """Least share of the programmed pause between two runs."""
 NEEDED = 0.7
-"""Median correlation of the runs of a log that is taken to be of the program."""
+"""Least median correlation of the runs at which a log is taken to be of the program."""
 WORTH = 0.03
-"""Share of the likelihood of each earlier execution that one more must add, or it is noise."""
+"""Least log-likelihood that a further execution must add, as a share of the mean of the earlier ones; less is noise."""
 ALIKE = 2.0
-"""Factor by which the power over that expected may differ of one execution from the most likely one."""
+"""Greatest factor between the gain (power over expected power) of an execution and of the most likely one."""
 SURE = 0.9
 """Median correlation from which on no other unit of time is tried."""
 MOST_EXECUTIONS = 150
 FINEST = 0.05
-"""s; rows closer together than that are averaged."""
+"""Shortest interval of rows, s; rows closer together are averaged."""
 LAGS = (0.05, 0.1, 0.2, 0.4)
-"""s; time constants that are tried."""
+"""Time constants of the meter that are tried, s."""
 LONG_LAGS = (0.5, 1.0, 2.0)
-"""s; that are tried where the strokes are not clearly seen without."""
+"""Longer time constants, s, tried if the strokes are not clear without one."""
 STEP, LEAST_STEP = 1.41, 1.03
-"""Factors by which it is then tried to come nearer."""
+"""First and last factor of the steps that refine the time constant."""
 CLEARER = 0.02
-"""By which their correlation must be better than without."""
+"""Least gain of correlation by a long time constant."""
 FAST_ENOUGH = 0.2
-"""s between rows up to which a lag can be told."""
+"""Longest interval of rows at which a time constant can be found, s."""
 CLEARLY = 0.002
-"""By which the correlation must be better than without."""
+"""Least gain of correlation by a short time constant."""
 LOOKED_AT = 6
-"""Runs of strokes in which the lag is looked for."""
+"""Number of runs in which the time constant is searched."""
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Find the strokes of a program, whose power above idle is expected in W; no execution where the log has none."""
+    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W."""
     if log.sure_of_time:
         return _aligned(log, pattern, expected, 1.0)
     return _in_either_unit(log, pattern, expected)
@@ -89,7 +89,7 @@ def refuse_unlike(found: Alignment) -> None:
 
 
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Align a log without a time unit: ms if this agrees well, which is tried first, else the better unit."""
+    """Align a log without a time unit: try ms first; if ms agrees badly, take the better of ms and s."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= SURE:
         return in_ms
@@ -98,14 +98,14 @@ def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
 
 
 class _Binned(NamedTuple):
-    """A log in even steps, and the transforms of what is needed for correlations."""
+    """Log in even steps, with the Fourier transforms for correlations."""
 
     origin: float
     step: float
     size: int
     filled: NDArray[np.complex128]
     sums: NDArray[np.complex128]
-    # Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)
+    # sums of filled bins, of the power in them and of its square, up to each bin; twice around, shape (3, bins)
     totals: Floats
     length: int
     lag: float
@@ -130,7 +130,7 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = judged(begin, override, log, pattern, expected, unit)
-        # noise that is tried at so many places is somewhere as likely as their number
+        # tried at n places, noise reaches a log-likelihood of ln n somewhere
         worth_it = number == 0 or likely - so_far >= max(WORTH * so_far / number, np.log(binned.size))
         matches, gain = (
             _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
@@ -146,9 +146,9 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
 def _alike(
     scores: Sequence[Floats], overrides: Sequence[Floats], gains: Sequence[Floats], binned: _Binned, pattern: Pattern
 ) -> tuple[Floats, ...]:
-    """Scores without places so much weaker or stronger than the most likely execution that they are chance.
+    """Return the scores, set to 0 where the power is far weaker or stronger than in the most likely execution.
 
-    Noise has some shape, too.
+    Noise can have the expected shape, too.
     """
     begin, _, _ = _placed(scores, overrides, binned, pattern, 1)[0]
     at = np.clip(np.round((begin[0] - binned.origin) / binned.step).astype(np.int64), 0, binned.size - 1)
@@ -163,7 +163,7 @@ def _alike(
 
 
 def _transformed(log: Log, step: float, around: float) -> _Binned:
-    """Bins with an empty span of `around` s before and after the log, into which a part may reach."""
+    """Return the log in bins, with an empty span of `around` s before and after it, into which a part may reach."""
     time, power = log.time, log.power
     origin = float(time[0]) - around
     size = int(np.ceil((time[-1] - time[0] + 2.0 * around) / step)) + 1
@@ -183,7 +183,7 @@ def _transformed(log: Log, step: float, around: float) -> _Binned:
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
     """Return the likelihood of a run at each place, its override, and its power over the expected power.
 
-    The likelihood is a logarithm, over a constant power there.
+    The likelihood is the logarithm of the ratio to the likelihood of a constant power.
     """
     span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
@@ -214,7 +214,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         )
         likely = -0.5 * n * np.log1p(-np.minimum(squared, 0.9999)) - 0.5 * (np.log(each) / USUAL_OVERRIDE) ** 2
         factor = covariance / np.maximum(spread, 1e-3) / highest
-        # a place of the array is that of the margin before the run
+        # an index of the array is the place of the margin before the run
         likely, factor = (np.roll(values, round(MARGIN / binned.step))[: binned.size] for values in (likely, factor))
         better = likely > best
         best, override, gain = (
@@ -227,8 +227,8 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 def _placed(
     scores: Sequence[Floats], overrides: Sequence[Floats], binned: _Binned, pattern: Pattern, most: int
 ) -> list[tuple[Floats, Floats, float]]:
-    """Return the most likely 1, 2, ... executions in a row: begins and overrides (executions, runs), and how likely."""
-    reached = np.zeros(binned.size)  # the best score of all before, if they end by then
+    """Return the most likely 1, 2, ... executions: begins and overrides, shape (executions, runs), and likelihood."""
+    reached = np.zeros(binned.size)  # best score of the earlier runs, if they end by this place
     came: Numbers = np.zeros(binned.size, np.int64)
     chains: list[tuple[Numbers, Numbers]] = []
     found = []
@@ -241,7 +241,7 @@ def _placed(
         end = np.minimum(places + lengths[run], binned.size - 1)
         next_reached, next_came = np.full(binned.size, -np.inf), np.zeros(binned.size, np.int64)
         order = np.argsort(total, kind="stable")
-        next_reached[end[order]], next_came[end[order]] = total[order], order  # of several the last, which is the best
+        next_reached[end[order]], next_came[end[order]] = total[order], order  # the last of several is the best
         running = np.maximum.accumulate(next_reached)
         latest = np.maximum.accumulate(np.where(next_reached >= running, places, 0))
         reached, came = running, next_came[latest]
@@ -252,7 +252,7 @@ def _placed(
 
 
 def _lengths(pattern: Pattern, run: int, overrides: Floats, step: float) -> Numbers:
-    """Steps from the begin of a run to the soonest begin of the next one."""
+    """Return the steps from the begin of a run to the earliest begin of the next one."""
     span, after = pattern.times(run)[2], pattern.pause[(run + 1) % pattern.runs]
     lengths: Numbers = np.floor((0.98 * span / overrides + SHORTEST_PAUSE * after) / step).astype(np.int64)
     return np.maximum(lengths, 1)
@@ -270,7 +270,7 @@ def _traced(
 
 
 def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expected: Floats) -> Floats:
-    """Mean of each execution, its runs weighted by what they make the power differ."""
+    """Return the mean of each execution; a run's weight is the sum of its squared expected powers."""
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
     weight = np.where(np.isfinite(correlation), weights, 0.0)
     mean: Floats = (np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
@@ -278,7 +278,7 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 
 
 def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """Return the strokes of a program in a log, and the meter's time constant if it is long, else 0, s."""
+    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
         means = averaged(log, log.time, FINEST)
@@ -293,8 +293,8 @@ def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float
 def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float) -> tuple[Log, Alignment]:
     """Return a log with the lag of its meter, and the strokes in it.
 
-    The lag is that with which the log is most like what such a meter shows of the program, of short ones or of those
-    `about` a long one.
+    The lag, a short one or one near `about`, is the one with the best correlation between the log and the expected
+    power.
     """
     best, step = about, STEP
     tried = {0.0: CLEARLY}
@@ -317,6 +317,6 @@ def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, abo
 def sharpened(log: Log) -> Floats:
     """Return the power as a meter without lag shows it.
 
-    What a meter of first order shows, y, follows the power P by lag dy/dt = P - y: so y + lag dy/dt is the power.
+    A meter of first order shows y with lag dy/dt = P - y, so that the power is P = y + lag dy/dt.
     """
     return log.power + log.lag * np.gradient(log.power, log.time) if log.lag else log.power

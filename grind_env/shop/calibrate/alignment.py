@@ -17,39 +17,39 @@ with needing("shop", "a calibration needs"):
     from scipy import optimize
 
 SAME_FEED = 1.04
-"""An override by which a machine may differ from its model without one."""
+"""Feed factor between a machine and its model up to which there is no override."""
 ENOUGH_PARTS, MOST_PARTS = 3, 0.75
-"""From which on, and share of them, a feed that they have in common is no override."""
+"""Least number of parts, and share of them, whose common feed factor is no override."""
 MATCHES = 0.5
-"""Correlation from which on a run or a part is taken to be in the log."""
+"""Least correlation of a run or an execution that counts as found in the log."""
 ALIKE_RUNS = 4.0
-"""Factor by which the power of a run over that expected may differ from that of the others."""
+"""Greatest factor between the gain (power over expected power) of a run and of the other runs."""
 ODD, POOR = 3.0, 0.8
-"""Times what the others miss by, and correlation, from and up to which a run is not as it is programmed."""
+"""A run is not as programmed if its residual exceeds `ODD` times the others' and its correlation is below `POOR`."""
 FINE = 0.05
-"""s; what a sample is taken to be the mean of, at least."""
+"""Shortest time of which a sample is taken to be the mean, s."""
 MARGIN = 2.0
-"""s before and after a run in which it is looked at what else is there."""
+"""Time before and after a run that is compared, too, s."""
 FEWEST = 5
-"""Samples of which a correlation tells anything."""
+"""Least number of samples for a correlation."""
 LEAST = 1e-9
-"""Share of a value below which another counts as none."""
+"""Share of a value below which another value counts as 0."""
 PASSES = 4
-"""Over all runs, in which each may move by a stroke."""
+"""Greatest number of passes over all runs; in each pass a run may move by one stroke."""
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
-"""0.2 s later; a feed by which the end of the run comes 0.2 s sooner."""
+"""Start of the search: no change; 0.2 s later; a feed with which the run ends 0.2 s earlier."""
 
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
     """Places of the runs of a program in a log; arrays have shape (executions, runs)."""
 
-    begin: Floats  # of each run, s of the log
-    override: Floats  # of the feed in it
-    correlation: Floats  # of the power expected in it with that of the log; NaN if the log has no samples there
-    gain: Floats  # of the power in the log over that expected
-    rest: Floats  # standard deviation of the power in the log from what is expected, in its unit
-    time_unit: float = 1.0  # s of a unit of the log's time; 1 unless it was found out
+    begin: Floats  # begin of each run, s of the log
+    override: Floats  # feed override in each run
+    correlation: Floats  # correlation of expected and logged power; NaN if the log has no samples there
+    gain: Floats  # logged power over expected power
+    rest: Floats  # standard deviation of the logged power from the expected power, unit of the log
+    time_unit: float = 1.0  # unit of the log's time, s; 1 unless it was inferred
 
     @property
     def executions(self) -> int:
@@ -58,7 +58,7 @@ class Alignment:
 
     @property
     def known(self) -> "Alignment":
-        """Return the executions with a certain run, because other work may look like one."""
+        """Return the executions with a sure run; other work may look like an execution."""
         names, known = ("begin", "override", "correlation", "gain", "rest"), self.sure.any(axis=1)
         return replace(self, **{name: getattr(self, name)[known] for name in names})
 
@@ -87,7 +87,7 @@ class Alignment:
         return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in found]
 
     def usual_override(self, pattern: Pattern) -> float:
-        """Return the one of most parts, where there are enough, else 1."""
+        """Return the feed factor of most parts if they agree and are enough, else 1."""
         found = np.array(self._medians(pattern))
         usual = float(np.median(found))
         alike = np.mean(np.abs(np.log(found / usual)) < np.log(SAME_FEED)) >= MOST_PARTS
@@ -108,9 +108,9 @@ def between(values: Floats, usual: float, factor: float) -> NDArray[np.bool_]:
 def template(
     pattern: Pattern, expected: Floats, run: int, override: float, at: Floats, width: float, lag: float
 ) -> Floats:
-    """Mean power that a meter with a lag shows in intervals of `width` s around times from the begin of a run on.
+    """Return the mean power that a meter shows in intervals of `width` s around times `at` after the begin of a run.
 
-    A meter of first order shows y of the power P by lag dy/dt = P - y: the integral of y is that of P less lag y.
+    A meter of first order shows y with lag dy/dt = P - y: the integral of y is the integral of P minus lag y.
     """
     on, off, _ = pattern.times(run, override)
     height = expected[pattern.run == run]
@@ -135,10 +135,10 @@ class Around(NamedTuple):
 
     time: Floats
     rest: Floats
-    beside: Floats  # What explains the others, of unit length and at right angles, shape (samples, ...)
+    beside: Floats  # orthonormal shapes that explain everything but the run, shape (samples, ...)
 
     def likeness(self, shape: Floats) -> tuple[float, float, float]:
-        """Correlation of an expected power with the rest, its factor over it, and what both leave open."""
+        """Return correlation, gain and residual of an expected power in this log."""
         rest, x = self.rest, _without(shape, self.beside)
         deviation, spread = float(np.sqrt(np.mean(rest * rest))), float(np.sqrt(np.mean(x * x)))
         if deviation == 0.0 or spread <= LEAST * float(np.abs(shape).max()):
@@ -179,7 +179,7 @@ class Likeness:
         return itertools.product(range(len(self.begin)), range(self.pattern.runs))
 
     def around(self, row: int, run: int, more: float = 0.0) -> Around | None:
-        """Return the log around a run, with so many s on either side; None without samples."""
+        """Return the log around a run, with `more` s on either side beyond `MARGIN`; None without samples."""
         ends = self.begin + self.spans / self.override
         low, high = self.begin[row, run] - MARGIN - more, ends[row, run] + MARGIN + more
         first, last = np.searchsorted(self.log.time, (low, high))
@@ -198,12 +198,12 @@ class Likeness:
         return template(self.pattern, self.expected, run, override, at, self.width, self.log.lag)
 
     def of(self, row: int, run: int) -> tuple[float, float, float]:
-        """Correlation, factor and deviation of a run; NaN where the log has no samples."""
+        """Return correlation, gain and residual of a run; NaN where the log has no samples."""
         around = self.around(row, run)
         return (np.nan,) * 3 if around is None else around.likeness(self._shape(around.time, row, run))
 
     def settle(self) -> None:
-        """Move runs by strokes to where they are most likely: the search does not know what is beside a run."""
+        """Move runs by whole strokes to their most likely places; the search ignores the neighbours of a run."""
         for _ in range(PASSES):
             moved = False
             for row, run in self.places():
@@ -220,7 +220,7 @@ class Likeness:
                 break
 
     def refine(self, row: int, run: int) -> None:
-        """Move a run and its feed to where they are most likely, between the steps of the search."""
+        """Move begin and feed of a run to their most likely values, between the steps of the search."""
         around, span = self.around(row, run), float(self.spans[run])
         if around is None:
             return
@@ -238,7 +238,7 @@ class Likeness:
         self.override[row, run] *= np.exp(0.2 * best.x[1] / span)
 
     def alignment(self, time_unit: float) -> Alignment:
-        """Executions that lie in the log at least in part."""
+        """Return the executions that lie in the log at least in part."""
         each = np.array([self.of(*place) for place in self.places()]).reshape(*self.begin.shape, 3)
         inside = np.isfinite(each[..., 0]).any(axis=1)
         correlation, gain, rest = np.moveaxis(each[inside], -1, 0)
@@ -248,7 +248,7 @@ class Likeness:
 def judged(
     begin: Floats, override: Floats, log: Log, pattern: Pattern, expected: Floats, unit: float, *, settled: bool = False
 ) -> Alignment:
-    """Return runs that lie at least partly in the log, with correlations; `settled` ones moved to their strokes."""
+    """Return runs that lie at least partly in the log, with correlations; `settled` moves runs by whole strokes."""
     like = Likeness(log, pattern, expected, begin, override)
     if settled:
         like.settle()
@@ -256,7 +256,7 @@ def judged(
 
 
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Return the same with begins and overrides between the steps, of a log in s."""
+    """Return the alignment with begins and overrides refined between the steps of the search, for a log in s."""
     like = Likeness(log, pattern, expected, found.begin, found.override)
     for row, run in np.argwhere(np.isfinite(found.correlation)).tolist():
         like.refine(row, run)
@@ -264,7 +264,7 @@ def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> A
 
 
 def clarity(found: Alignment, log: Log, pattern: Pattern, expected: Floats, most: int) -> float:
-    """Return the median correlation of `most` runs of the log at most, where they are most likely."""
+    """Return the median correlation of at most `most` runs of the log, each at its most likely place."""
     like = Likeness(log, pattern, expected, found.begin, found.override)
     places = np.argwhere(np.isfinite(found.correlation)).tolist()
     chosen = [places[k] for k in np.linspace(0, len(places) - 1, min(len(places), most)).round().astype(int)]

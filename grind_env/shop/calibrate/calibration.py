@@ -1,4 +1,4 @@
-"""`calibrate`: from a shop's files to a calibration."""
+"""Calibration of the process model from the files of a shop."""
 
 import math
 from collections.abc import Callable, Collection, Mapping
@@ -35,25 +35,25 @@ from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import read_toml
 
 LEAST_POWER = 0.002
-"""The same, of the root mean square of all strokes."""
+"""Least error of the power of a stroke, as a share of the root mean square of all strokes."""
 HOPELESS = 0.3
-"""Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+"""Error of the fitted power, over its root mean square, above which log and job do not belong together."""
 BEYOND = 2.0
-"""Errors of measuring that it must be, too."""
+"""Root mean square of the residuals, in measurement errors, that must be exceeded, too."""
 FAR = 2.5
-"""Factor between measured and modelled power that no job makes, but a unit does."""
+"""Factor between measured and modelled power that no job causes, but a wrong unit does."""
 A_THOUSAND = 0.7
-"""By which the logarithm to base 10 of such a factor may differ from 3 where W and kW are taken for each other."""
+"""Greatest difference between 3 and the decimal logarithm of measured over modelled power if W and kW are confused."""
 HOPELESS_ROUGHNESS = 1.0
-"""Error of the logarithm of Ra from which on it is of another unit or part."""
+"""Error of the logarithm of Ra above which Ra is in another unit or of another part."""
 LINES = 1_000_000
-"""More than a program has."""
+"""Number above the number of lines of any program."""
 STATED = 0.02
-"""Logarithmic spread of the scale of a meter in % whose rating map or job states."""
+"""Logarithmic standard deviation of the scale of a meter in % whose rating is stated by the map or the job."""
 ANOTHER = 1.5
-"""Spreads by which a fitted scale must be off to be told."""
+"""Deviation of a fitted scale that is reported, in standard deviations."""
 NAMED = 3
-"""Runs that are named, of those that were left out."""
+"""Greatest number of left-out runs that a remark names."""
 
 
 def calibrate(
@@ -127,9 +127,9 @@ def calibrate(
 
 
 def _usual(programs: Programs, job: Job) -> Floats:
-    """Power of each stroke above idle, W, as the catalogue has it, once the wheel has ground.
+    """Return the power of each stroke above idle with the catalogue, W, for a wheel that has ground before.
 
-    That is in a second execution, but for a program that can be run only once.
+    The strokes are of a second execution, or of the first one if a program can be run only once.
     """
     try:
         forward = Forward(programs, job, 2)
@@ -139,7 +139,7 @@ def _usual(programs: Programs, job: Job) -> Floats:
 
 
 def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: float) -> None:
-    """Refuse a fit that misses the log; `gain` is the power of the log in its unit over that of the catalogue."""
+    """Refuse a fit that misses the log; `gain` is the power of the log, in its unit, over the catalogue's power."""
     error, of_power = errors["power"][2], (data.kind == "power") & fitted.used
     beyond = float(np.sqrt(np.mean(np.square((data.value - fitted.predicted)[of_power] / data.error[of_power]))))
     if error > HOPELESS and beyond > BEYOND:
@@ -173,7 +173,7 @@ class _Model(NamedTuple):
     data: Data
     forward: Forward
     job: Job
-    gain: float  # Power of the log over that with the constants of the job
+    gain: float  # power of the log over the power with the constants of the job
 
     def predict(self, changes: Changes) -> Floats:
         changed = with_entries(self.job, changes)
@@ -215,7 +215,7 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
 
 
 def _bound(log: Log, said: Map, job: Path) -> Log:
-    """Return a log whose meter is bound to the rating that the map or the job states."""
+    """Return the log with a smaller uncertainty of its meter's scale if the map or the job states the rating."""
     stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
     return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
 
@@ -282,7 +282,7 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
 
 
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
+    """Return a remark on constants that the job itself sets, so that those of a catalogue file have no effect."""
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
     told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]

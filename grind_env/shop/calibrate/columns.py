@@ -13,33 +13,33 @@ from grind_env.shop.measurements.sheet import BEYOND, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
-"""By which columns are known, by the table of a map that may name them and by the name of the column."""
+"""Words in headings by which columns are recognised, by table of a map and by name of the column."""
 
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
     "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor", "scale"),
     "gauge": ("nominal_size", "size_unit"),
     "table": (),
 }
-"""What a map says beside columns, by its table."""
+"""Keys of a map other than columns, by table."""
 
 LISTED = 5
-"""Columns that are named, of those that are not used."""
+"""Greatest number of unused columns that a remark names."""
 UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 
 @dataclass(frozen=True, slots=True)
 class Map:
-    """Content of a columns file, by table and key; the file is None if there is none."""
+    """Map: the content of a columns file, by table and key; `file` is None if there is no file."""
 
     file: Path | None = None
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def value(self, table: str, key: str) -> Any:
-        """Return what it says; None if nothing."""
+        """Return the value of a key; None if the map does not have it."""
         return self.tables.get(table, {}).get(key)
 
     def number(self, table: str, key: str) -> float | None:
-        """Return the number above 0 that it says; a `CalibrationError` says that it is none."""
+        """Return the number of a key, above 0; a `CalibrationError` says that the value is no such number."""
         value = self.value(table, key)
         if value is None:
             return None
@@ -51,7 +51,7 @@ class Map:
 
 
 def read_map(path: Path | None) -> Map:
-    """Read a map, None for one that says nothing; a `CalibrationError` says what it cannot say."""
+    """Return the map in a file, an empty one for None; a `CalibrationError` names unknown tables and keys."""
     if path is None:
         return Map()
     try:
@@ -72,10 +72,10 @@ def read_map(path: Path | None) -> Map:
 
 
 def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) -> dict[str, int]:
-    """Return the columns that a table of a map may name: said by the map, or known by the words in their headings.
+    """Return the columns of a table of a map by name: named in the map, or recognised by the words in their headings.
 
-    The remarks of the sheet tell them. A `CalibrationError` says which column is not there, of each needed group of
-    names all, or which two are equally likely.
+    The remarks of the sheet list them. A `CalibrationError` names a group of `needed` names of which no column is
+    found, or two columns that are equally likely.
     """
     known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}

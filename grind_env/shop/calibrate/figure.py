@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
-"""Units of the kinds of measurement; forces and the others of a table have those of the table."""
+"""Units of the kinds of measurement; forces and other kinds in a table have the units of the table."""
 MOST_TICKS = 12
-"""Parts up to which each has its number at the axis."""
+"""Greatest number of parts that all have their number at the axis."""
 
 
 def draw_calibration(found: Calibration) -> "Figure":
@@ -38,7 +38,7 @@ def comparable(found: Calibration, kind: str) -> NDArray[np.bool_]:
 
 
 def comparison(found: Calibration, kind: str) -> Graph:
-    """Measured over modelled values of a kind."""
+    """Return the graph of measured over modelled values of a kind."""
     chosen, measured, fit = comparable(found, kind), found.data.value, found.fit
     ends = [float(each(np.append(measured[chosen], fit.predicted[chosen]))) for each in (np.min, np.max)]
     catalogue = chosen & np.isfinite(fit.nominal)
@@ -56,7 +56,7 @@ def comparison(found: Calibration, kind: str) -> Graph:
 
 
 def residuals(found: Calibration, kind: str) -> Graph:
-    """Measured less modelled values of a kind, or their relative error in %, in order of time."""
+    """Return the graph of residuals of a kind in order of time: differences, or relative errors in %."""
     chosen, measured, modelled = comparable(found, kind), found.data.value, found.fit.predicted
     plain = kind in LINEAR or kind in ABSOLUTE
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -83,7 +83,7 @@ def named(kind: str) -> str:
 
 
 def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
-    """Return the places of measurements over part numbers: in order of time around each number."""
+    """Return the places of measurements along the axis of part numbers: around each number, in order of time."""
     place = found.data.part.astype(np.float64)
     for part in np.unique(found.data.part[chosen]).tolist():
         mine = np.flatnonzero(chosen & (found.data.part == part))

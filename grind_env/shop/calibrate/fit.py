@@ -3,7 +3,7 @@
 Maximum a posteriori by least squares: constants have log-normal priors from the catalogue, measurements normal errors,
 and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say,
 the errors of that kind of measurement are too small and are enlarged until they agree (Birge, Phys. Rev. 40 (1932)
-207). What the model does not follow is left to a free term as far as that predicts parts better that are held out.
+207). A free term follows deviations from the model, as far as it improves predictions of parts that are held out.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,60 +25,60 @@ from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
-"""Standard deviations on either side in which a normal variable lies with 90 %."""
+"""Half width of the 90 % interval of a normal variable, in standard deviations."""
 TOLD = 0.9
-"""Posterior over prior spread from which on measurements tell nothing of a constant that they move by less than one."""
+"""Ratio of posterior to prior spread above which a constant is undetermined, unless it moved by more than a spread."""
 OPENED = {"material.chip_energy": 6.0}
-"""Times its prior spread where a free term is used: how the power is shared between chips and rubbing is then open,
-too, for other laws have no such shares."""
+"""Factor on the prior spread of a constant in a fit with a free term: the shares of chips and rubbing in the power are
+then open, too, because other laws have no such shares."""
 FOLDS = 8
-"""Groups of parts or settings that are left out in turn, at most."""
+"""Greatest number of groups of parts or settings that are held out in turn."""
 ROUNDS = 2
 """Rounds of enlarging errors."""
 DRIFT = 0.05
-"""Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term. What is
-written is the level in its middle: what looks like a drift may be a wheel that dulls in another way."""
+"""Logarithmic standard deviation of the drift of the power level over a log, at the full width of the free term. The
+result is the level in the middle of the log: an apparent drift may be a wheel that dulls in another way."""
 WIDTHS = (0.25, 0.5, 1.0)
-"""Shares of its full width that are tried."""
+"""Widths of the free term that are tried, as shares of its full width."""
 CLEARLY = 0.8
-"""Share of the mean square error on held-out parts below which the free term is worth it."""
+"""Ratio of mean square errors on held-out parts, with over without the free term, below which the term is used."""
 FOLLOWED = 1.0
-"""Mean square error on them, in loose errors, up to which the model needs no free term."""
+"""Mean square error on held-out parts, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
-"""Factor on the least mean square error: the smallest width with no more is taken."""
+"""Factor on the least mean square error; the smallest width with no greater error is taken."""
 ENOUGH_PARTS = 2
 WANDERING_PARTS = 4
-"""From which on it can be told whether levels wander from part to part."""
+"""Number of parts above which a drift of the power level from part to part can be estimated."""
 MANY_PARTS = 20
-"""From which on it can be told that they wander by more than they usually do."""
+"""Number of parts from which on the estimated drift may exceed the usual one."""
 SINGULAR = 1e-6
-"""By which correlations are less than found, so that they may be rounded."""
+"""Share by which correlations are reduced, so that they may be rounded."""
 
 
 class Linear(NamedTuple):
-    """A fit as far as it is linear around its place."""
+    """Linearised fit around a point."""
 
-    x: Floats  # variables there, in spreads of the prior
-    rest: Floats  # residuals there of the measurements used, in the errors of the fit
-    slopes: Floats  # of these, shape (used, variables)
-    used: NDArray[np.bool_]  # which measurements
-    enlarged: Floats  # errors of the fit over `Data.loose_error`, in which fits are compared
-    # of each variable, whether its prior stays as it is where the width of the free term changes
+    x: Floats  # variables at the point, in prior spreads
+    rest: Floats  # residuals of the used measurements at the point, in errors of the fit
+    slopes: Floats  # derivatives of the residuals, shape (used, variables)
+    used: NDArray[np.bool_]  # which measurements are used
+    enlarged: Floats  # errors of the fit over `Data.loose_error`, the unit in which fits are compared
+    # whether the prior of each variable does not change with the width of the free term
     fixed: NDArray[np.bool_]
 
     def covariance(self, width: float) -> Floats:
-        """Return the covariance of the variables with this width of the free term; in spreads of its full prior."""
+        """Return the covariance of the variables at a width of the free term, in prior spreads at its full width."""
         prior = np.where(self.fixed, 1.0, width**-2.0)
         return np.asarray(np.linalg.inv(self.slopes.T @ self.slopes + np.diag(prior)), np.float64)
 
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
-        """Residuals of measurements of the power, in loose errors, that a fit to all other rows predicts."""
+        """Return the residuals of some measurements, in loose errors, from a fit to all others."""
         step = self.at(width, rows) - self.x
         found: Floats = self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step)
         return found
 
     def at(self, width: float, without: NDArray[np.bool_] | bool = False) -> Floats:
-        """Return the variables with so much of the free term, in spreads of the prior at its full width."""
+        """Return the variables at a width of the free term, in prior spreads at its full width."""
         prior, chosen = np.where(self.fixed, 1.0, width**-2.0), np.broadcast_to(~np.asarray(without), self.rest.shape)
         others, rest = self.slopes[chosen], self.rest[chosen]
         step = np.linalg.solve(others.T @ others + np.diag(prior), -others.T @ rest - prior * self.x)
@@ -86,7 +86,7 @@ class Linear(NamedTuple):
 
 
 def best_width(plain: Linear, wide: Linear, data: Data) -> float:
-    """Return the width that predicts parts best that are left out in turn, a share of the full one."""
+    """Return the width that best predicts parts held out in turn, as a share of the full width; 0 for no free term."""
     if np.unique(data.part[plain.used & (data.kind == "power")]).size < ENOUGH_PARTS:
         return 0.0
     errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
@@ -96,7 +96,7 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> float:
 
 
 def _in_turn(fit: Linear, width: float, data: Data) -> float:
-    """Return the mean square error of the power of parts that are left out in turn, in loose errors."""
+    """Return the mean square error of the power of parts that are held out in turn, in loose errors."""
     part, power = data.part[fit.used], (data.kind == "power")[fit.used]
     missed = [fit.without(part == number, width)[power[part == number]] for number in np.unique(part[power])]
     return float(np.mean(np.square(np.concatenate(missed))))
@@ -108,36 +108,36 @@ class Left(NamedTuple):
     A model that agrees with a log may still be wrong at other speeds and depths.
     """
 
-    parameters: tuple[Parameter, ...]  # these
-    z: Floats  # of each, in prior spreads from its prior
-    spread: Floats  # posterior spread of each over that of the prior
-    covariance: Floats  # of `z`
+    parameters: tuple[Parameter, ...]  # constants and fields of the free term
+    z: Floats  # distance of each from its prior, in prior spreads
+    spread: Floats  # posterior over prior spread of each
+    covariance: Floats  # covariance of `z`
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
     """Result of a fit."""
 
-    parameters: tuple[Parameter, ...]  # that were fitted, those that the measurements do not tell among them
-    # of each, in prior spreads from its prior; 0 if the measurements do not tell it. Behind them the nuisances: scales,
-    # then the drift where a free term was used
+    parameters: tuple[Parameter, ...]  # fitted constants, including undetermined ones
+    # distance of each constant from its prior, in prior spreads; 0 if undetermined. The nuisances follow: scales, then
+    # the drift if a free term was used
     x: Floats
-    # posterior spread of each over that of the prior, the others being as uncertain as they are; with how far it has
-    # moved because those that are not told were put back to their priors
+    # posterior over prior spread of each constant, the others being uncertain, too; with the shift that comes from
+    # resetting undetermined constants to their priors
     spread: Floats
-    told: NDArray[np.bool_]  # whether the measurements tell it
-    covariance: Floats  # of `x`
-    width: float  # how much of the free term was used, a share of its full width
+    told: NDArray[np.bool_]  # whether the measurements determine each constant
+    covariance: Floats  # covariance of `x`
+    width: float  # width of the free term that was used, as a share of its full width
     # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
     scales: Mapping[str, float]
-    scale_spreads: Mapping[str, float]  # posterior spread of these
-    drift: float  # logarithm of the level of the power at the end of the log over that at its begin
-    factors: Mapping[str, float]  # by which the errors of each kind were enlarged
-    used: NDArray[np.bool_]  # which measurements took part
-    predicted: Floats  # of all measurements, with the scales
-    nominal: Floats  # the same with the catalogue as it was, and the scales that fit it best
-    held_out: Floats  # as a fit to the other parts or settings predicts each; NaN where there is one alone
-    left: Left  # what it leaves open
+    scale_spreads: Mapping[str, float]  # posterior standard deviation of `scales`
+    drift: float  # logarithm of the ratio of the power levels at the end and the begin of the log
+    factors: Mapping[str, float]  # factors by which the errors of each kind were enlarged
+    used: NDArray[np.bool_]  # which measurements were used
+    predicted: Floats  # predictions of all measurements, with the scales
+    nominal: Floats  # predictions with the unchanged catalogue, and the scales that fit it best
+    held_out: Floats  # prediction of each by a fit to the other parts or settings; NaN if there are no others
+    left: Left  # remaining uncertainty
 
     @property
     def z(self) -> Floats:
@@ -157,14 +157,14 @@ class _Place(NamedTuple):
 class FitProblem:
     """Data and parameters of a fit."""
 
-    parameters: tuple[Parameter, ...]  # that may move
-    # logarithmic spread of the factor of the meter of a kind of measurement, where it is uncertain
+    parameters: tuple[Parameter, ...]  # constants that may change
+    # logarithmic standard deviation of a meter's factor, by kind of measurement; only for uncertain meters
     scales: Mapping[str, float]
-    data: Data  # the measurements
-    predict: Predict  # what would be measured with changed constants, shape as of `data.value`
+    data: Data  # measurements
+    predict: Predict  # prediction of the measurements with changed constants, shape of `data.value`
     free: tuple[Parameter, ...] = ()  # the free term at its full width; empty for none
-    jumps: bool = False  # whether what is predicted jumps where constants change, as under a wheel that crosses
-    left_out: tuple[str, ...] = ()  # kinds of measurement that take no part
+    jumps: bool = False  # whether predictions jump where constants change, as for a wheel that crosses
+    left_out: tuple[str, ...] = ()  # kinds of measurement that are not used
 
     @property
     def unfree(self) -> NDArray[np.bool_]:
@@ -172,13 +172,13 @@ class FitProblem:
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
     def widened(self, x: Floats) -> Floats:
-        """Variables with a free term that does nothing."""
+        """Return the variables, extended by a free term without effect."""
         whole = np.zeros(self.unfree.size)
         whole[self.unfree] = x
         return whole
 
     def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = OPENED) -> Solver:
-        """Its solver at a width of the free term, if there is one with some constants that are `opened`."""
+        """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
         nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
         if width:
@@ -196,9 +196,9 @@ class FitProblem:
 
 
 def fit_and_judge(problem: FitProblem, told: Callable[[str], None]) -> tuple[Fit, FitJudgement]:
-    """Fit constants; those of kinds of measurement that are then predicted worse stay as the catalogue has them.
+    """Fit constants and judge the fit; constants of measurements that are then predicted worse keep catalogue values.
 
-    Errors as of `fit`.
+    Errors as in `fit`.
     """
     found = fit(problem, told)
     judged = judge(problem.data, found.used, found.nominal, found.predicted, found.held_out)
@@ -249,9 +249,9 @@ def _settled(
 ) -> _Place:
     """Return the most probable variables, with errors as large as residuals say and without outliers.
 
-    From some variables on; with the errors of a place that is `like` this one, if there is one, which needs one round.
+    The search starts at `x`. With the errors of a similar point `like`, one round is enough.
     """
-    # errors begin as large as those of the catalogue, so that the power does not overrule gauges while it is far off
+    # the first errors match the catalogue's residuals, so that the power does not overrule gauges while it is far off
     every, free, rounds = used, np.ones(solver.size, np.bool_), range(ROUNDS if like is None else 1)
     unit = dict.fromkeys(solver.data.kinds, 1.0)
     factors = solver.enlarged(x, used, unit, gauged=False) if like is None else like.factors
@@ -264,7 +264,7 @@ def _settled(
 
 
 def _linear(problem: FitProblem, place: _Place, of_prior: NDArray[np.bool_] | None = None) -> Linear:
-    """Return a fit as far as it is linear around its place."""
+    """Return a fit linearised around its point; `of_prior` becomes `Linear.fixed`, all True if None."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
     enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()]) * solver.data.error
@@ -330,9 +330,9 @@ def _finished(
 
 
 def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
-    """Logarithmic standard deviation of the power of blocks that the model does not follow, and of a step of its level.
+    """Return logarithmic standard deviations: of the power of blocks around the model, and of a step of the level.
 
-    By parts that are predicted from all others, if there are several; the steps are those from part to part.
+    If there are several parts, each part is predicted from all others. Steps are from part to part.
     """
     predicted = np.where(np.isfinite(fitted.held_out), fitted.held_out, fitted.predicted)
     rest = np.where(fitted.used, data.value - predicted, np.nan)
@@ -343,13 +343,13 @@ def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
     if of_part.size > WANDERING_PARTS:
         once, twice = (float(np.mean(np.square(of_part[k:] - of_part[:-k]))) for k in (1, 2))
         drift = float(np.sqrt(max(twice - once, 0.0)))
-    if of_part.size < MANY_PARTS:  # what a model misses of a few parts may look like a drift, which adds up over a lot
+    if of_part.size < MANY_PARTS:  # errors of a model on a few parts may look like a drift, which adds up over a lot
         drift = min(drift, USUAL_DRIFT)
     return float(np.sqrt(np.mean(np.square(of_block)))), drift
 
 
 def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Floats:
-    """Return the power error of each group, as far as it is known."""
+    """Return the relative error of the power of each group, its members weighted by their accuracy."""
     _, number = np.unique(group, return_inverse=True)
     weight = value / np.square(error)
     found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
@@ -357,7 +357,7 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
-    """Return the table as TOML."""
+    """Return the table [uncertainty] as lines of TOML."""
     left = fitted.left
     names = [each.name for each in left.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]

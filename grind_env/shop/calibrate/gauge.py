@@ -19,18 +19,18 @@ from grind_env.shop.calibrate.solver import YES_OR_NO
 from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
 
 MOST_DIGITS = 18
-"""Most digits of the number of a part; one with more of them is none."""
+"""Greatest number of digits of a part number."""
 MOST_DEVIATION = 1.0
-"""mm; a size above that is one of the part and not its deviation."""
+"""Greatest size deviation, mm; a larger number is a size of the part."""
 
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
-"""Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
+"""Errors of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel diameter, mm."""
 LEAST_WHEEL = 0.5
 """Least share of a new wheel's diameter that belongs to the same wheel."""
 BURN_WIDTH = 0.05
-"""Burn width of the step in temperature rise at which burn is seen, of the rise that tempers."""
+"""Width of the step in temperature rise at which burn is seen, as a share of the tempering rise."""
 UNSEEN = 0.1
-"""Share of burnt parts that pass for good ones where nobody has looked for burn."""
+"""Share of burnt parts that pass as good if nobody looks for burn."""
 
 
 class GaugedParts(NamedTuple):
@@ -49,7 +49,7 @@ class GaugedParts(NamedTuple):
 
 
 def read_gauge(path: Path, said: Map) -> GaugedParts:
-    """Read what was measured of parts; a `CalibrationError` says why it cannot be used."""
+    """Return the measurements of parts in a file; a `CalibrationError` says why it cannot be used."""
     sheet = read_sheet(path)
     columns = find_columns(sheet, "gauge", said, ("size", "Ra", "burn", "diameter"))
     empty = np.full(len(sheet.rows), np.nan)
@@ -63,7 +63,7 @@ def read_gauge(path: Path, said: Map) -> GaugedParts:
 
 
 def _parts(sheet: Sheet, column: int | None) -> Numbers:
-    """Return numbers of the parts from 1 on: those of the column if they are such, else in the order of the rows."""
+    """Return part numbers from 1 on: from the column if its numbers rise, else in the order of the rows."""
     in_order = np.arange(1, len(sheet.rows) + 1)
     if column is None:
         return in_order
@@ -81,7 +81,7 @@ def _parts(sheet: Sheet, column: int | None) -> Numbers:
 
 
 def _size(sheet: Sheet, column: int, said: Map) -> Floats:
-    """Return the stock left, um: a deviation as such, a size less the nominal one."""
+    """Return the stock left, um: a deviation unchanged, a size minus the nominal size."""
     values, unit = sheet.numbers(column), said.value("gauge", "size_unit")
     if not (unit or sheet.headings[column].unit):
         largest = np.nanmax(np.abs(values), initial=0.0)
@@ -102,7 +102,7 @@ def _size(sheet: Sheet, column: int, said: Map) -> Floats:
 class Gauged(NamedTuple):
     """Gauged values in sequence: value, error and kind as in `solver.Data`, and the part from 1.
 
-    `origin` is the part whose wheel diameter the value is subtracted from; 0 for other kinds.
+    `origin` is the part whose wheel diameter is subtracted from the value; 0 for other kinds.
     """
 
     value: Floats
@@ -133,7 +133,7 @@ def measured_of(gauge: GaugedParts | None, parts: int, job: Job) -> Gauged:
 
 
 def refuse_impossible(gauge: GaugedParts, job: Job) -> None:
-    """Refuse what cannot have been measured of a job; a `CalibrationError` says of which part."""
+    """Refuse measurements that are impossible for a job; a `CalibrationError` names the part."""
     most = max(part.stock for part in (job.part, *(each.part for each in job.stations)))
     stock, wheel = 1e3 * most, job.setup.wheel.diameter
     for part, size, diameter in zip(gauge.part.tolist(), gauge.size.tolist(), gauge.diameter.tolist(), strict=True):
@@ -150,7 +150,7 @@ def refuse_impossible(gauge: GaugedParts, job: Job) -> None:
 
 
 def gauges_of(record: GrindingRecord, job: Job, extra: Gauged) -> Floats:
-    """Return simulated gauge readings."""
+    """Return the simulated gauge readings for the gauged values of a run."""
     parts, at = record.parts, extra.part - 1
     if not extra.part.size:
         return np.empty(0)

@@ -19,36 +19,36 @@ from grind_env.shop.measurements.sheet import LATEST, WATTS, Floats, Sheet, plai
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
 SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
-"""Times of these units from 1985 to 2128."""
+"""Range of times since 1970 in each unit, from the year 1985 to 2128."""
 LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
-"""Of a spreadsheet, in the year 2173; and the step between rows below which a time without unit counts days."""
+"""Last day number of a spreadsheet (year 2173); step between rows, days, below which a time without unit is in days."""
 OVERLAP = 3
-"""Rows after a clock was set back that earlier rows reach beyond."""
+"""Number of rows after a clock was set back that earlier rows reach beyond."""
 SMALL = 0.02
-"""Share of the power limit of the machine that a power in W exceeds somewhere."""
+"""Share of the machine's power limit that a power in W exceeds somewhere; a lower power is in kW."""
 GAP, LEAST_GAP = 8.0, 0.5
-"""Times the usual step, and s, from which on a step is a gap."""
+"""Multiple of the usual step, and time, s, that a step must exceed to be a gap."""
 COARSE = 0.7
-"""Times in which more rows share one with another are those of a clock that is coarser than the log."""
+"""Ratio of the number of different times to the number of rows, below which a clock is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
-"""Logarithmic spread of a meter: W, % of a stated rating, A with known volts, % of a guessed rating, other A."""
+"""Logarithmic standard deviation of a meter's scale: W, % of a stated rating, A with known volts, % of a guess, A."""
 
 
 @dataclass(frozen=True, slots=True)
 class Log:
     """Log of spindle power."""
 
-    time: Floats  # of each row, s, rising; from any origin
-    power: Floats  # of the spindle with its idling, W; if the scale of the meter is not known, in its unit
+    time: Floats  # time of each row, s, rising, from any origin
+    power: Floats  # power of the spindle with its idling, W; in the unit of the meter if its scale is unknown
     dressing: NDArray[np.bool_]  # whether the wheel was being dressed
-    scale_spread: float  # logarithmic spread of the factor of the meter; 0 where a map says it
+    scale_spread: float  # logarithmic standard deviation of the meter's factor; 0 if a map states the factor
     known_scale: bool  # whether `power` is in W
-    unit: str  # of the power in the log
-    sure_of_time: bool  # whether the unit of time is stated, and not to be found out
-    remarks: tuple[str, ...]  # what was made of the file, as sentences
-    full: float | None = None  # power at which a meter in per cent shows 100, W; None of other meters
-    scale: float = 1.0  # that factor where a map says it, else 1; `power` is without it
-    lag: float = 0.0  # time constant of the meter, as far as it is known, s
+    unit: str  # unit of the power in the log
+    sure_of_time: bool  # whether the unit of time is known, so that it need not be inferred
+    remarks: tuple[str, ...]  # sentences on how the file was read
+    full: float | None = None  # power at which a meter in per cent shows 100, W; None for other meters
+    scale: float = 1.0  # factor of the meter if a map states it, else 1; `power` is divided by it
+    lag: float = 0.0  # time constant of the meter, s; 0 if unknown
 
     @property
     def interval(self) -> float:
@@ -57,7 +57,7 @@ class Log:
 
 
 def read_log(path: Path, machine: Machine, said: Map) -> Log:
-    """Read a log; the power limit of the machine is its rating where the map says none.
+    """Return a log; the power limit of the machine is the rating of its meter if the map states none.
 
     A `CalibrationError` says why the log cannot be used.
     """
@@ -93,7 +93,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
 
 
 def averaged(log: Log, time: Floats, step: float) -> Log:
-    """Return a log with its times in s, and rows closer together than a step as their mean."""
+    """Return a log with times in s; rows closer together than a step are replaced by their mean."""
     _, where, count = np.unique(((time - time[0]) // step), return_inverse=True, return_counts=True)
     time, power, dressing = (np.bincount(where, values) / count for values in (time, log.power, log.dressing))
     return replace(log, time=time, power=power, dressing=dressing > 0.0)
@@ -136,7 +136,7 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
 def _in_order(
     sheet: Sheet, rows: Numbers, time: Floats, raw: Floats, dressing: NDArray[np.bool_]
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return some rows in the order of their times, none of which is there twice."""
+    """Return rows in the order of their times, without a second row of the same time."""
     steps, remarks = np.diff(time[rows]), sheet.remarks
     rows = rows[::-1] if (steps < 0.0).sum() > (steps > 0.0).sum() else rows  # the newest row may come first
     time, raw, dressing, lines = time[rows], raw[rows], dressing[rows], np.array(sheet.lines)[rows]
@@ -174,7 +174,7 @@ def _is_set_back(time: Floats, row: int, step: float) -> bool:
 
 
 def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map) -> tuple[float, str, float, bool]:
-    """Return the factor of a power to W, its unit, the spread of the factor, and whether it is known."""
+    """Return the factor from a power to W, its unit, the spread of the factor, and whether the factor is known."""
     unit = plain(str(said.value("log", "power_unit") or sheet.headings[column].unit or ""))
     name, remarks = plain(sheet.headings[column].name), sheet.remarks
     if not unit and any(word in name for word in ("strom", "current", "courant", "corr", "prad")):

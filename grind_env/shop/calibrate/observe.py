@@ -1,4 +1,4 @@
-"""From an aligned log to the mean power above idle of each stroke, with its uncertainty."""
+"""Mean power above idle of each stroke of an aligned log, with its uncertainty."""
 
 from typing import NamedTuple
 
@@ -14,41 +14,41 @@ from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.measurements.sheet import Floats
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
-"""Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
+"""Least relative error of a model of the power of a stroke, and of a block of strokes that cross."""
 EDGE_IN, EDGE_OUT = 0.35, 0.1
-"""Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the
-wheel runs in and out, and meters lag."""
+"""Shares of the time on the part, and of the time beside it, that are left out at begin and end: the wheel runs in and
+out, and meters lag."""
 ENOUGH = 5
-"""Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+"""Least number of samples a stroke for a mean of each stroke; with fewer there is one mean for each run."""
 TURNS = 0.2
-"""s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses, and strokes
-that are short for it in all that the meter shows from the first of them until after the last."""
+"""Time that a table takes to turn, s. If a meter lags by more, the idle power is read in longer pauses, and short
+strokes are averaged over all samples from the first stroke of a run until after the last."""
 LAGS = 2.0
-"""Lags of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
+"""Time at the ends of a long pause in which the idle power is read, in lags of the meter; at least a stroke's time."""
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
-"""Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
+"""Expected number of rows between strokes above which some must exist, and the least share of them that must exist."""
 FEWEST = 2
-"""Samples of a stroke or run without which it is left out."""
+"""Least number of samples of a stroke or run; with fewer it is left out."""
 NEIGHBOURS = 40
-"""Samples between strokes from which the idle power under a stroke is read."""
+"""Number of samples between strokes from which the idle power under a stroke is read."""
 HALF, ENOUGH_QUIET = 20, 8
-"""Of them in pauses, on either side of it, and how many there must be."""
+"""Greatest and least number of samples in pauses on either side of a stroke."""
 FARTHEST = 120.0
-"""s from a stroke at which its idle power may still be read."""
+"""Greatest time between a stroke and the samples of its idle power, s."""
 TUKEY = 4.0
-"""Times the scatter from which on a sample has no weight."""
+"""Multiple of the scatter from which on a sample has no weight."""
 ROUNDS = 4
 SCATTER = 1.4826
-"""Standard deviation over the median deviation."""
+"""Ratio of the standard deviation to the median deviation."""
 
 
 def idle_at(
     when: Floats, time: Floats, power: Floats, pausing: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats]:
-    """Return the idle power in the middle of each stroke (s), and its standard error, W; NaN far away.
+    """Return the idle power in the middle of each stroke (s), and its standard error, W; NaN without samples nearby.
 
-    A robust straight line through the nearest samples between strokes (s, W); through `pausing` samples alone if there
-    are enough on both sides of a stroke.
+    A robust straight line is fitted to the nearest samples between strokes (s, W), or to `pausing` samples alone if
+    there are enough on both sides of a stroke.
     """
     if time.size < 3:
         raise CalibrationError(
@@ -76,14 +76,14 @@ def idle_at(
 
 
 def _lines(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Value at 0 of a straight line through the points of each row, NaN for none, and its standard error.
+    """Return the value at x = 0 of a straight line through the points of each row, and its standard error.
 
-    Tukey's bisquare by reweighting.
+    NaN is a missing point. The line is fitted with Tukey's bisquare by reweighting.
     """
     inside, span = np.isfinite(x), np.maximum(np.nanmax(np.abs(x), axis=1, initial=1e-9), 1e-9)
     x, weight = np.nan_to_num(x / span[:, None]), inside.astype(np.float64)
     for _ in range(ROUNDS):
-        # a line from one side only must not run away: its slope has a weight of its own
+        # a line through points on one side must not run away: a weight holds its slope near 0
         s, sx, sxx = (np.sum(weight * each, axis=1) for each in (1.0, x, x * x))
         sy, sxy = (np.sum(weight * each, axis=1, where=inside) for each in (y, x * y))
         s, sxx = s + 1e-9, sxx + 0.1
@@ -105,19 +105,19 @@ class Observations(NamedTuple):
     that crosses.
     """
 
-    execution: Numbers  # of the program, from 0
-    run: Numbers  # of the program
-    stroke: Numbers  # of the program; the first of those of which it is the mean
-    time: Floats  # of its middle, s of the log
-    power: Floats  # mean above idle, W; in the unit of the log if the scale of its meter is not known
-    error: Floats  # its standard error
-    idle: Floats  # power of the idling spindle under it
-    weights: Floats  # of the strokes of all executions in it, shape (observations, executions x strokes)
-    by_stroke: bool  # whether each is of one stroke, but for those of cycles that cross
+    execution: Numbers  # execution of the program, from 0
+    run: Numbers  # run of strokes in the program
+    stroke: Numbers  # stroke of the program; of several the first one
+    time: Floats  # time of its middle, s of the log
+    power: Floats  # mean power above idle, W; in the unit of the log if the scale of its meter is unknown
+    error: Floats  # standard error of `power`
+    idle: Floats  # power of the idling spindle during the strokes
+    weights: Floats  # weights of the strokes of all executions, shape (observations, executions x strokes)
+    by_stroke: bool  # whether each is of one stroke, except in cycles that cross
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
-    """Read the means of strokes or runs from a log in s."""
+    """Return the mean power of strokes or runs from a log in s."""
     time, power = log.time, sharpened(log)
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
@@ -170,7 +170,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
 
 
 def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Numbers, idling: NDArray[np.bool_]) -> None:
-    """Refuse a log that was kept only above some power: between strokes it has but the wheel running in and out."""
+    """Refuse a log recorded only above some power: between strokes it has only the wheel running in and out."""
     gap = starts[1:] - stops[:-1]
     short = gap < 2.0 * np.median(np.diff(starts, prepend=starts[:1] - 1.0))
     last = np.searchsorted(starts, time, side="right") - 1
@@ -187,24 +187,24 @@ def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Number
 
 
 class _Samples(NamedTuple):
-    """The samples of a log, sorted by strokes."""
+    """Samples of a log, sorted by strokes."""
 
-    of: Numbers  # Of each sample the number of its stroke, or -1
-    above: Floats  # Of each its power above idle, W
-    counts: Numbers  # Of each stroke how many samples it has while the wheel is over the part
-    noise: float  # Of a sample, W
-    idle: Floats  # Under each stroke, W
-    idle_error: Floats  # Standard error of that, W
+    of: Numbers  # number of the stroke of each sample, or -1
+    above: Floats  # power of each sample above idle, W
+    counts: Numbers  # number of samples of each stroke while the wheel is over the part
+    noise: float  # standard deviation of a sample, W
+    idle: Floats  # idle power under each stroke, W
+    idle_error: Floats  # standard error of `idle`, W
 
 
 def _tells(samples: _Samples, members: Numbers) -> bool:
-    """Return whether strokes have enough samples between them, and idle power each."""
+    """Return whether strokes have enough samples in total, and a known idle power wherever they have samples."""
     counts = samples.counts[members]
     return bool(counts.sum() >= FEWEST and np.isfinite(samples.idle[members[counts > 0]]).all())
 
 
 def _mean(samples: _Samples, members: Numbers) -> tuple[float, float, float]:
-    """Mean power of strokes above idle, its standard error, and the idle power under them, W."""
+    """Return the mean power of strokes above idle, its standard error, and the idle power under them, W."""
     counts = samples.counts[members]
     share = counts / counts.sum()
     # the idle power of neighbouring strokes is read from the same samples: its errors do not average out
@@ -233,7 +233,7 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
 def _sorted_out(
     time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_], lag: float
 ) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Return for each sample the stroke that it is well within, or -1; and whether it is well between two."""
+    """Return for each sample its stroke, or -1, and whether it lies between strokes; samples near edges are neither."""
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
     length = stops[here] - starts[here]
@@ -241,7 +241,7 @@ def _sorted_out(
     within = (last >= 0) & (time >= begin) & (time <= end) & ~dressing
     following = np.minimum(last + 1, starts.size - 1)
     usual = float(np.median(np.diff(starts))) if starts.size > 1 else 1.0
-    # a longer gap may hold a dress, or the spindle may stand still: only its ends tell
+    # in a longer gap the wheel may be dressed or the spindle may stand still: only the ends of the gap count
     gap = np.minimum(np.where((last >= 0) & (following > last), starts[following] - stops[here], usual), usual)
     begin, end = stops[here] + EDGE_IN * gap, starts[following] - EDGE_OUT * gap
     clear = ((last < 0) | (time >= begin)) & ((following == last) | (time <= end)) & ~dressing
@@ -252,10 +252,7 @@ def _sorted_out(
 
 
 def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]) -> tuple[Numbers, Numbers]:
-    """Return for each sample the last stroke begun, or -1 after the run; and the samples of each over the part.
-
-    The lag of a meter only delays power, so the mean over a run with all gaps is right even if the lag is wrong.
-    """
+    """Return for each sample the last stroke begun, or -1 after the run; and the samples of each stroke on the part."""
     last = np.searchsorted(starts, time, side="right") - 1
     here = np.maximum(last, 0)
     over = float(np.median(starts[1:] - stops[:-1])) if starts.size > 1 else 0.0
@@ -265,7 +262,7 @@ def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np
 
 
 def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:
-    """Return the samples within a pause, without the turn of the table, which meters hardly show."""
+    """Return which samples are in a pause; the short gap of a table turn is no pause, because meters hardly show it."""
     last = np.searchsorted(starts, time, side="right") - 1
     inside = (last >= 0) & (last < starts.size - 1)
     here = np.clip(last, 0, starts.size - 2) if starts.size > 1 else np.zeros(time.size, np.int64)
@@ -275,7 +272,7 @@ def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:
 
 
 def _noise(of: Numbers, power: Floats) -> float:
-    """Standard deviation of a sample within a stroke, W, made larger as far as neighbours are alike."""
+    """Return the standard deviation of a sample within a stroke, W, enlarged if neighbours are correlated."""
     same = (of[1:] >= 0) & (of[1:] == of[:-1])
     if same.sum() < 2 * ENOUGH:
         inside = power[of >= 0]

@@ -24,44 +24,44 @@ USUAL = (
     "wheel.roughness",
     "machine.stiffness",
 )
-"""What is fitted where nothing is named, with its `SPREADS` before measuring."""
+"""Constants that are fitted by default; their prior spreads are in `SPREADS`."""
 FREE_TERM: Mapping[str, float] = {
     "power_factor": 0.25,
     "power_depth_exponent": 0.5,
     "power_speed_exponent": 0.5,
     "power_volume_exponent": 0.25,
 }
-"""Fields of a material that follow what the model does not, with their full standard deviation, of the factor
-logarithmic: measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8."""
+"""Fields of a material that follow deviations from the model, with their full standard deviation (logarithmic for the
+factor): measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8."""
 HEAT = (("material", "heat_factor"),)
-"""What sizes and burn tell beside the usual, and a power does not."""
+"""Further constants that sizes and burn determine, but power does not."""
 SPREADS: Mapping[str, float] = {**USUAL_SPREADS, "material.heat_factor": math.log(2.0)}
-"""Logarithmic standard deviations before measuring; what share of the heat enters the work is known to a factor 2."""
+"""Logarithmic standard deviations of the priors; the share of heat that enters the work is known to a factor 2."""
 OTHER_SPREAD = 0.3
-"""Spread of a field that is fitted only because it is named."""
+"""Logarithmic standard deviation of any other constant, which is fitted only if it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
-"""Over the value of the catalogue: no constant is fitted beyond."""
+"""Least and greatest value of a fitted constant, over its value in the catalogue."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A constant that is fitted."""
+    """Constant to fit."""
 
-    kind: str  # of its entry, such as material
-    entry: str  # name of that
-    key: str  # field of it
+    kind: str  # kind of its entry, such as material
+    entry: str  # name of the entry
+    key: str  # field of the entry
     prior: float  # value in the catalogue
-    spread: float  # standard deviation around it before measuring, logarithmic, or of an exponent itself
-    unit: str  # of the value
+    spread: float  # prior standard deviation, of the logarithm or of an exponent itself
+    unit: str  # unit of the value
     low: float  # least legal value
-    high: float  # greatest one
+    high: float  # greatest legal value
 
     @property
     def name(self) -> str:
         return f"{self.kind}.{self.key}"
 
     def value(self, z: float) -> float:
-        """Value at so many spreads from the prior."""
+        """Return the value at `z` spreads from the prior."""
         value = self.prior + self.spread * z if self.key in EXPONENTS else self.prior * math.exp(self.spread * z)
         return min(max(value, self.low), self.high)
 

@@ -19,18 +19,17 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.measurements.sheet import Floats
 
 PAUSE = 0.5
-"""s; strokes further apart than that are not of one run."""
+"""Greatest time between two strokes of one run, s."""
 
 FEW = 0.2
-"""Share of the strokes that may lie beside motions of the program for the rest to be told under an override."""
+"""Share of strokes that run beside motions of the program, below which their places under a feed override are known."""
 
 
 class Forward:
-    """A program that is run several times, the wheel being carried over.
+    """Program that is run several times with one wheel.
 
-    What the control makes of it depends on no constant that is fitted, so that it executes it once.
-
-    Overrides of the feed are one for every part; none for the feed as programmed.
+    The control executes it once, because its events depend on no fitted constant. `overrides` has a feed override for
+    each part; it is empty for the programmed feed.
     """
 
     def __init__(self, programs: Programs, job: Job, executions: int = 1, overrides: Sequence[float] = ()) -> None:
@@ -38,10 +37,10 @@ class Forward:
         self.control = replace(job.control, whole_cycles=True)
         self.events = list(execute(self.programs, self.control))
         record = self._ground(job, ())
-        self.parts_each = len(record.parts) // executions  # that one execution grinds
+        self.parts_each = len(record.parts) // executions  # parts that one execution grinds
         self.lying = [record.job.of_part(number).part for number in range(1, self.parts_each + 1)]
         parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
-        self.part = parts[: parts.size // executions] - 1  # of each stroke of one execution, from 0
+        self.part = parts[: parts.size // executions] - 1  # part of each stroke of one execution, from 0
         self.overrides = overrides
 
     def run(self, job: Job) -> GrindingRecord:
@@ -52,13 +51,13 @@ class Forward:
         for event in self.events:
             part = run.parts_before
             dressing = isinstance(event, DressStart) or (dressing and not isinstance(event, DressEnd))
-            # what a dress does follows from its program, whose words the machine has read before
+            # the effect of a dress follows from its program, whose words the machine has read before
             run.take(scaled(event, overrides[part]) if part < len(overrides) and not dressing else event)
         return run.record()
 
 
 def scaled(event: Event, override: float) -> Event:
-    """Return an event as it is under a feed override, with which strokes are slower or faster."""
+    """Return an event with its feed multiplied by an override."""
     if override != 1.0 and isinstance(event, (Stroke, CycleStrokes, Line)):
         return replace(event, feed=event.feed * override)
     return event
@@ -71,28 +70,27 @@ def powers(record: GrindingRecord) -> Floats:
 
 
 class Pattern(NamedTuple):
-    """The strokes of one execution of a program; times in s from its first stroke on, each array a value per stroke.
+    """Strokes of one execution of a program; arrays have a value per stroke.
 
-    A run is a sequence of strokes between which nothing happens: how long a dress, a stop or a load takes is not for
-    the program to say.
+    A run is a sequence of strokes without an interruption. The time of a dress, a stop or a load is not in the program.
     """
 
-    run: Numbers  # to which it belongs, from 0
-    line: Numbers  # of its cycle block
-    part: Numbers  # which of those that one execution grinds, from 0
-    # whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more than a log
-    # tells; what a whole block of them takes does not
+    run: Numbers  # run of the stroke, from 0
+    line: Numbers  # line of its cycle block
+    part: Numbers  # part that it grinds, from 0
+    # whether its cycle crosses: a log does not show which share of the width one stroke cuts, but it shows the power of
+    # a whole block
     crosses: NDArray[np.bool_]
-    way: Floats  # along the table, mm
-    near: Floats  # of that way before the part begins, mm
-    far: Floats  # up to where the part ends, mm; as `near` if it passes beside the part
-    feed: Floats  # mm/s
-    # between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for
+    way: Floats  # length of its path along the table, mm
+    near: Floats  # path before the part begins, mm
+    far: Floats  # path up to the end of the part, mm; as `near` if the stroke passes beside the part
+    feed: Floats  # table speed, mm/s
+    # time between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for
     rest: Floats
-    pause: Floats  # before each run, the shortest, s, shape (runs,)
-    acceleration: float  # of the table, mm/s2
-    # whether a feed override leaves its strokes where they are; where the program moves the axes beside the table and
-    # dwells, it does not
+    pause: Floats  # shortest pause before each run, s, shape (runs,)
+    acceleration: float  # acceleration of the table, mm/s2
+    # whether strokes keep their places under a feed override; they do not if the program moves other axes and dwells
+    # beside the table
     overridable: bool
 
     @property
@@ -111,7 +109,7 @@ class Pattern(NamedTuple):
         """Return when each stroke of a run enters and leaves the part, and when the run ends, s from its start."""
         chosen, a = np.flatnonzero(self.run == run), self.acceleration
         way, speed = self.way[chosen], self.feed[chosen] * override
-        ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # in which the table speeds up, and as evenly slows down
+        ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # path on which the table speeds up, and slows down
         whole = 2.0 * np.sqrt(2.0 * ramp / a) + (way - 2.0 * ramp) / speed
         begin = np.concatenate([[0.0], np.cumsum(whole + self.rest[chosen])])
 
@@ -155,7 +153,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     apart = begin[1:] > begin[:-1] + seconds[:-1] + PAUSE
     begins_run = np.append(True, apart | (since[1:] > since[:-1]))
     for k in np.flatnonzero((stopped[1:] > stopped[:-1]) & (line[1:] == line[:-1])).tolist():
-        # the table goes on at a stop: only a log tells on which side of the pause the last stroke of a block lies
+        # the table goes on at a stop: only a log shows on which side of the pause the last stroke of a block lies
         begins_run[k + 1 + int(np.argmax(line[k + 1 :] != line[k]))] = True
     run = np.cumsum(begins_run) - 1
     motion = np.array(
@@ -185,7 +183,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
 
 
 def _along(coordinate: float, way: tuple[float, float]) -> float:
-    """Return how far along a path, mm, a coordinate is passed."""
+    """Return the distance along a path, mm, at which a coordinate is passed."""
     begin, end = way
     direction = 1.0 if end >= begin else -1.0
     return min(max((coordinate - begin) * direction, 0.0), abs(end - begin))

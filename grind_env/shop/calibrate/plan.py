@@ -18,29 +18,30 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.errors import CalibrationError
 
 CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))
-"""Factors on E and pick of the blocks in place of the first one, and before which the wheel is dressed: the same words
-with a worn and a fresh wheel, and E and depth the one against the other, since together they tell one thing."""
+"""Test blocks in place of the first block: factors on its E and pick, and whether the wheel is dressed before. The same
+words meet a worn and a fresh wheel. E and depth vary in opposite directions: varied together, they tell one thing
+only."""
 SAFE_POWER, SAFE_RISE = 0.6, 0.8
-"""Shares of the limits that it keeps with a wheel that ploughs as hard as the catalogue may be wrong by; it may come as
-far as the program itself does then, which the shop knows."""
+"""Shares of the limits that the plan keeps with a wheel that ploughs `HARDER` times as hard. If the program itself then
+reaches higher shares, the plan may reach them, too."""
 LESS_GOOD = 0.02
-"""By which the chance of a good part may be less than that of the program."""
+"""Greatest decrease of the probability of a good part, compared with the program."""
 HARDER = 1.5
-"""Times the ploughing pressure."""
+"""Factor on the ploughing pressure by which the catalogue may be wrong."""
 SPANS = (1.0, 0.75, 0.5, 0.3)
-"""Exponents of all factors, from the widest to the first one with which it is safe."""
+"""Exponents of all factors, from the widest on; the first safe one is taken."""
 MM, INCH = 3, 4
-"""Decimals that the control reads."""
+"""Decimals that the control reads in mm and in inches."""
 LETTERS = "XYZ"
 
 
 class Plan(NamedTuple):
-    """A program whose log tells much."""
+    """Test program whose log determines constants."""
 
-    text: str  # of it
-    blocks: tuple[tuple[float, float], ...]  # what it varies, E in mm/min and pick in mm
-    power: float  # highest share of the limit of the power that is expected of it
-    rise: float  # the same of the temperature
+    text: str  # text of the program
+    blocks: tuple[tuple[float, float], ...]  # E, mm/min, and pick, mm, of the test blocks
+    power: float  # highest expected share of the power limit
+    rise: float  # highest expected share of the limit of the temperature rise
 
     def __str__(self) -> str:
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)
@@ -53,7 +54,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(programs: Programs, job: Job) -> Plan:
-    """Return the program with blocks of other words in place of its first one that plunges."""
+    """Return the program with test blocks in place of its first block that plunges."""
     first = next((event.plan for event in execute(programs, job.control) if isinstance(event, CycleStart)), None)
     block = None if first is None else _block(programs, first)
     if first is None or block is None or not first.plunges:
@@ -84,7 +85,7 @@ def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
 
 
 def _block(programs: Programs, plan: CyclePlan) -> Block | None:
-    """Return the block of a cycle, if its numbers stand in it."""
+    """Return the block of a cycle; None if its numbers are not written in it."""
     sources = [each for each in programs.main.blocks if each.line == plan.line]
     found = read_block(sources[0]) if len(sources) == 1 else None
     return found if found is not None and found.is_plain else None
@@ -93,14 +94,14 @@ def _block(programs: Programs, plan: CyclePlan) -> Block | None:
 def _text(
     programs: Programs, block: Block, plan: CyclePlan, span: float, fastest: float
 ) -> tuple[str, tuple[tuple[float, float], ...]]:
-    """Its text, and E and pick of the blocks that it varies."""
+    """Return the text of the plan, and E and pick of its test blocks."""
     assert plan.plunge_axis is not None
     depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
     numbers = {word.letter: float(str(word)[1:]) for word in block.words}
     target, pick, feed = (numbers.get(letter) for letter in (depth, "J", "E"))
     if target is None or pick is None or feed is None:
         raise CalibrationError(f"{quoted(block.source.text)}: it needs {depth}, J and E of its own for a plan")
-    unit = abs(pick) / plan.primary_pick  # of the program, over mm
+    unit = abs(pick) / plan.primary_pick  # units of the program per mm
     if abs(target - unit * plan.depth_target) > abs(pick):
         raise CalibrationError(
             f"{quoted(block.source.text)}: {depth}{target:g} with picks J{pick:g} is not where the cycle ends; a plan "

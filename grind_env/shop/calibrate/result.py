@@ -30,15 +30,15 @@ BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True, slots=True)
 class FittedConstant:
-    """A constant as it was found.
+    """Fitted constant.
 
     Attributes:
-        parameter: which one, with its value in the catalogue.
-        value: most probable, in the unit of the parameter; that of the catalogue if the measurements do not tell it.
-        low: lower end of the interval that holds it with 90 %, in that unit.
-        high: upper end, in that unit.
-        told: whether the measurements tell it.
-        share: ratio of the spread after measuring to that before.
+        parameter: the constant, with its value in the catalogue.
+        value: most probable value, in the unit of the parameter; the catalogue's if undetermined.
+        low: lower end of the 90 % interval, in the unit of the parameter.
+        high: upper end of the 90 % interval, in the unit of the parameter.
+        told: whether the measurements determine it.
+        share: ratio of the posterior to the prior spread.
     """
 
     parameter: Parameter
@@ -53,8 +53,8 @@ class FittedConstant:
 class Idle:
     """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
 
-    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters. Where the job
-    states the limit of the power itself, idle power alone would lower what is left for grinding: none is `written`.
+    `full` is the power, W, idling included, at which a meter in per cent shows 100; None for other meters. Idle power
+    is not `written` if the job itself states the power limit, because less power would then be left for grinding.
     """
 
     mean: float
@@ -73,16 +73,16 @@ class Calibration:
         program: name of the part program; empty for a table.
         job: job with the catalogue before.
         data: the measurements.
-        fit: fit to all of them.
-        time: time of each in the log, s; NaN for gauged values.
+        fit: fit to all measurements.
+        time: time of each measurement in the log, s; NaN for gauged values.
         judged: prediction errors of each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
         idle: power of the idling spindle in W; None for a table, and if the scale of the meter is unknown.
-        by_stroke: whether strokes have means of their own.
+        by_stroke: whether each stroke has its own mean.
         seen: observations of the log; None for a table.
         meter_scale: reading over true power, a ratio; None if unknown.
         residual: logarithmic standard deviation of the unexplained power of a block, no unit.
-        drift: logarithmic standard deviation of the step of its level from part to part, no unit.
+        drift: logarithmic standard deviation of the step of the power level from part to part, no unit.
         remarks: sentences on how files were read and on what was left out.
     """
 
@@ -104,7 +104,7 @@ class Calibration:
 
     @property
     def fitted(self) -> Job:
-        """The job with the constants that were found."""
+        """The job with the fitted constants."""
         return with_entries(self.job, changes_of(self.fit.parameters, self.fit.z))
 
     @property
@@ -145,8 +145,8 @@ class Calibration:
         """Write the catalogue file, as `grind calibrate -o`.
 
         Raises:
-            WorseFit: the catalogue does so.
-            CalibrationError: nothing was found that could stand in it.
+            WorseFit: the catalogue predicts a kind of measurement better, and `force` is False.
+            CalibrationError: the measurements determine no constant.
             FileError: the folder does not exist or cannot be written to.
         """
         if self.tells_nothing:
@@ -162,7 +162,7 @@ class Calibration:
         write_atomically(Path(path), lambda temporary: temporary.write_text(catalogue_text(self), encoding="utf-8"))
 
     def plot(self) -> "Figure":
-        """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
+        """Return a figure of measured over modelled values, before and after the fit, a panel for each kind.
 
         Raises:
             MissingExtra: matplotlib is not installed.
@@ -175,7 +175,7 @@ class Calibration:
 
 
 def catalogue_text(found: Calibration) -> str:
-    """Return a catalogue file that redefines the entries of the job, with what was found."""
+    """Return the text of a catalogue file that redefines the entries of the job with the fitted constants."""
     lines = [
         f"# Calibrated by `grind calibrate` from {_comment(found.source)}"
         + (f" and {_comment(found.program)}." if found.program else "."),
@@ -206,7 +206,7 @@ def catalogue_text(found: Calibration) -> str:
 
 
 def _idle_rows(job: Job, idle: Idle) -> list[str]:
-    """Return the rows that keep the power above idle, which is the limit of grinding.
+    """Return the rows of idle power and power limit, which keep the power above idle that is left for grinding.
 
     A meter in per cent shows the whole power: 100 % is the limit, idling included.
     """

@@ -18,11 +18,11 @@ COLUMNS = (
     Column("unit", "parameter.unit"),
     Column("spread\nleft", "share", ".0f", "%", right=True, factor=100.0),
 )
-"""Columns of an `Estimate`."""
+"""Columns of a `FittedConstant`."""
 
 
 def told_table(found: Calibration) -> Table:
-    """Return a row for each constant that the measurements tell."""
+    """Return a table with a row for each constant that the measurements determine."""
     return table_of(COLUMNS, [each for each in found.estimates if each.told], f"Calibrated from {found.source}")
 
 
@@ -32,7 +32,7 @@ def said_sentences(found: Calibration) -> list[str]:
 
 
 def show(found: Calibration, console: Console) -> None:
-    """Print what was found, how well it predicts, and what was made of the files."""
+    """Print the verdict, the constants, the prediction errors, and remarks on the files."""
     console.print(found.verdict.headline, style="bold")
     told = told_table(found)
     if told.rows:
@@ -73,7 +73,7 @@ def error_sentences(found: Calibration) -> list[str]:
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
-    """Return the same for `--json`."""
+    """Return the calibration in JSON types, for `--json`."""
     judged, idle = found.judged, found.idle
     same = "source", "program", "residual", "drift", "meter_scale", "by_stroke"
     return {

@@ -12,56 +12,58 @@ from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.measurements.sheet import Floats
 
 OUTLIER = 5.0
-"""Errors from which on a measurement is left out."""
+"""Residual above which a measurement is left out, in standard deviations."""
 MOST_OUTLIERS = 0.1
-"""Share of the measurements of a kind that may be left out."""
+"""Greatest share of the measurements of a kind that may be left out."""
 STEP, LONG_STEP = 0.03, 0.5
-"""Of derivatives, in spreads of the prior; of a model with jumps, over which the long one takes the mean."""
+"""Step of derivatives, in prior spreads; the long one is for a model with jumps, over which it averages."""
 LOOSE = 0.01
-"""Share of the root mean square of the power of all strokes."""
+"""Part of the loose error of power that all strokes share, as a share of the root mean square of their power."""
 HOPELESS = 1e3
-"""Residual of constants with which the process model has no numbers."""
+"""Residual if the process model gives no number for some constants."""
 NEAR = 0.25
-"""Spreads of the prior from where derivatives were taken, up to which a solution needs no new ones."""
+"""Distance from the point of the derivatives, in prior spreads, up to which a solution needs no new derivatives."""
 LONGEST_STEP, MOST_STEPS, MOST_SLOPES = 2.0, 40, 4
-"""Spreads of the prior that a constant moves in a step at most; steps of a solution, and how often its derivatives are
-taken anew."""
+"""Greatest move of a constant in one step, in prior spreads; greatest number of steps of a solution, and of times that
+its derivatives are taken anew."""
 LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
-"""Of half the sum of squares, shares of it and itself: what a step must promise to be worth a run of the machine."""
+"""Least decrease of half the sum of squares that a further step must promise: relative, relative in a rough solution,
+absolute.
+"""
 STEPS_WITHOUT = 2
-"""Steps of a fit to all parts but some."""
+"""Number of steps of a fit without some parts."""
 FARTHEST = 2.0
-"""Spreads from its prior that a nuisance may be."""
+"""Greatest distance of a nuisance from its prior, in prior spreads."""
 TINY = 1e-6
-"""Relative step of the derivatives of residuals over what is predicted."""
+"""Relative step of the predictions in the derivatives of the residuals."""
 
 Changes: TypeAlias = Mapping[str, Mapping[str, float]]
-"""Values by kind of entry and field."""
+"""Changed values of constants, by kind of entry and by field."""
 Changed: TypeAlias = tuple[tuple[str, float], ...]
-"""Names and values of constants that are not as in the catalogue."""
+"""Names and values of constants that differ from the catalogue."""
 Predict: TypeAlias = Callable[[Changes], Floats]
-"""What would be measured with other constants."""
+"""Function from changed constants to predicted measurements."""
 
 LINEAR = ("power",)
-"""Kinds of measurement with additive errors, beside which those of the others are relative."""
+"""Kinds of measurement with additive errors and a meter scale; kinds not here or in `ABSOLUTE` have relative errors."""
 ABSOLUTE = ("size", "diameter")
-"""Those whose level the scale of no meter multiplies."""
+"""Kinds of measurement with additive errors and without a meter scale."""
 GAUGED = (*ABSOLUTE, "Ra")
-"""Those of single parts."""
+"""Kinds of measurement of single parts."""
 YES_OR_NO = "burn"
-"""A measurement of 1 or 0, whose prediction is the logit of its probability."""
+"""Kind of measurement with the values 1 and 0; its prediction is the logit of the probability."""
 
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Measurements; arrays have a value for each."""
+    """Measurements; each array has a value for each measurement."""
 
-    value: Floats  # measured
-    # standard error, in the unit of the value if its kind has additive errors, else relative; of yes or no the share of
+    value: Floats  # measured value
+    # standard error, in the unit of the value for kinds with additive errors, else relative; for yes or no the share of
     # yes that passes for no
     error: Floats
-    kind: NDArray[np.str_]  # such as power or Ra
-    part: NDArray[np.int64]  # number of the part that it is of, from 1; the setting of a table
+    kind: NDArray[np.str_]  # kind of measurement, such as power or Ra
+    part: NDArray[np.int64]  # number of its part, from 1, or of its setting in a table
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -69,7 +71,7 @@ class Data:
 
     @property
     def loose_error(self) -> Floats:
-        """Standard errors as they are where the model does not follow: of weak strokes it then tells little."""
+        """Standard errors with an allowance for errors of the model, with which weak strokes count little."""
         power = self.kind == "power"
         usual = np.sqrt(np.mean(np.square(self.value[power]))) if power.any() else 0.0
         return np.where(power, np.hypot(self.error, LOOSE * usual), self.error)
@@ -78,12 +80,12 @@ class Data:
 class Nuisance(NamedTuple):
     """Factor on measurements that is no constant of a catalogue."""
 
-    spread: float  # logarithmic standard deviation before measuring
-    effect: Floats  # on each measurement, over its own logarithm
+    spread: float  # prior logarithmic standard deviation
+    effect: Floats  # change of the logarithm of each measurement over the change of the factor's logarithm
 
 
 def bounded(x: Floats) -> Floats:
-    """Return nuisances within `FARTHEST` spreads: a known meter is not bent to fit a model."""
+    """Return nuisances limited to `FARTHEST` spreads, so that a known meter is not changed to fit a model."""
     return np.asarray(FARTHEST * np.tanh(x / FARTHEST))
 
 
@@ -163,10 +165,10 @@ class Solver:
         *,
         roughly: bool = False,
     ) -> Floats:
-        """Return the most probable variables; those that are not free stay as they are.
+        """Return the most probable variables; those that are not `free` stay unchanged.
 
-        Gauss-Newton steps with damping. A run of the machine corrects the derivatives of those before (Broyden), and
-        derivatives are taken anew where the solution is far from their place, unless it may be found `roughly`.
+        Gauss-Newton steps with damping. Every run of the machine corrects the derivatives (Broyden). They are taken
+        anew where the solution is far from their point, unless it may be found `roughly`.
         """
         if not free.any():
             return x
@@ -200,7 +202,7 @@ class Solver:
         return x
 
     def _take_slopes(self, x: Floats) -> None:
-        """Take the derivatives of what is predicted, shape (measurements, variables), at some variables."""
+        """Take the derivatives of the predictions at `x`, shape (measurements, variables)."""
         here, columns = self.predicted(x), []
         for k in range(self.size):
             ends = []
@@ -213,12 +215,12 @@ class Solver:
         self._at, self._slopes = x.copy(), np.nan_to_num(np.column_stack(columns))
 
     def begin_with(self, other: "Solver", ratio: Floats) -> None:
-        """Take over the derivatives of another solver, whose variables are `ratio` times as wide."""
+        """Take over the derivatives of another solver, whose variables are `ratio` times those of this one."""
         if other._slopes is not None and other._at is not None:
             self._at, self._slopes = other._at / ratio, other._slopes * ratio
 
     def _correct(self, x: Floats, moved: Floats, here: Floats, there: Floats) -> None:
-        """Correct the derivatives by the difference that a step has made (Broyden, Math. Comp. 19 (1965) 577)."""
+        """Correct the derivatives by the change of the predictions in a step (Broyden, Math. Comp. 19 (1965) 577)."""
         assert self._slopes is not None
         step = moved - x
         missed = np.nan_to_num(there - here - self._slopes @ step)
@@ -238,7 +240,7 @@ class Solver:
         return ((above - below) / (2.0 * push[used]))[:, None] * self._slopes[used]
 
     def covariance(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
-        """Return that of all variables around the most probable ones."""
+        """Return the covariance of all variables around the most probable ones, shape (variables, variables)."""
         if not self._is_at(x):
             self._take_slopes(x)
         slopes = self.slopes(x, used, factors)
@@ -252,7 +254,7 @@ class Solver:
         factors: Mapping[str, float],
         free: NDArray[np.bool_],
     ) -> Floats:
-        """Return what a fit to all measurements but some `rows` predicts of these, starting from a fit `x` to all."""
+        """Return the predictions of some `rows` by a fit to all other measurements; it starts from a fit `x` to all."""
         others = used & ~rows
         for _ in range(STEPS_WITHOUT):
             rest, slopes = self.residuals(self.predicted(x), others, factors), self.slopes(x, others, factors)[:, free]
@@ -262,7 +264,7 @@ class Solver:
         return self.predicted(x)[rows]
 
     def without_outliers(self, x: Floats, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the measurements that are near what is predicted, as errors that may be too small say."""
+        """Return which measurements are near their predictions, by their errors or a larger scatter of residuals."""
         everything = self.residuals(self.predicted(x), np.ones(used.size, np.bool_), dict.fromkeys(self._of_kind, 1.0))
         kept = used.copy()
         for kind, chosen in self._of_kind.items():
@@ -279,7 +281,7 @@ class Solver:
     ) -> dict[str, float]:
         """Return factors on the errors that make the residuals of every kind consistent; never below 1.
 
-        `gauged` kinds keep their errors: power values with small errors would overrule their few values.
+        If `gauged` is False, kinds of single parts keep their errors, so that power values do not overrule them.
         """
         predicted, plain = self.predicted(x), dict.fromkeys(factors, 1.0)
         everything = self.residuals(predicted, np.ones(used.size, np.bool_), plain)
@@ -293,7 +295,7 @@ class Solver:
         return result
 
     def _effective(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> float:
-        """Return how many variables the measurements determine."""
+        """Return the effective number of variables that the measurements determine."""
         slopes = self.slopes(x, used, factors)
         information = slopes.T @ slopes
         return float(np.trace(np.linalg.solve(information + np.eye(self.size), information)))

@@ -1,7 +1,7 @@
-"""Fit a table of settings with readings, without a log.
+"""Fit the process model to a table of settings with readings, without a log.
 
-A row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns are named as here; a map
-says which they are where they are not: `[table]` of the map, with `table_speed = "vw"`.
+Each row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns have the names below, or
+the table `[table]` of a map assigns them, as in `table_speed = "vw"`.
 """
 
 import math
@@ -27,27 +27,27 @@ from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, WATTS, F
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
-"""What a row sets; `depth` is that of the dress."""
+"""Settings of a row; `depth` is the depth of the dress."""
 RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")
-"""What is measured."""
+"""Measured quantities."""
 SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
-"""Limits of both: every setting that is stated is read, and what is measured is above 0."""
+"""Limits of both: every setting must be readable, and measured values are above 0."""
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
-"""Constants that settings tell and a log does not."""
+"""Further constants that settings determine, but a log does not."""
 LEAST_SETTING = 1e-9
-"""Least setting of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
+"""Value of a setting (m/s, mm/s or mm) up to which it counts as missing: with it nothing would be ground."""
 MOST_STROKES = 100_000
-"""Most strokes of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
+"""Greatest number of strokes of a setting, far more than a wheel lasts; a fit grinds a setting some hundred times."""
 
 
 class _Row(NamedTuple):
-    """A row that has a response."""
+    """Row of the table that has a response."""
 
     setting: tuple[tuple[str, float], ...]
-    volume: float  # mm3/mm; NaN for a wheel that is sharp
+    volume: float  # ground volume, mm3/mm; NaN for a sharp wheel
 
 
 def calibrate_table(
@@ -58,9 +58,9 @@ def calibrate_table(
     names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
-    """Fit the process model to a table of settings; arguments as of `calibrate`.
+    """Fit the process model to a table of settings; arguments as in `calibrate`.
 
-    The part of the job is ground where a row says nothing else.
+    Dimensions and wheel speed that the table does not have are those of the job.
     """
     said = read_map(map_file)
     settings = load_job(job, plant=MODEL)
@@ -112,7 +112,7 @@ def calibrate_table(
 
 
 def _missed(fitted: Fit, data: Data) -> float:
-    """Logarithmic standard deviation of the forces of a setting that the model does not follow; 0 if none is known."""
+    """Return the logarithmic standard deviation of the forces of a setting around the model; 0 without forces."""
     if (data.kind == "power").any():
         return missed(fitted, data, np.where(data.kind == "power", data.part, 0))[0]
     forces = fitted.used & np.isin(data.kind, FORCES)
@@ -121,7 +121,7 @@ def _missed(fitted: Fit, data: Data) -> float:
 
 
 def _units(name: str, width: float) -> Mapping[str, float]:
-    """Return the units of a column, to m/s, mm/s, W, um and N and mm3 per mm of width; the first is the usual one."""
+    """Return the legal units of a column with factors to m/s, mm/s, W, um, N/mm and mm3/mm; the default comes first."""
     return {
         "wheel_speed": {"m/s": 1.0, "m/min": 1.0 / 60.0},
         "table_speed": {"mm/min": 1.0 / 60.0, "m/min": 1000.0 / 60.0, "mm/s": 1.0, "m/s": 1000.0},

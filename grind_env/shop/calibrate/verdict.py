@@ -1,6 +1,6 @@
 """The verdict on a fitted model for terminal, report, JSON and exit status: usable or not, and for what.
 
-A kind of measurement is judged by parts or settings that are left out in turn: the fit to the others must predict it
+A kind of measurement is judged by parts or settings that are held out in turn: the fit to the others must predict them
 no worse than the catalogue does.
 """
 
@@ -20,14 +20,14 @@ with needing("shop", "a calibration needs"):
     from scipy import special
 
 WORSE = 1.1
-"""Times the error of the catalogue from which on a fit is worse."""
+"""Ratio of the fit's error to the catalogue's error above which the fit is worse."""
 SURE, NORMAL = 0.9, 1.2816
-"""Probability with which it must be so by the scatter between parts (Student) and by errors of measuring (normal)."""
+"""Probability that the fit is worse, by the scatter between parts (Student); its quantile for errors of measuring."""
 CONTRADICTED = 3.0
-"""Logarithm of how much likelier what was seen of burn is by the catalogue, from which on a fit is worse: 20 times."""
+"""Logarithm of the likelihood ratio of the burn data, catalogue over fit, above which the fit is worse: 20 times."""
 SLIGHTLY: Mapping[str, float] = {"size": 0.2, "diameter": 0.002}
-"""By how much the error must be larger, too, um and mm; of other kinds `SLIGHTLY_OTHERS`: where the catalogue is right
-to .1 % a fit is off by .3 %."""
+"""Least increase of the error by a worse fit, um and mm; `SLIGHTLY_OTHERS` for other kinds. Where the catalogue is
+right to .1 % a fit is off by .3 %."""
 SLIGHTLY_OTHERS = 0.005
 PURPOSES: Mapping[str, Collection[str]] = {
     "E and dressing": ("power", "Ft", "Fn"),
@@ -36,17 +36,17 @@ PURPOSES: Mapping[str, Collection[str]] = {
     "burn": (YES_OR_NO,),
     "wheel wear": ("diameter", "wear", "G"),
 }
-"""What a model is used for, and the kinds of measurement of which one must have been seen for it."""
+"""Uses of a model, each with the kinds of measurement of which one must exist."""
 OWN: Mapping[str, Collection[str]] = {
     "size": ("material.heat_factor",),
     "Ra": ("wheel.roughness", "wheel.roughness_rate"),
     YES_OR_NO: ("material.tempering_rise",),
     **dict.fromkeys(PURPOSES["wheel wear"], ("wheel.g_ratio", "material.g_ratio_exponent", "wheel.initial_wear")),
 }
-"""Constants that are kept as the catalogue has them where a fit predicts a kind of measurement worse."""
+"""Constants that keep the catalogue's values if the fit predicts a kind of measurement worse, by kind."""
 
 Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
-"""By kind of measurement: how many, root mean square error of the catalogue and of the fit."""
+"""By kind of measurement: number of measurements, root mean square error of the catalogue and of the fit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class FitJudgement:
     kept: tuple[str, ...] = ()  # kinds that keep the catalogue's constants
 
     def verdict(self, *, tells_nothing: bool) -> "FitVerdict":
-        """Return whether the model may be used, and for what; `tells_nothing` of a fit that found no constant."""
+        """Return whether the model may be used, and for what; `tells_nothing` if the fit determined no constant."""
         if self.worse:
             return FitVerdict("bad", f"Do not use the fit: the catalogue predicts {listed(self.worse)} better.")
         if tells_nothing:
@@ -93,7 +93,7 @@ def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Flo
             continue
         is_held_out = bool(np.isfinite(held_out[mine]).all())
         before, after, test = (_misses(data, mine, each) for each in (nominal, predicted, held_out))
-        # else nobody has looked for burn
+        # if all burn errors are above 0, nobody has looked for burn
         for found, misses in ((errors, after), (without, test if is_held_out else None)):
             if misses is not None and (kind != YES_OR_NO or not data.error[mine].all()):
                 found[kind] = int(mine.sum()), _usual(before), _usual(misses)
@@ -112,7 +112,7 @@ def _is_worse(kind: str, data: Data, mine: NDArray[np.bool_], before: Floats, af
     scatter = (
         float(more.std(ddof=1)) / np.sqrt(more.size) * special.stdtrit(more.size - 1, SURE) if more.size > 1 else 0.0
     )
-    # an error of measuring moves the difference of two squares by twice the difference of what is missed
+    # a measuring error moves the difference of two squares by twice the difference of the prediction errors
     error = data.error[mine] / (_usual(data.value[mine]) if kind in LINEAR else 1.0)
     noise = NORMAL * float(np.sqrt(np.mean(np.square(2.0 * error * (after - before))) / part.size))
     fit, catalogue = _usual(after), _usual(before)
@@ -121,7 +121,7 @@ def _is_worse(kind: str, data: Data, mine: NDArray[np.bool_], before: Floats, af
 
 
 def _misses(data: Data, mine: NDArray[np.bool_], predicted: Floats) -> Floats:
-    """Return by how much measurements of one kind are missed, in its unit."""
+    """Return the prediction errors of one kind: relative, logarithmic, or in the unit of an `ABSOLUTE` kind."""
     kind, value, guess = str(data.kind[mine][0]), data.value[mine], predicted[mine]
     if kind == YES_OR_NO:
         return np.asarray(value - (1.0 - data.error[mine]) / (1.0 + np.exp(-np.clip(guess, -50.0, 50.0))))

@@ -51,7 +51,7 @@ def advise(
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
     from grind_env.shop.advise.state import held
 
-    assert state is not None  # the usual name has been filled in
+    assert state is not None  # the default name has been filled in
     request = AdviceRequest(
         program=program,
         job=job,

@@ -8,7 +8,7 @@ import typer
 from grind_env.arguments import JOB, PROGRAM, Asked, Writes
 
 BATCH = 30
-"""Parts of a batch that is advised on, if their number is not given."""
+"""Default number of parts of an advised batch."""
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program (.nc)."), PROGRAM]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; default PROGRAM with .toml."), JOB]
@@ -39,7 +39,7 @@ Interrupts = Annotated[
 
 
 def prepare_report(report: Path | None) -> None:
-    """Find out, before the work, whether the page of `--report` can be written, if one is asked for."""
+    """Check, before the work, that the page of `--report` can be written, if one is asked for."""
     from grind_env.shop.report.document import prepare_page
 
     if report is not None:

@@ -13,17 +13,17 @@ CLOCK = re.compile(
     rf"(?:({DATE})[ T,_]+)?(?:(\d{{1,3}}):)?(\d{{1,2}}):(\d{{2}}(?:[.,:]\d+)?)\s*(?:([AaPp])[Mm])?"
     r"(?:\s*(?:Z|UTC|[-+]\d{2}:?\d{2}))?"
 )
-"""Date, hours, minutes, seconds with a fraction, and half of the day."""
+"""Groups: date, hours, minutes, seconds with a fraction, half of the day (A or P)."""
 DATES = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d", "%d-%b-%Y", "%d-%b-%y", "%Y-%b-%d")
 HOUR, DAY = 3600.0, 86_400.0
 CROWD = 20
-"""Rows that share each time from which on the times `14:05` are hours and minutes, and not minutes and seconds."""
+"""Rows with the same time, on average, from which on `14:05` is hours and minutes, not minutes and seconds."""
 BACK = {HOUR: 60.0, DAY: 3700.0}
-"""s by which a clock that begins anew after an hour or a day may go back: rows out of order, the end of summer time."""
+"""Greatest step back of a clock that has not begun anew, s, by its period: rows out of order, end of summer time."""
 
 
 def clock_seconds(texts: Sequence[str]) -> NDArray[np.float64]:
-    """Return clock times as seconds that go on over midnight; NaN where a text is no time.
+    """Return clock times in s, counted on beyond midnight; NaN where a text is no time.
 
     Without a date, a clock that goes back by more than `BACK` has begun anew.
     """
@@ -47,9 +47,9 @@ def clock_seconds(texts: Sequence[str]) -> NDArray[np.float64]:
 
 
 def _days(dates: Sequence[str | None]) -> NDArray[np.float64] | None:
-    """Return the days of dates; None without dates.
+    """Return the days since the first date; None without dates.
 
-    Where the order of day and month cannot be told, it is the one that makes the column the shortest time.
+    If the order of day and month is ambiguous, the order with the shortest total time is taken.
     """
     distinct = {date: re.sub("[/.]", "-", date) for date in dates if date}
     readings = []

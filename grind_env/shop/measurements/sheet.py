@@ -1,7 +1,7 @@
 """A measured file with rows and columns, as machines, data loggers, gauges and spreadsheets export it.
 
-Logs, gauge files, tables of settings and the measurements of `grind advise` are all read here, by the same rules. A
-cell is a number, is missing (`MISSING`), or is named with its column, row and count; too many of those are refused.
+Logs, gauge files, tables of settings and the measurements of `grind advise` are read here by the same rules. A cell
+that is neither readable nor missing (`MISSING`) is reported; too many such cells are refused.
 """
 
 import csv
@@ -25,17 +25,17 @@ Floats = NDArray[np.float64]
 
 SEPARATORS = (";", "\t", "|", ",", " ")
 MOST_COLUMNS, MOST_LINES = 1000, 20
-"""Of a file, and of a quoted cell."""
+"""Greatest number of columns of a file, and of lines of a quoted cell."""
 BEYOND, LATEST = 1e12, 1e19
-"""What no measurement reaches in any unit, and no time, not even that of a clock in ns since 1970."""
+"""Numbers that no measurement reaches in any unit, and no time reaches, even in ns since 1970."""
 LOOKED_AT, HEAD = 200, 5000
-"""Rows in which layout and marks are looked for, the last ones of so many lines at the beginning."""
+"""Rows from which layout and marks are inferred: the last `LOOKED_AT` of the first `HEAD` lines."""
 USUAL_SHARE = 0.6
-"""Usual share of the lines that must have columns."""
+"""Least share of the lines that a separator must divide into columns."""
 BAD_SHARE, IN_A_ROW = 0.02, 3
 """Share of unreadable cells, and number of them in consecutive rows, from which on a column is refused."""
 MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
-"""What stands where nothing was measured."""
+"""Text of a cell where nothing was measured."""
 _MARKS = str.maketrans(
     {**dict.fromkeys("\u2212\u2013\u2014", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
 )
@@ -44,13 +44,13 @@ UNITS = re.compile(
     r"(?i)[\[(]?\s*(ms|s|sec|sek|min|h|us|µs|w|kw|watt|hp|ps|%|a|amp|ampere|mm|µm|um|in|inch|m/min|mm/min|mm/s|m/s|-|°c"
     r"|n|(hh:)?mm:ss(\.\w+)?|)\s*[\])]?"
 )
-"""What a line of units consists of."""
+"""Cell of a line of units."""
 YES = re.compile("1([.,]0)?|true|y(es)?|on|ja?|ein|x|si?|o(ui)?|aan|burnt?|brand|nok|nio")
 NO = re.compile("0([.,]0)?|false|no?|off|nein|aus|non|nee|uit|none|ok|io|keiner?")
 MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
 MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
-"""Factors of units; the first unit is that of a heading without one."""
+"""Factors of units; the first unit is the default for a heading without a unit."""
 
 
 def _number_with(decimal: str, group: str) -> re.Pattern[str]:
@@ -64,7 +64,7 @@ _VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
 
 
 class SheetError(GrindError):
-    """A measured file that is no table, or a cell that cannot be read."""
+    """Measured file that is no table, or cell that cannot be read."""
 
 
 class _Record(NamedTuple):
@@ -73,7 +73,7 @@ class _Record(NamedTuple):
 
 
 class Heading(NamedTuple):
-    """A column's name, and its unit if one is stated."""
+    """Name of a column, and its unit if one is stated."""
 
     name: str
     unit: str
@@ -83,18 +83,18 @@ class Heading(NamedTuple):
 class Sheet:
     """Rows and columns of a file; a faulty cell gives a `SheetError` that names it."""
 
-    path: Path  # of the file
-    headings: tuple[Heading, ...]  # of the columns; `column 1` and so on of a file without
-    rows: Sequence[Sequence[str]]  # of cells as texts
+    path: Path  # path of the file
+    headings: tuple[Heading, ...]  # headings of the columns; `column 1` and so on if the file has none
+    rows: Sequence[Sequence[str]]  # cells of each row, as texts
     lines: Sequence[int]  # number of the line in the file where each row begins
-    separator: str  # between columns
-    remarks: list[str]  # sentences about what was made of the file; reading a column adds its own
+    separator: str  # separator of the columns
+    remarks: list[str]  # sentences on how the file was read; reading a column adds its own
 
     def texts(self, column: int) -> list[str]:
         return [row[column] for row in self.rows]
 
     def values(self, column: int) -> Floats:
-        """Return a column as numbers; NaN where a cell is none."""
+        """Return a column as numbers; NaN where a cell is no number."""
         texts, unit = self.texts(column), self.headings[column].unit or "%"
         cells = {text: _plain(text).removesuffix(unit).rstrip() for text in set(texts)}
         decimal = self._decimal(column, cells)
@@ -104,7 +104,7 @@ class Sheet:
     def numbers(
         self, column: int, *, above: float = -np.inf, beyond: float = BEYOND, bad_share: float = BAD_SHARE
     ) -> Floats:
-        """Return a column as numbers above and below some; NaN where a cell is missing or was left out."""
+        """Return a column as numbers above `above` and below `beyond`; NaN where a cell is missing or was left out."""
         values = self.values(column)
         for row in np.flatnonzero(np.abs(values) >= beyond).tolist():
             raise self.not_measured(column, row)
@@ -116,7 +116,7 @@ class Sheet:
         return self.factor(column, units) * self.numbers(column, **limits)
 
     def factor(self, column: int, units: Mapping[str, float], said: object = None) -> float:
-        """Return the factor of the unit of a column: said by a map, or by its heading, else the first one."""
+        """Return the factor of a column's unit: the unit that a map or the heading states, else the first one."""
         name, unit = self.headings[column]
         unit = unit if said is None else str(said)
         factor = units.get(plain(unit).replace("^", "") or next(iter(units)))
@@ -143,9 +143,9 @@ class Sheet:
         return sum(CLOCK.fullmatch(text) is not None for text in looked) > 0.5 * len(looked)
 
     def checked(self, column: int, values: Floats, what: str, bad_share: float = BAD_SHARE) -> Floats:
-        """Return the values of a column; where one is NaN though its cell is not missing, a remark names the cell.
+        """Return the values of a column; a remark names a cell that is neither readable (NaN) nor missing.
 
-        Too many of them, or several in consecutive rows, are refused.
+        Too many such cells, or several in consecutive rows, are refused.
         """
         texts, name = self.texts(column), quoted(self.headings[column].name)
         unread = np.flatnonzero(np.isnan(values)).tolist()
@@ -215,7 +215,7 @@ def read_sheet(path: Path) -> Sheet:
 
 
 def sheet_of(path: Path, text: str) -> Sheet | None:
-    """Return a text whose first row names its columns, however few rows follow; None of an empty text."""
+    """Return the table of a text whose first row names the columns, with any number of rows; None for an empty text."""
     counts = {each: text.lstrip("\n").partition("\n")[0].count(each) for each in (",", *SEPARATORS[:3])}
     separator = max(counts, key=lambda each: counts[each])
     records = [record for record in _records(path, text, separator) if record.cells]
@@ -224,7 +224,7 @@ def sheet_of(path: Path, text: str) -> Sheet | None:
 
 
 def read_measured(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `SheetError` says that it is none."""
+    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `SheetError` says that the file is no text."""
     try:
         data = read_bytes(path)
     except ReadError as error:
@@ -246,7 +246,7 @@ def plain(text: str) -> str:
 
 
 def _records(path: Path, text: str, separator: str) -> list[_Record]:
-    """Return all rows; those of blank lines have no cells."""
+    """Return all rows; rows of blank lines have no cells."""
     lines, records, line = text.split("\n"), list[_Record](), 1
     joined = (" ".join(each.split()) if separator == " " else each for each in lines)
     reader = csv.reader(
@@ -269,7 +269,7 @@ def _records(path: Path, text: str, separator: str) -> list[_Record]:
 def _sheet(
     path: Path, headings: Sequence[Heading], records: Sequence[_Record], separator: str, strict: bool = False
 ) -> Sheet:
-    """Return rows under their names; a row with more cells than names is refused, or left out where it is rare."""
+    """Return the table of some rows; rows with more cells than headings are refused, or left out if they are few."""
     width = max((k + 1 for k, heading in enumerate(headings) if heading.name), default=0)
     wide = [k for k, record in enumerate(records) if any(record.cells[width:])]
     remarks = []
@@ -285,7 +285,7 @@ def _sheet(
 
 
 def _layout(path: Path, text: str) -> tuple[str, int]:
-    """Return what stands between columns, and how many there are."""
+    """Return the separator of the columns, and the number of columns."""
     head = re.sub(r'"[^"]*"', "0", "\n".join(text.split("\n", HEAD)[:HEAD])).split("\n")
     looked, layouts = _rows_of([line for line in head if line.strip()]), list[tuple[float, str, int]]()
     for separator in SEPARATORS:
@@ -310,7 +310,7 @@ def _layout(path: Path, text: str) -> tuple[str, int]:
 
 
 def _rows_of(lines: Sequence[Any]) -> Sequence[Any]:
-    """Return some lines that are rows: a file may begin with lines about itself."""
+    """Return some lines that are rows, without lines of description at the beginning of a file."""
     head = lines[:HEAD]
     return head[len(head) // 2 :][-LOOKED_AT:]
 
@@ -325,19 +325,19 @@ def _is_value(cell: str) -> bool:
 
 
 def _is_row(cells: Sequence[str], measured: Sequence[int]) -> bool:
-    """Return whether all measured columns have a value or nothing, and one has a value."""
+    """Return whether every measured column has a value or is missing, and at least one has a value."""
     filled = [cells[k] for k in measured if k < len(cells) and not is_missing(cells[k])]
     return bool(filled) and all(map(_is_value, filled))
 
 
 def _are_many(rows: Sequence[int], among: int, share: float = BAD_SHARE) -> bool:
-    """Return whether these rows are too many among others, or some follow one another."""
+    """Return whether bad rows are too many among all, or several of them are consecutive."""
     in_a_row = any(last - first < IN_A_ROW for first, last in zip(rows, rows[IN_A_ROW - 1 :], strict=False))
     return in_a_row or len(rows) >= share * among
 
 
 def _plain(cell: str) -> str:
-    """Return a cell with the minus sign, blanks and apostrophes of a keyboard."""
+    """Return a cell with typographic minus signs, blanks and apostrophes replaced by those of a keyboard."""
     return cell if cell.isascii() else cell.translate(_MARKS).strip()
 
 
@@ -350,7 +350,7 @@ def _number(cell: str, decimal: str) -> float:
 
 
 def _decimals(cells: Collection[str]) -> tuple[int, int, set[str]]:
-    """Return how many plain cells must have a decimal point, and how many a comma, and those that may have either."""
+    """Return how many plain cells need a decimal point, how many a comma, and the cells that may have either."""
     point, comma = ({cell for cell in cells if NUMBERS[mark].fullmatch(cell)} for mark in ".,")
     return len(point - comma), len(comma - point), {cell for cell in point & comma if "." in cell or "," in cell}
 

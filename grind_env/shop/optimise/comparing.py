@@ -17,19 +17,19 @@ from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse
 
 FINALISTS, BEYOND = 8, (1.12, 1.3, 1.7, 2.5)
-"""Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
-shares of what is asked. So many of these lie evenly from that of the best one down to the least that any has come to,
-since much that the search finds within what is asked is beyond it on other lots and machines; and some beyond 1, since
-it is the other way round, too."""
+"""Number of finalists, besides steps towards the best program, and levels above 1. A finalist is the cheapest program
+with at most a certain share of the limits. These shares lie evenly from that of the best program down to the least,
+because many programs that keep the limits in the search exceed them on other lots and machines. The levels above 1
+exist because the opposite happens, too."""
 STEP_BY_STEP = 3, 8
-"""Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
+"""Number of finalists and of lots in the comparison of a program that the control executes, a thousand times slower."""
 FEWER = 4
-"""Generations, or programs, of a search without a limit, over those of the whole one."""
+"""Divisor of the generations, or programs, of a search without a limit."""
 OVER = 1.2
-"""Times the budget up to which words without each limit are searched."""
+"""Multiple of the budget up to which words without each limit are searched."""
 
 FREE = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
-"""Field of a part that holds a limit, and what it is without."""
+"""Field of a part that has each limit, and its value without the limit."""
 
 
 def compared(
@@ -37,10 +37,10 @@ def compared(
 ) -> list[Point]:
     """Return programs in the order of judgement, at least one.
 
-    A search on few machines rarely meets those on which a program is bad. Its cheapest programs, by level of the
-    limits, and steps towards the best of them are ground on many more machines; from the best one steps continue while
-    they improve. The cheapest is judged first, then the cheapest at lower levels of the limits, and then the result of
-    the search, if time was too short for more machines.
+    A search on few machines rarely meets the machines on which a program is bad. Many more machines therefore grind its
+    cheapest programs at several levels of the limits, and steps towards the best of them; steps continue from the best
+    one while they improve. The cheapest program is judged first, then the cheapest at lower levels of the limits. If
+    time was too short for more machines, the result of the search follows.
     """
     if not variation.base.simulation.compiled:
         return _step_by_step(variation, search.ranked)
@@ -58,7 +58,7 @@ def compared(
 
 
 def front(tried: Mapping[Point, Trade], quantity: str, beyond: Sequence[float] = ()) -> list[Point]:
-    """Return the cheapest program within all limits, then the cheapest at stricter levels, then those beyond."""
+    """Return the cheapest program within all limits, then the cheapest at stricter levels, then at levels `beyond`."""
     cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
     shares = [tried[point].share for point in cheap]
     least = min(shares)
@@ -85,8 +85,8 @@ def freed_of(
 ) -> dict[str, Freed]:
     """Return the best words without each limit: their saving on unseen lots, and their excess over the limit.
 
-    A limit that no program of `found` exceeds costs nothing; its share is the best words'. Limits are left out when the
-    time is up.
+    A limit that no program of `found` exceeds costs nothing; its share is of the best words. Limits are left out when
+    the time is up.
     """
     quantity, budget = variation.options.quantity, variation.budget
     new = judgement.measured(best)

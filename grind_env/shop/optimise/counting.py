@@ -1,7 +1,7 @@
 """Write a dress interval into a program: a counter of parts or blocks, and D words that read it.
 
-A counter is a # variable above 499, which the control keeps from one run of a program to the next. Whatever another
-program has left in it, it counts on from that, and at most the first interval is another one.
+A counter is a # variable above 499, which the control keeps from one run of a program to the next. It counts on from
+any value that another program has left in it; then at most the first interval differs.
 """
 
 import re
@@ -16,7 +16,7 @@ from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.editing import Edit, ProgramText
 
 KEPT = range(500, 1000)
-"""Variables that are kept from run to run."""
+"""Variables that the control keeps from run to run."""
 
 _NUMBER = re.compile(r"#[ \t\[]*(\d+)")
 _COMMENT = re.compile(r"\([^()]*\)")
@@ -26,17 +26,17 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 class Counting(NamedTuple):
     """Text of a dress interval in a program."""
 
-    interval: DressInterval  # what is counted
+    interval: DressInterval  # dress interval to count
     due: int  # number of the variable that is 1 where a dress is due, else 0
-    counter: int  # number of the variable that counts
-    before: tuple[SourceText, ...]  # blocks before which it is counted
+    counter: int  # number of the counting variable
+    before: tuple[SourceText, ...]  # blocks before which the counting lines are written
 
     def word(self, executions: Decimal) -> str:
         """Return the text behind the letter of a D word."""
         return f"#{self.due}" if executions == 1 else f"[{executions:f}*#{self.due}]"
 
     def edits(self, text: ProgramText) -> list[Edit]:
-        """Return the lines that count, before each of the blocks."""
+        """Return the edits that write the counting lines before each of the blocks."""
         found = _LINE_END.search(text.text)
         end = found[0] if found else "\n"
         lines = "".join(f"{line}{end}" for line in self.lines)
@@ -69,7 +69,7 @@ def counting_of(
 
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
-    """Return the blocks that dress where these are counted, else the first of the main program that says anything."""
+    """Return the dressing blocks if blocks are counted, else the first block of the main program that is not empty."""
     if interval.of == "block":
         return tuple(dict.fromkeys(blocks))
     return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)

@@ -1,7 +1,7 @@
 """Lead, depth and passes in the text of a dress program: F, infeed words, and the number of passes.
 
-What an edit comes to is always measured on the text so edited (`machine.dress_program`); what cannot be said by other
-numbers in its words is refused.
+The effect of an edit is always measured on the edited text (`machine.dress.program`). A change that other numbers in
+its words cannot express is refused.
 """
 
 from collections.abc import Sequence
@@ -31,29 +31,29 @@ from grind_env.shop.optimise.editing import (
 
 SIXTY = 60.0
 NEAR = 1e-6
-"""Relative; words are decimal numbers, and inches exact."""
+"""Relative difference of values that are equal; words are decimal numbers, and inches exact."""
 
 
 class DressTextError(GrindError):
-    """Something that a dress program cannot be made to say by other numbers in its words."""
+    """Change of a dress program that other numbers in its words cannot express."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DressText:
-    """A dress program as it is written."""
+    """Text of a dress program."""
 
-    simulation: JobSimulation  # of the program that it belongs to
-    text: ProgramText  # of the file
+    simulation: JobSimulation  # simulation of the program that it belongs to
+    text: ProgramText  # text of the file
     number: int  # its O number
     run: DressRun  # one execution
     sources: Sequence[SourceText]  # its blocks
     feeds: Sequence[tuple[SourceText, Word]]  # F words of the passes with their blocks
-    # infeed words of the passes with their blocks, in the order of the passes; None without their own
+    # infeed words with their blocks and infeeds, mm, in the order of the passes; empty if the dresser itself advances
     infeeds: Sequence[tuple[SourceText, Word, float]]
-    unit: Decimal  # mm of a unit of its words
+    unit: Decimal  # unit of its words, mm
 
     def own(self, name: str) -> Decimal:
-        """Return its values, in its own units."""
+        """Return the written lead, depth or passes, in the units of the program."""
         plan = self.run.plan
         if name == "passes":
             return Decimal(plan.passes)
@@ -67,13 +67,13 @@ class DressText:
         return (Decimal(str(depths.pop())) / self.unit).quantize(Decimal("0.00001")).normalize()
 
     def setting(self, name: str, value: float) -> float:
-        """Lead, depth or passes in units of `BlockSettings`: of a feed in mm/min, mm/s; of an infeed, mm, the mean."""
+        """Return a value in units of `BlockSettings`: feed (lead) in mm/s, mean infeed (depth) in mm, or passes."""
         if name == "lead":
             return value / SIXTY
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value
 
     def writable(self, name: str, levels: Sequence[Decimal]) -> tuple[Decimal, ...]:
-        """Return the values that the program can express."""
+        """Return the levels that the program can express."""
         if name == "passes":
             return tuple(level for level in levels if self._says(name, level))
         other = next((level for level in levels if level != self.own(name)), None)
@@ -82,7 +82,7 @@ class DressText:
         return tuple(levels)
 
     def changes(self, name: str, level: Decimal) -> list[WordEdit]:
-        """Return the values that can be changed: a lead or a depth."""
+        """Return the edits that change lead or depth to a level."""
         if name == "lead":
             return [other_number(source, word, like(level, number_text(source, word))) for source, word in self.feeds]
         for absolute in (False, True):
@@ -92,7 +92,7 @@ class DressText:
         raise DressTextError(f"an infeed of {level:f} cannot be written into O{self.number}")
 
     def with_passes(self, text: ProgramText, passes: Decimal) -> ProgramText:
-        """Return the text with fewer passes, the last ones left out, or with more of them, the last two once again."""
+        """Return the text with another number of passes: the last passes are left out, or the last two are repeated."""
         ends = [self.run.motions[k].line for k in self.run.strokes]
         count, own, lines = int(passes), len(ends), text.lines
         if len(set(ends)) < own:
@@ -115,7 +115,7 @@ class DressText:
         return min([first_pass, *(source.line for source, *_ in self.infeeds)])
 
     def _deeper(self, level: Decimal, *, absolute: bool) -> list[WordEdit]:
-        """Infeed words as increments, or as coordinates, of which each is shifted by all infeeds before."""
+        """Return edits of the infeed words as increments, or as coordinates, each shifted by all infeeds before."""
         changes, shift = [], Decimal(0)
         for source, word, way in self.infeeds:
             deeper = (level - self.own("depth")).copy_sign(1) * (1 if (level > self.own("depth")) == (way > 0) else -1)
@@ -137,7 +137,7 @@ class DressText:
         return self._comes_to(name, level, text)
 
     def _comes_to(self, name: str, level: Decimal, text: ProgramText) -> bool:
-        """Return whether a text dresses with other lead, depth or passes, and is equal otherwise."""
+        """Return whether a text dresses with the new lead, depth or passes, and otherwise as before."""
         simulation, old, run = self.simulation, self.run.plan, self.run
         programs = read(text.text, simulation.programs.name, simulation.programs.folder)
         begin = run.motions[0].start
@@ -163,7 +163,7 @@ def _goes_on(run: DressRun) -> bool:
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
-    """Return a dress program as it is written."""
+    """Return the text of a dress program."""
     programs = simulation.programs
     program = programs.find(number)
     if program is None or program.place.file != programs.name:

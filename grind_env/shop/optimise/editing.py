@@ -34,7 +34,7 @@ _MACRO = re.compile(r"[Gg][ \t]*0*65(?![0-9.])")
 
 
 class Edit(NamedTuple):
-    """Some characters of a line replaced by others; line and column from 1."""
+    """Replacement of `length` characters of a line by a text; line and column count from 1."""
 
     line: int
     column: int
@@ -52,11 +52,11 @@ class WordEdit(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
-    """The text of a program file as the control counts its lines and columns."""
+    """Text of a program file as the control counts its lines and columns."""
 
-    encoding: str  # of the file
+    encoding: str  # encoding of the file
     mark: str  # the byte order mark, if there is one
-    lines: tuple[str, ...]  # with their ends
+    lines: tuple[str, ...]  # lines with their ends
 
     @property
     def text(self) -> str:
@@ -67,7 +67,7 @@ class ProgramText:
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
-        """Return the text with its words changed; edits do not overlap, and the last one in a place comes first."""
+        """Return the text with edits, which do not overlap; of several at one place, the last is first in the text."""
         lines = list(self.lines)
         for line, column, length, text in sorted(edits, key=lambda edit: edit[:2], reverse=True):
             old = lines[line - 1]
@@ -75,7 +75,7 @@ class ProgramText:
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
     def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
-        """Return the text with blocks changed and a comment at the end of each of them, and with other edits."""
+        """Return the text with changed words, a comment at the end of each changed block, and other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
         for source, edit, each in dict.fromkeys(changes):
@@ -106,14 +106,14 @@ def number_text(source: SourceText, word: Word) -> str:
 
 
 def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
-    """Return a word with another number; the letter and the blanks around it stay."""
+    """Return the edit that gives a word another number; the letter and the blanks around it stay."""
     match = _match(source, word)
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
     return WordEdit(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
 
 
 def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
-    """Return a word behind the last one of a block, in the case and with the blanks of that block."""
+    """Return the edit that adds a word behind the last word of a block, in the block's case and with its blanks."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
@@ -125,13 +125,13 @@ def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
 
 
 def value_text(source: SourceText) -> str | None:
-    """Return the number that a block assigns to a variable, as it is written; None of other blocks."""
+    """Return the number that a block assigns to a variable, as it is written; None for other blocks."""
     match = _ASSIGNMENT.fullmatch(source.text)
     return match[2] if match else None
 
 
 def other_value(source: SourceText, number: str) -> WordEdit:
-    """Return a block that assigns another number to its variable."""
+    """Return the edit with which a block assigns another number to its variable."""
     match = _ASSIGNMENT.fullmatch(source.text)
     assert match is not None
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
@@ -139,7 +139,7 @@ def other_value(source: SourceText, number: str) -> WordEdit:
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:
-    """Return a comment at the end of a block."""
+    """Return the edit that adds a comment at the end of a block."""
     return Edit(source.line, source.column + len(source.text), 0, f" ({text})")
 
 
@@ -170,9 +170,9 @@ class Spot(NamedTuple):
 
     source: SourceText
     letter: str
-    form: str  # Its number as it is written, or what a new one is to look like
+    form: str  # number as it is written, or the form of a new number
     missing: bool
-    # The one that the block assigns and the word reads; None if the number stands in the word
+    # number of the variable that the block assigns and the word reads; None if the word itself has the number
     variable: int | None = None
 
     @property
@@ -195,7 +195,7 @@ def variable_of(word: Word | None) -> int | None:
 
 
 class Assignments:
-    """The variables of a program, and where they are assigned and read."""
+    """Variables of a program, and where they are assigned and read."""
 
     def __init__(self, programs: Programs, given: Collection[int]) -> None:
         self.file, self.given = programs.name, given
@@ -220,9 +220,10 @@ class Assignments:
             self._read.setdefault(number, Counter())[source] += times
 
     def place(self, variable: int, reader: SourceText) -> SourceText | None:
-        """Return the block that assigns what a block reads; None if that is not known from the text.
+        """Return the block that assigns the variable that `reader` reads; None if the text does not determine it.
 
-        It is the only one that assigns the variable, or the last one before, in a main program that runs straight on.
+        The block is the only one that assigns the variable, or the last one before `reader` in a main program without
+        jumps.
         """
         places = self._assigned.get(variable, [])
         if len(places) != 1:
@@ -235,7 +236,7 @@ class Assignments:
         """Return the only assignment of a variable that some blocks read.
 
         Returns:
-            Where it stands, or what else to do so that there is one.
+            Place of the assignment, or a text that says what the user must change to have one.
         """
         place, places = self.place(variable, readers[0]), self._assigned.get(variable, [])
         others = self._read.get(variable, Counter()) - Counter(dict.fromkeys(readers, 1))

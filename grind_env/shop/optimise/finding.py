@@ -37,7 +37,7 @@ from grind_env.shop.search_options import LIMITS, SearchOptions
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
 
 LEAST_JUDGED, FEW_JUDGED = 8, 16
-"""Lots on which a program that the control executes is judged: at least, and where programs are counted and no time."""
+"""Lots of the judgement of a program that the control executes: least number, and number without a time budget."""
 
 
 def find_words(
@@ -53,14 +53,14 @@ def find_words(
     plant: str | None = None,
     progress: Progress = lambda label, count: None,
 ) -> Optimised:
-    """Search better words for a program, as `shop.calls.optimise`.
+    """Search for better words of a program; arguments as in `shop.calls.optimise`.
 
-    Search, comparison and judgement have separate lots, the same for all programs, and separate machines drawn from the
-    job's uncertainty. The result is the same for the same seed unless the time ends the search.
+    Search, comparison and judgement have separate lots, the same for all programs, and machines drawn from the job's
+    uncertainty, separate if there are enough. The result is the same for the same seed unless the time ends the search.
 
     Raises:
-        CondemnedError: the model scraps the program as it is.
-        GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.
+        CondemnedError: the model scraps the unchanged program.
+        GrindError: the program cannot be run, has nothing to vary, or there is no time for one trial.
     """
     path = Path(program)
     budget = Budget(seconds) if programs is None else Budget(programs=programs)
@@ -170,7 +170,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
 
 
 def _judgement(variation: Variation) -> ProgramJudge:
-    """Judge the program as it is; one that the control executes on as many lots as its share of the time allows.
+    """Judge the unchanged program; one that the control executes has as many lots as its share of the time allows.
 
     Raises:
         CondemnedError: the model scraps its parts.
@@ -187,7 +187,7 @@ def _judgement(variation: Variation) -> ProgramJudge:
 
 
 def _few(trials: Trials) -> list[str]:
-    """Return a remark if there was no time for all the lots of the judgement; a job that states its parts has one."""
+    """Return a remark if time was too short for all lots of the judgement; no remark if the job states its parts."""
     lots, most = len(trials.seeds), LOTS[LotUse.JUDGEMENT]
     if trials.simulation.compiled or trials.lots == 1 or lots >= most:
         return []
@@ -195,7 +195,7 @@ def _few(trials: Trials) -> list[str]:
 
 
 def _require_said(variation: Variation, after: Trials, point: Point) -> None:
-    """Refuse a text that does not say what was searched: what its blocks set is read off the text itself."""
+    """Refuse a text whose blocks have other settings than the search; the settings are read from the text itself."""
     asked = variation.settings(variation.base.own, np.array([point]))[0]
     said = after.own
     columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]

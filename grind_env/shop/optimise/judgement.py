@@ -20,9 +20,9 @@ from grind_env.shop.search_options import INTERVAL, LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 
 WORTH_NAMING = 0.01
-"""Share of the cost or time of a part that a limit costs at least if it is said to bind."""
+"""Least cost of a limit that binds, as a share of the cost or time of a part."""
 NEAR = 0.95
-"""Share of what is asked of a limit from which on it is near."""
+"""Share of the permitted value from which on a limit is near."""
 
 QUANTITIES = {
     "cost": "$",
@@ -40,7 +40,7 @@ LEAST = {"passes": 1}
 
 
 class JudgedProgram(NamedTuple):
-    """Words of a program on the lots of the judgement."""
+    """Result of a program with new words on the lots of the judgement."""
 
     point: Point
     new: Measures
@@ -48,13 +48,13 @@ class JudgedProgram(NamedTuple):
     change: "CostChange"
 
     def keeps(self, variation: Variation) -> bool:
-        """Return whether the program keeps limits and options, and is better or satisfies the request."""
+        """Return whether it keeps limits and options, and is better or meets a constraint that the old one misses."""
         asked = all(each.kept for each in self.requirements) and not self.new.violation(variation.margins).any()
         return asked and (self.change.is_better or any(each.before > each.most for each in self.requirements))
 
 
 class ProgramJudge:
-    """Programs on lots and machines that the search has not seen, each ground with the program as it is, too."""
+    """Judge of programs on lots that the search has not seen, compared with the unchanged program."""
 
     def __init__(self, variation: Variation, lots: int | None = None) -> None:
         budget = variation.budget
@@ -62,18 +62,18 @@ class ProgramJudge:
         began = budget.spent
         self.old = self.trials.measure(self.trials.own[None], between=budget.require_first)
         self.seconds = budget.spent - began
-        """That a program takes."""
+        """Time to judge one program, s."""
         self.judged: list[JudgedProgram] = []
 
     def measured(self, point: Point) -> Measures:
         return self.variation.measure(self.trials, [point])
 
     def keeps_all(self, point: Point) -> bool:
-        """Return whether a program keeps all that is asked."""
+        """Return whether a program keeps all limits and options."""
         return not (self.variation.shares(self.trials, self.measured(point), self.old) > 1.0).any()
 
     def judge(self, point: Point) -> JudgedProgram:
-        """Return what words come to, beside the program as it is."""
+        """Return the result of new words, compared with the unchanged program."""
         variation, new = self.variation, self.measured(point)
         quantity = variation.options.quantity
         difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
@@ -87,9 +87,9 @@ class ProgramJudge:
         return self.judged[-1]
 
     def best_of(self, points: Sequence[Point]) -> JudgedProgram:
-        """Return the first of some programs that keeps limits and options and is better, else the very first.
+        """Return the first program that keeps limits and options and is better, else the first of all.
 
-        The first one is judged whatever the time, for which it was kept; others as long as there is some.
+        The first program is always judged, because time is reserved for it; the others only while there is time.
         """
         budget, longest = self.variation.budget, 0.0
         for point in points:
@@ -106,13 +106,13 @@ class CostChange(NamedTuple):
     """Change of the objective of a part with other words."""
 
     one: Interval
-    """On one machine."""
+    """Change on one machine."""
     mean: Interval
-    """In the mean over all, as far as chance has it."""
+    """Mean change, with the confidence interval of the mean."""
     risk: float
-    """As in `Variation.risk`."""
+    """Ratio of new to old cost on a bad machine, as in `Variation.risk`."""
     most_risk: float
-    """As in `trials.most_risk`."""
+    """Greatest permitted `risk`."""
 
     @property
     def is_better(self) -> bool:
@@ -130,7 +130,7 @@ def verdict_of(
     confidence: float,
     on: str,
 ) -> tuple[Verdict, str]:
-    """Return whether the best words are better, and why; `beyond` in shares of the limits, shape (4,)."""
+    """Return whether the best words are better, and why; `beyond` is the excess in shares of the limits, shape (4,)."""
     stay = f"{parts_said(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max(
@@ -184,7 +184,7 @@ def _nearer(limits: Sequence[LimitUse]) -> bool:
 
 
 def parts_said(confidence: float) -> str:
-    """Return the share of parts within limits, as words with a confidence."""
+    """Return a confidence as words, such as "95 of 100 parts"."""
     return f"{100.0 * confidence:g} of 100 parts"
 
 
@@ -223,16 +223,16 @@ def _shown(once: Trials) -> dict[str, float]:
 
 
 class Freed(NamedTuple):
-    """The best words without a limit."""
+    """Result of the best words without a limit."""
 
     price: Interval
-    """What they save of what is to become less, a part."""
+    """Saving of the objective, a part."""
     share: float
-    """Share of the limit, that parts keep with them."""
+    """Share of the limit that parts stay below with these words."""
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
-    """Return the margin to each limit, and by name the result without it, if searched."""
+    """Return the use of each limit; `freed` has the result without a limit by name, if searched."""
     worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
@@ -269,7 +269,7 @@ def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[st
 
 
 def _by_name(limits: Limits) -> dict[str, float]:
-    """Limits in `UNITS`, by the names that users give them."""
+    """Return the limits in `UNITS`, by the names that users give them."""
     return {"power": limits.power / 1000.0, "rise": limits.rise, "Ra": limits.roughness, "size": limits.size}
 
 
@@ -291,7 +291,7 @@ def on_machines(fleet: Fleet | None) -> list[str]:
 
 
 def not_freed(names: Sequence[str]) -> list[str]:
-    """Return a remark if there was no time to look at what some limits cost."""
+    """Return a remark if there was no time to find the cost of some limits."""
     said = ", ".join(names)
     return [f"no time to find what the limit of {said} costs: raise --budget"] if said else []
 
@@ -343,7 +343,7 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """Return a variable at the value of a number, as a change of its word."""
+    """Return the change of a word to the level with the index `number`."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(

@@ -30,14 +30,14 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WordChange:
-    """Value before and after, as the program writes it.
+    """Value before and after, as written in the program.
 
     Attributes:
         name: E, D, J, L, lead, depth, passes or interval.
         place: its block or dress program.
         before: old value, in the units of the program.
         after: new value, in the units of the program.
-        unit: unit of both.
+        unit: unit of both values.
         at_bound: "lowest" or "highest" if at an end of its range; else empty.
     """
 
@@ -60,9 +60,9 @@ class PartMean:
 
     Attributes:
         name: cost, seconds, Ra, power, rise (of the last stage), highest_rise, size_error or scrap.
-        unit: of all values.
-        before: with the old words.
-        after: with the new words.
+        unit: unit of all values.
+        before: mean with the old words.
+        after: mean with the new words.
         difference: after minus before, on the same lots and machines.
         expected: old and new value on the expected lot, as `grind run` shows it, in `unit`.
     """
@@ -81,11 +81,11 @@ class LimitUse:
 
     Attributes:
         name: power, rise, Ra or size.
-        limit: in `unit`; 0 if there is none.
-        unit: of it.
+        limit: value of the limit, in `unit`; 0 without a limit.
+        unit: unit of the limit.
         margin: share of the limit that parts must keep with the required confidence.
-        before: share that they keep, with the old words.
-        after: share that they keep, with the new words.
+        before: share of the limit that parts keep with the old words.
+        after: share of the limit that parts keep with the new words.
         price: saving of the best words without this limit, $ a part, or s if time is the objective; None if not
             searched.
         without: share of the limit that parts keep with these words; None if not searched.
@@ -116,10 +116,10 @@ class Requirement(NamedTuple):
 
     Attributes:
         name: cost or seconds.
-        unit: of all values, $ or s.
+        unit: unit of all values, $ or s.
         most: required maximum, $ or s.
-        before: with the old words, $ or s.
-        after: with the new words, $ or s.
+        before: mean with the old words, $ or s.
+        after: mean with the new words, $ or s.
     """
 
     name: str
@@ -138,22 +138,22 @@ class Trade(NamedTuple):
     """Time and cost of a part with a tried program, on the lots of the search."""
 
     cost: float
-    """$."""
+    """Cost, $."""
     seconds: float
     """Time, s."""
     share: float
-    """Share of what is asked of limits and options, the highest share that it comes to."""
+    """Highest share of limits and options that the program reaches."""
     beyond: tuple[bool, ...] = ()
-    """Whether it is beyond each of `LIMITS`."""
+    """Whether the program exceeds each of `LIMITS`."""
 
     @property
     def keeps(self) -> bool:
-        """Return whether it keeps limits and options."""
+        """Return whether the program keeps limits and options."""
         return self.share <= 1.0
 
 
 TIMES = 40
-"""Classes of time of which each has its cheapest program."""
+"""Number of classes of time, each with its cheapest program."""
 
 
 def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:
@@ -174,8 +174,8 @@ class Optimised:
 
     Attributes:
         program: name of the program.
-        job: name of the job file; empty for a job that is held in memory.
-        verdict: whether it is better.
+        job: name of the job file; empty for a job in memory.
+        verdict: verdict on the new program.
         reason: one sentence on the verdict.
         words: every value that was varied.
         quantities: means of a part.
@@ -187,7 +187,7 @@ class Optimised:
         remarks: sentences on what could not be varied.
         before: text of the program.
         after: text with the new words; the old text if none is better.
-        data: file content of that text.
+        data: file content of `after`.
         parts: parts of a batch.
         lots: number of unseen lots of the judgement; 1 if the job states how each part differs.
         seed: seed of all random numbers.
@@ -195,7 +195,7 @@ class Optimised:
         judged: programs that were judged on unseen lots.
         ended_early: whether the budget ended the search.
         plant: machine of the judgement; empty for the model, which the search used.
-        promised: objective promised by the search before the judgement on that machine; else None.
+        promised: objective promised by the model before the judgement on `plant`; None for the model.
         confidence: share of parts and machines for which limits and each end of an interval hold.
         calibration: source of the calibration; None without one.
     """
@@ -233,14 +233,14 @@ class Optimised:
         return self.promised is None or (found.high >= self.promised.low and found.low <= self.promised.high)
 
     def quantity(self, name: str) -> PartMean:
-        """One of the quantities."""
+        """Return a quantity by its name."""
         return next(each for each in self.quantities if each.name == name)
 
     def write(self, path: str | Path) -> None:
-        """Write the program that was found, as `grind optimise -o`.
+        """Write the new program, as `grind optimise -o`.
 
         Raises:
-            GrindError: none takes the place of the one at hand.
+            GrindError: no new program replaces the old one.
             FileError: the folder does not exist or cannot be written to.
         """
         if not self.verdict.is_written:

@@ -20,38 +20,38 @@ from grind_env.extras import needing
 Point = tuple[int, ...]
 
 PER_VARIABLE, LEAST_POPULATION, MOST_POPULATION = 10, 24, 120
-"""Points of a generation."""
+"""Number of points of a generation: per variable, at least, and at most."""
 GENERATIONS = 40
 STRATEGY = "randtobest1bin"
-"""Found the optimum of Oracle6 with 16 seeds of 16, and SciPy's usual one with 7 of 8, both after some 2600 points."""
+"""Strategy that found the optimum of Oracle6 with 16 of 16 seeds (SciPy's default: 7 of 8) after some 2600 points."""
 SETTLED = 1e-3
 """Relative spread of the costs of a generation at which it has settled."""
 AT_ONCE = 64
-"""Points between two looks at the clock, at most."""
+"""Greatest number of points between two checks of the clock."""
 MOST_PAIRS = 14
-"""Variables up to which changes of two at once are tried."""
+"""Greatest number of variables with which changes of two at once are tried."""
 COMPARING = 0.3
 """Share of the time that a search leaves for the comparison of its best programs."""
 MOST_JUDGING = 0.4
-"""Share that the judgement is given at most."""
+"""Greatest share of the time for the judgement."""
 FIRST, FIRST_BESIDES = 1.5, 4.0
-"""Times the budget, and s beside it, for all up to the end of the first trial; none is left without that."""
+"""Greatest time up to the end of the first trial: a multiple of the budget, plus a time, s."""
 ENOUGH_TRIALS = 100
-"""For which a time is named where one trial has taken all of it."""
+"""Number of trials for which a message names the time, if one trial has taken the whole budget."""
 
 
 class TimeUp(Exception):
-    """The time is up in the midst of something."""
+    """Signal that the time of a budget is up during a run."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """Some time of the clock, or some programs."""
+    """Budget of a search: a time, or a number of programs."""
 
-    seconds: float = math.inf  # of the clock; infinite where programs are counted
-    programs: float = math.inf  # that a search tries at most; a comparison has a quarter as many
-    judging: float = 0.0  # time that is kept for the judgement, s
-    began: float = field(default_factory=lambda: monotonic())  # reading of the clock at its begin, s
+    seconds: float = math.inf  # time, s; infinite if programs are counted
+    programs: float = math.inf  # greatest number of programs of a search; a comparison has a quarter of it
+    judging: float = 0.0  # time reserved for the judgement, s
+    began: float = field(default_factory=lambda: monotonic())  # time of the clock at its begin, s
 
     @property
     def spent(self) -> float:
@@ -59,7 +59,7 @@ class Budget:
         return monotonic() - self.began
 
     def keep(self, seconds: float) -> None:
-        """Keep some time for the judgement, up to `MOST_JUDGING`."""
+        """Reserve some time for the judgement, up to `MOST_JUDGING`."""
         self.judging = min(seconds, MOST_JUDGING * self.seconds)
 
     @property
@@ -78,38 +78,38 @@ class Budget:
             raise TimeUp
 
     def require_first(self) -> None:
-        """Raise it once the time of the first trial is up."""
+        """Raise `TimeUp` once the time of the first trial is up."""
         if self.spent > FIRST * self.seconds + FIRST_BESIDES:
             raise TimeUp
 
 
 def time_said(seconds: float) -> str:
-    """Return a time as --budget takes it, rounded up."""
+    """Return a time as a text for --budget, rounded up."""
     return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 
 
 @dataclass(slots=True)
 class Search:
-    """Evaluations so far."""
+    """Search, with the costs of all points evaluated so far."""
 
     # costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the search
-    # without those points
+    # without these points
     objective: Callable[[NDArray[np.int64]], Array]
-    counts: Sequence[int]  # how many values each variable has
+    counts: Sequence[int]  # number of values of each variable
     is_up: Callable[[], bool] = lambda: False  # whether the time is up
-    at_once: int = AT_ONCE  # points that the objective gets at a time, at most
+    at_once: int = AT_ONCE  # greatest number of points in a call of the objective
     # called with the number of points after each call of the objective
     advance: Callable[[int], object] = lambda count: None
-    most: float = math.inf  # points that are evaluated
-    costs: dict[Point, float] = field(default_factory=dict)  # of all points evaluated
-    ended_early: bool = False  # whether the time, or `most`, was up before it had ended
+    most: float = math.inf  # greatest number of points to evaluate
+    costs: dict[Point, float] = field(default_factory=dict)  # costs of all points evaluated
+    ended_early: bool = False  # whether the time, or `most`, ended the search
 
     @property
     def ranked(self) -> list[Point]:
         return sorted(self.costs, key=lambda point: (self.costs[point], point))
 
     def costs_of(self, points: Sequence[Point]) -> Array:
-        """Costs of points, which are remembered."""
+        """Return the costs of points; each point is evaluated once."""
         new = [point for point in dict.fromkeys(points) if point not in self.costs]
         while new:
             left = self.most - len(self.costs)
@@ -122,7 +122,7 @@ class Search:
         return np.array([self.costs[point] for point in points])
 
     def run(self, start: Point, seed: int, generations: int = GENERATIONS, grid: Sequence[Point] = ()) -> Point:
-        """Return the cheapest point: from a start, whatever the time, and a grid on by evolution, then in steps."""
+        """Return the cheapest point of a start, a grid, an evolution and steps; the start has no time limit."""
         self.costs_of([start])
         if all(count == 1 for count in self.counts):
             return start
@@ -164,7 +164,7 @@ class Search:
         )
 
     def _descend(self) -> None:
-        """Go to the cheapest neighbour as long as there is a cheaper one; by two values only where one does not do."""
+        """Go to the cheapest neighbour while one is cheaper; change two values only if no single change helps."""
         best = self.ranked[0]
         while True:
             for neighbours in (self._steps(best), self._pairs(best)):
@@ -176,7 +176,7 @@ class Search:
             best = better
 
     def _steps(self, point: Point) -> list[Point]:
-        """Points that differ in one value, by 1, 2, 4, ... levels."""
+        """Return points that differ in one value, by 1, 2, 4, ... levels."""
         found = []
         for k, count in enumerate(self.counts):
             steps = [2**power for power in range(max(count.bit_length() - 1, 1))]
@@ -184,7 +184,7 @@ class Search:
         return found
 
     def _pairs(self, point: Point) -> list[Point]:
-        """Points that differ in two values by one level each; none of many variables."""
+        """Return points that differ in two values by one level each; none if there are many variables."""
         free = [k for k, count in enumerate(self.counts) if count > 1]
         if len(free) > MOST_PAIRS:
             return []

@@ -79,7 +79,7 @@ def sentences(found: Optimised) -> list[str]:
 
 
 def as_data(found: Optimised) -> dict[str, Any]:
-    """Return all of it in JSON types."""
+    """Return the optimisation in JSON types."""
     same = (
         *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
         *("evaluations", "judged", "ended_early"),
@@ -107,7 +107,7 @@ def as_data(found: Optimised) -> dict[str, Any]:
 
 
 def values_table(found: Optimised) -> Table:
-    """Return a row for each varied value, and for each mean of a part with the ends of its intervals."""
+    """Return a table with a row for each varied value, and for each mean of a part with the ends of its intervals."""
     sides = [f"{side}.{end}" for end in Interval._fields for side in ("before", "after", "difference")]
     columns = [Column("name", "name"), Column("unit", "unit"), *(Column(each, each, ".6g") for each in sides)]
     words = [[*map(Cell, (f"{each.place} {each.name}", each.unit, each.before, each.after))] for each in found.words]
@@ -128,7 +128,7 @@ def word_table(found: Optimised, after: str = "after") -> Table:
 
 
 def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Table:
-    """Return both programs side by side with the change and its interval; if `whole`, with each interval."""
+    """Return both programs side by side with the change and its interval; if `whole`, with all intervals."""
     rows: list[list[Cell]] = []
     for name, each in shown_quantities(found):
         digits, change = decimals(each), each.difference
@@ -142,7 +142,7 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
-    """Return the quantities with their names; the highest rise only where it is not that of the last stage."""
+    """Return the quantities with their names; the highest rise only if it is not the rise of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
     if highest is None or replace(highest, name="rise") == rise:
@@ -152,12 +152,12 @@ def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
 
 
 def covered(found: Optimised) -> str:
-    """Return the probability of an interval, with both ends."""
+    """Return the probability of an interval with both ends, as text."""
     return f"{100.0 * (2.0 * found.confidence - 1.0):g} %"
 
 
 def decimals(quantity: PartMean) -> int:
-    """Decimals of a quantity: fewer of one with many integer digits."""
+    """Return the number of decimals of a quantity; fewer if it has many integer digits."""
     largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
@@ -189,7 +189,7 @@ def limit_text(limit: LimitUse) -> str:
 
 
 def price_text(limit: LimitUse) -> str:
-    """Return the objective with and without a limit, $ or s, and whether the limit binds."""
+    """Return the change of the objective without a limit, $ or s, and whether the limit binds."""
     if limit.price is None:
         return "binds" if limit.binds else "unknown"
     if limit.price.value == 0.0:
@@ -198,19 +198,19 @@ def price_text(limit: LimitUse) -> str:
 
 
 def negative(change: Interval) -> Interval:
-    """Return a change the other way round."""
+    """Return a change with the opposite sign."""
     return Interval(-change.value, -change.high, -change.low)
 
 
 def binding(limit: LimitUse) -> str:
-    """Return the sign that a limit binds."""
+    """Return the evidence that a limit binds, as text."""
     if limit.without is None:
         return f"parts reach {100.0 * limit.after:.0f} % of it, {100.0 * limit.margin:.0f} % is allowed"
     return f"cheaper settings reach {100.0 * limit.without:.0f} % of it"
 
 
 def draw_optimised(found: Optimised) -> "Figure":
-    """Draw `trade`."""
+    """Draw the graph `trade`."""
     figure = new_figure(6.4, 4.6)
     figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
     draw_graph(figure.subplots(), trade(found))
@@ -218,7 +218,7 @@ def draw_optimised(found: Optimised) -> "Figure":
 
 
 def trade(found: Optimised) -> Graph:
-    """Cost of a part over its time, on the lots of the search."""
+    """Return the graph of cost over time of a part, on the lots of the search."""
     before, chosen = found.chosen
     after = "after" if found.verdict.is_written else "best one tried"
     return Graph(

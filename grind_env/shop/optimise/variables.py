@@ -35,15 +35,15 @@ COLUMNS = {
     "lead": settings.DRESS_FEED,
     "depth": settings.DRESS_DEPTH,
 }
-"""Columns of a table of `BlockSettings`, by what is varied."""
+"""Column of `BlockSettings` of each value that can be varied."""
 IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
-"""What can be varied only where a program has a script."""
+"""Values that can be varied only if the program has a script."""
 INHERITED = ("E", "J")
-"""Words that a block without them takes over from the one before (16-13); E is F of a feed move that is a stroke."""
+"""Words that a block takes over from the block before (16-13); E is F of a feed move that is a stroke."""
 
 ONE = MILLIMETRE = Decimal(1)
 SPEEDS = (3000.0, 30_000.0)
-"""Table speeds that are tried, mm/min, unless the user says others."""
+"""Default range of table speeds, mm/min."""
 MOST_DRESSES = 3
 MOST_SPARK_OUTS = 8
 MOST_PASSES = 4
@@ -55,26 +55,26 @@ STEPS = {
     "lead": (Decimal(1), Decimal(".1")),
     "depth": (Decimal(".001"), Decimal(".0001")),
 }
-"""Steps of which values are multiples, metric and in inches; of a lead those of its F."""
+"""Steps of values, metric and in inches; of a lead the steps of its F."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchVariable:
-    """Something that a search may change."""
+    """Value that a search may change."""
 
-    name: str  # one of `VARIED` but the interval
-    place: str  # the block or the program in which it stands, as tables show it
-    blocks: tuple[int, ...]  # numbers of the cycle blocks of one run that it holds for
-    own: Decimal  # what the program says, in its own units; of a lead the F of the passes
-    levels: tuple[Decimal, ...]  # values that are tried, ascending, in the same units
-    unit: Decimal  # mm in one of them
-    at: Spot | DressText  # where it is written: a word of a cycle block, or a dress program
-    # words of blocks of parts that are alike, which say the same; their blocks are among `blocks`
+    name: str  # one of `VARIED`, except the interval
+    place: str  # its block or program, as tables show it
+    blocks: tuple[int, ...]  # numbers of the cycle blocks of one run to which it applies
+    own: Decimal  # programmed value, in the units of the program; of a lead the F of the passes
+    levels: tuple[Decimal, ...]  # values to try, ascending, in the same units
+    unit: Decimal  # unit of the values, mm
+    at: Spot | DressText  # place in the text: a word of a cycle block, or a dress program
+    # the same word in equal blocks of other parts; their blocks are among `blocks`
     twins: tuple["SearchVariable", ...] = ()
 
     @property
     def places(self) -> str:
-        """Return all blocks or programs that contain it, for tables."""
+        """Return all blocks or programs that contain the value, as text for tables."""
         return ", ".join(each.place for each in (self, *self.twins))
 
     @property
@@ -94,7 +94,7 @@ class SearchVariable:
 
     @property
     def start(self) -> int:
-        """Number of the value nearest to that of the program."""
+        """Number of the level nearest to the programmed value."""
         return self.nearest(self.own)
 
     def nearest(self, value: Decimal) -> int:
@@ -104,16 +104,16 @@ class SearchVariable:
 class SearchSpace(NamedTuple):
     """Variables, and sentences on words that cannot be varied."""
 
-    variables: tuple[SearchVariable, ...]  # words and dress programs
-    # how often blocks with D words may dress; that of every part alone where there is no choice
+    variables: tuple[SearchVariable, ...]  # variables of words and dress programs
+    # possible dress intervals of blocks with D words; only every part if there is no choice
     intervals: tuple[DressInterval, ...]
-    remarks: tuple[str, ...]  # the sentences
+    remarks: tuple[str, ...]  # sentences on words that cannot be varied
 
 
 def choices_of(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """Return the variables of a program."""
+    """Return the search space of a program; `of_all`: whether the simulation has the blocks of all runs."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(options.fixed - labels):
@@ -137,7 +137,7 @@ def choices_of(
             found += [replace(each, levels=(each.own,)) for each in words if each.own]
         dressing = [each for each in found if each.name == "D"]
         parts = simulation.parts // runs if of_all else simulation.parts
-        # blocks are counted before each that dresses: not where a jump may lead past the counting
+        # lines before each dressing block count the blocks: impossible if a jump may skip these lines
         counted = not (of_all or any(jumps(block) for program in simulation.programs for block in program.blocks))
         intervals = _intervals(dressing, options, runs, parts, counted=counted)
     several = intervals[-1].every > 1
@@ -168,9 +168,9 @@ def _intervals(
 def _words(
     name: str, simulation: JobSimulation, options: SearchOptions, assignments: Assignments, remarks: list[str]
 ) -> Iterator[SearchVariable]:
-    """Return the words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
+    """Yield the words of cycle blocks; one word applies to all runs of its block, and to blocks that take it over.
 
-    The number of a variable that words read holds for all of them.
+    If words read a # variable, its number applies to all these words.
     """
     assigned = _assigned(name, simulation.blocks, options, assignments)
     blocks: dict[tuple[int, int], list[int]] = {}
@@ -186,7 +186,7 @@ def _words(
         usable = isinstance(at, Spot) or _usable(letter, outline, simulation.programs, options, remarks, at)
         if word is None and not (options.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
-            # F in force may be that of another feed move
+            # the F in force may come from another feed move
             if name in INHERITED and before is not None:
                 feed = simulation.blocks[blocks[before][-1]].plan.feed
                 if letter != FEED_WORD or feed == outline.plan.feed:
@@ -197,7 +197,7 @@ def _words(
             blocks.setdefault(place, []).append(number)
             if not isinstance(at, Spot):
                 sign = "-" if name == "J" and outline.plan.depth_target < outline.plan.plunge_start else ""
-                new = f"{sign}." if name in INHERITED else ""  # what the number of a new word looks like
+                new = f"{sign}." if name in INHERITED else ""  # form of the number of a new word
                 form = new if word is None else number_text(source, word)
                 at = Spot(source, letter, form, word is None)
             spots[place] = at, number
@@ -217,7 +217,7 @@ def _words(
 
 
 def _letter(name: str, outline: BlockOutline) -> str | None:
-    """Return the letter of a word in a block, F for E of a feed move; None in one that takes no such word."""
+    """Return the letter of a word in a block, F for E in a feed move; None if the block takes no such word."""
     plan = outline.plan
     if name == "E":
         return speed_word(plan)
@@ -229,7 +229,7 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
 def _assigned(
     name: str, blocks: Sequence[BlockOutline], options: SearchOptions, assignments: Assignments
 ) -> dict[tuple[int | None, SourceText], Spot | str]:
-    """Return for each variable that these words read the place of its number, or how to add one."""
+    """Return the place of the number of each # variable that these words read, or how the user can add one."""
     readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
     for outline in blocks:
         letter = _letter(name, outline)
@@ -259,7 +259,7 @@ def _usable(
     remarks: list[str],
     remedy: str | None,
 ) -> bool:
-    """Return whether a word may be changed, with a remark if not, and further edits for a changed number."""
+    """Return whether a word may be changed; if not, a remark says why, with the remedy."""
     source, label = outline.block.source, _label(outline)
     if outline.block.place.block in options.fixed:
         return False
@@ -287,7 +287,7 @@ def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal
 def _dresses(
     name: str, simulation: JobSimulation, text: ProgramText, options: SearchOptions, remarks: list[str]
 ) -> Iterator[SearchVariable]:
-    """Lead, depth or passes of the dress programs."""
+    """Yield lead, depth or passes of the dress programs as variables."""
     programs: dict[int, list[int]] = {}
     for number, outline in enumerate(simulation.blocks):
         if outline.plan.program is not None and outline.dress is not None:
@@ -313,7 +313,7 @@ def _dresses(
 def _levels(
     name: str, own: Decimal, unit: Decimal, options: SearchOptions, simulation: JobSimulation, fastest: float = math.inf
 ) -> tuple[Decimal, ...]:
-    """Multiples of the step between the bounds, and the program's own value where it is legal."""
+    """Return the values to try: multiples of the step between the bounds, and the programmed value if it is legal."""
     inch = unit != MILLIMETRE
     turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
     step = STEPS.get(name, (ONE, ONE))[inch]
@@ -334,7 +334,7 @@ def _levels(
 
 
 def _fastest(simulation: JobSimulation, blocks: Sequence[int]) -> float:
-    """Table speed that is reached in some blocks, mm/min, by what the machine makes and on the way to accelerate."""
+    """Return the highest table speed in some blocks, mm/min, as machine and acceleration allow it."""
     machine, control = simulation.job.setup.machine, simulation.job.control
     plans = [simulation.blocks[number].plan for number in blocks]
     way = min(abs(plan.primary - plan.secondary) for plan in plans)
@@ -353,7 +353,7 @@ def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tup
 
 
 def _refuse_bounds(name: str, high: Decimal, unit: Decimal, simulation: JobSimulation) -> None:
-    """Refuse values that machine or control do not take."""
+    """Refuse bounds beyond the legal values of machine or control."""
     machine = simulation.job.setup.machine
     most = {"E": machine.maximum_table_speed, "D": 999.0, "L": 999.0, "passes": 99.0, "depth": DEEPEST_INFEED}
     limit = most.get(name, math.inf)
@@ -362,7 +362,7 @@ def _refuse_bounds(name: str, high: Decimal, unit: Decimal, simulation: JobSimul
 
 
 def _place(outline: BlockOutline, blocks: Sequence[BlockOutline]) -> str:
-    """Its label, with the line where blocks of other lines have the same."""
+    """Return the label of a block, with its line if blocks in other lines have the same label."""
     same = {each.block.source.line for each in blocks if _label(each) == _label(outline)}
     return f"{_label(outline)}, line {outline.block.source.line}" if len(same) > 1 else _label(outline)
 
@@ -382,7 +382,7 @@ def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> 
     kinds = _kinds(simulation)
     found: dict[tuple[object, ...], SearchVariable] = {}
     for each in variables:
-        # a dress program is one of its own, whatever blocks it dresses in
+        # variables of two dress programs are never joined
         place = "" if isinstance(each.at, Spot) else each.place
         alike = place, each.name, each.own, each.unit, each.levels, frozenset(kinds[number] for number in each.blocks)
         first = found.get(alike)
@@ -393,7 +393,7 @@ def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> 
 
 
 def _kinds(simulation: JobSimulation) -> list[tuple[object, ...]]:
-    """Return for each block its number within its part, its strokes, and its part without the position."""
+    """Return for each block its number within its part, its strokes, its words, and its part without the position."""
     count: dict[int, int] = {}
     kinds: list[tuple[object, ...]] = []
     for block in simulation.blocks:

@@ -1,4 +1,4 @@
-"""A program with variable words: the search space, and the cost of each variation."""
+"""A program with variable words: its search space, and the cost of each variation."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,73 +24,73 @@ from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 
 INFEASIBLE = 1e9
-"""$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
+"""Cost of a program beyond a limit in the search, $, times 1 plus its excess."""
 
 LOOKING = 0.2
-"""Share of the budget up to which it is looked at what machines this may be."""
+"""Share of the budget up to which possible machines are drawn."""
 USUAL_RUNS = 50
-"""Usual runs of a batch; of shorter ones there are as many more."""
+"""Usual number of runs of a batch; shorter batches have proportionally more lots."""
 LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
-"""On which programs are searched, compared and judged; more of short batches, and fewer of a program that the control
-executes."""
+"""Number of lots of search, comparison and judgement; more if batches are short, fewer if the control executes the
+program."""
 MANY_PARTS, FEWEST = 100, 192
-"""Parts of a batch from which on programs are compared and judged on no more lots, one on each machine."""
+"""Parts of a batch above which comparison and judgement have at most this number of lots, one on each machine."""
 MOST_MORE = 4
-"""Times as many, at most, in the search, which tries thousands of programs on them, and half of it where hundreds are
-compared."""
+"""Greatest factor on the lots of short batches: in the search, which tries thousands of programs, and half of it in the
+comparison of hundreds."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
-"""Of E to that of the program, with which a search begins: those of `grind sweep`."""
+"""Range and number of the ratios of E to the programmed E at the begin of a search, as in `grind sweep`."""
 FEWER_RATIOS = 4
-"""The same with each interval of blocks, of which there are many: one in so many."""
+"""Intervals in blocks are combined with every n-th ratio only, because there are many."""
 
 SURE = 0.96
-"""Share of what is asked that programs keep where they are compared, so that they keep it on others, too."""
+"""Share of the permitted values for programs in a comparison, so that they keep the limits on other lots, too."""
 LOTS_AT_ONCE = 1280
-"""Between two looks at the clock, of all programs."""
+"""Lots of all programs together between two checks of the clock."""
 
 STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
-"""Of the way from the program's own words to the best ones found, and from its own interval between dresses."""
+"""Shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best."""
 
 Progress = Callable[[str, int], object]
 
 
 class ScriptRanges(NamedTuple):
-    """The lowest and the highest J, `picks` in mm, and L that may be chosen; empty where they are not varied."""
+    """Lowest and highest J, `picks` in mm, and L that may be chosen; empty if they are not varied."""
 
     picks: tuple[float, ...] = ()
     spark_outs: tuple[int, ...] = ()
 
 
 class Variation(NamedTuple):
-    """A program of which some words are varied."""
+    """Program with variable words."""
 
-    programs: Programs  # the program
-    text: ProgramText  # of its file
-    job: Job  # the job
-    runs: int  # how often it is run
-    seed: int  # of lots and search
-    options: SearchOptions  # what is asked of it
-    # what is varied; a point of the search has a number of a level for each variable, and then that of an interval
+    programs: Programs
+    text: ProgramText  # text of its file
+    job: Job
+    runs: int  # number of its runs in a batch
+    seed: int  # seed of lots and search
+    options: SearchOptions  # options of the search
+    # variables and intervals; a point of the search has the number of a level for each variable, then of an interval
     choices: SearchSpace
-    ranges: ScriptRanges  # of J and L, as `trials_of` takes them
-    margins: Array  # of the limits, as shares of them, shape (4,)
+    ranges: ScriptRanges  # ranges of J and L, as `trials_of` takes them
+    margins: Array  # margins of the limits, as shares of them, shape (4,)
     once: Trials  # one run of the program on the expected lot
-    base: Trials  # the batch with the program as it is, on any lots
-    budget: Budget  # time that there is
-    fleet: Fleet | None = None  # machines on which it is tried; None for that of the job alone
+    base: Trials  # the batch of the unchanged program, on any lots
+    budget: Budget  # time or number of programs
+    fleet: Fleet | None = None  # possible machines; None for the machine of the job alone
 
     def trials(self, use: LotUse, lots: int | None = None) -> Trials:
-        """Return the program as it is, on lots and machines of its own for each use; as many as of `LOTS` if None."""
+        """Return trials of the unchanged program on the lots and machines of a use; by default the lots of `LOTS`."""
         trials = replace(self.base, confidence=self.options.confidence)
         seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
         return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
     def read_trials(self, programs: Programs) -> Trials:
-        """Return another text of the program, on one lot."""
+        """Return trials of another text of the program, on one lot."""
         return trials_of(programs, self.job, self.runs, lots_of(self.seed, LotUse.JUDGEMENT, 1))
 
     def _lots(self, use: LotUse) -> int:
-        """On how many lots programs are tried: more short batches, for they hardly meet what scraps one part of 200."""
+        """Return the number of lots for a use; more for short batches, which rarely show scrap of one part in 200."""
         if not self.base.simulation.compiled:
             return LOTS[use]
         more = -(-USUAL_RUNS // self.runs)
@@ -105,11 +105,11 @@ class Variation(NamedTuple):
         return self.base.execution * (min(FEW, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
-        """Return the same with another job, other margins, shape (4,), and another time."""
+        """Return a copy with another job, other margins, shape (4,), and another budget."""
         return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     def on(self, job: Job) -> "Variation":
-        """Return the same with the job of another machine, which is known."""
+        """Return a copy for the job of another, known machine."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
@@ -123,13 +123,13 @@ class Variation(NamedTuple):
 
     @property
     def start(self) -> Point:
-        """Return the program as it is, or the nearest point."""
+        """Return the point of the unchanged program, or the nearest one."""
         return (*(each.start for each in self.choices.variables), 0)
 
     def steps_to(self, point: Point) -> list[Point]:
-        """Return points between the program as it is and another one, safe steps first.
+        """Return points between the unchanged program and another point, safe steps first.
 
-        The interval between dresses goes its way by itself, for it and E are unsure in different things.
+        The dress interval changes independently of the words, because it and E are uncertain for different reasons.
         """
         start = self.start
         ways = [
@@ -142,7 +142,7 @@ class Variation(NamedTuple):
         return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
-        """Settings of the blocks of all runs; points of shape (C, coordinates)."""
+        """Return the settings of the blocks of all runs; points have shape (C, coordinates)."""
         table = np.repeat(own[None], len(points), axis=0)
         varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
@@ -165,7 +165,7 @@ class Variation(NamedTuple):
         return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
 
     def counting(self, point: Point) -> Counting | None:
-        """Return the text of a point's interval; None if every part or no part is dressed."""
+        """Return the counting text of a point's interval; None if every part or no part is dressed."""
         chosen = zip(self.choices.variables, point, strict=False)
         dressing = [each for each, number in chosen if each.name == "D" and each.levels[number]]
         if not dressing:
@@ -186,7 +186,7 @@ class Variation(NamedTuple):
         for variable, level in chosen:
             at = variable.at
             executions = counting.word(level) if counting and variable.name == "D" and level > 0 else None
-            # a block that would take over what has changed in the one before needs a word of its own
+            # a block that would take over a changed word from the block before needs its own word
             takes_over = isinstance(at, Spot) and at.missing and variable.name in INHERITED and variable.name in moved
             if level == variable.own and not takes_over and executions is None:
                 continue
@@ -205,9 +205,9 @@ class Variation(NamedTuple):
         return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """Return what C candidates need of each limit, as shares, shape (C, limits, options, and one).
+        """Return the shares of limits, options and risk that C candidates use, shape (C, limits + options + 1).
 
-        The last share is the one of `most_risk` that `risk` uses.
+        The last share is `risk` over `most_risk`.
         """
         means = [getattr(found, name).mean(axis=1) / most for name, most in self.options.constraint.items()]
         return np.column_stack(
@@ -215,7 +215,7 @@ class Variation(NamedTuple):
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """Return the risk as `trials.risk`; 0 if the old program misses a requirement, which may cost more."""
+        """Return the risk as in `trials.risk`; 0 if the old program misses a requirement: a new one may cost more."""
         if any(getattr(old, name).mean() > most for name, most in self.options.constraint.items()):
             return np.zeros(len(found.cost))
         return risk(trials, found, old, self.options.quantity)
@@ -229,10 +229,10 @@ class Variation(NamedTuple):
     def search(
         self, trials: Trials, label: str, progress: Progress, tried: dict[Point, Trade], *, comparing: bool = False
     ) -> Search:
-        """Return a search on lots; `tried` gets what each candidate comes to.
+        """Return a search on some lots; `tried` gets the result of each candidate.
 
-        It ends early enough for what follows. Where programs are compared they must come to no more than `SURE` of what
-        is asked.
+        The search ends early enough for the steps after it. In a comparison, programs must keep `SURE` of the permitted
+        values.
         """
         budget, first = self.budget, list[Measures]()
 
@@ -292,7 +292,7 @@ def variation_of(
     seed: int,
     budget: Budget | None = None,
 ) -> Variation:
-    """Return the problem to search; `TimeUp` if time is too short to look at the batch.
+    """Return the search problem of a program; raise `TimeUp` if time is too short to execute the batch.
 
     The clock of the budget starts after compilation.
     """
@@ -322,13 +322,13 @@ def variation_of(
 def _choices(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """Return the variables; words of equal parts are one variable unless told otherwise."""
+    """Return the search space; words of equal parts are one variable unless `options.free`."""
     choices = choices_of(simulation, text, options, runs, of_all=of_all)
     return choices if options.free else choices._replace(variables=together(choices.variables, simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:
-    """One run on the expected lot, as of `grind run`."""
+    """Return one run on the expected lot, as in `grind run`."""
     return trials_of(programs, job, 1, [(0,)], spread=0.0)
 
 

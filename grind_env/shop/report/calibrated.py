@@ -1,4 +1,4 @@
-"""The report of a calibration: what `grind calibrate --report` writes."""
+"""The report of a calibration, which `grind calibrate --report` writes."""
 
 import math
 from collections.abc import Mapping

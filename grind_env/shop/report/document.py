@@ -30,21 +30,21 @@ TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 TITLE = "Grinding report: "
 PAGE = Own("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
-"""By which `grind report` knows its page again: it replaces no other that it was not told the name of."""
+"""Page that `grind report` recognises as its own: under a default name it replaces no other file."""
 GENERATOR = f"grind_env {__version__}"
 MOST_LINES, LONGEST_LINE = 400, 1000
-"""Lines of a listing, and characters of a line."""
+"""Greatest number of lines of a listing, and of characters of a line."""
 
 
 class Section(NamedTuple):
-    """A heading, and what stands below it: by the functions of this module."""
+    """Section of a page: a heading, and a body made by the functions of this module."""
 
     title: str
     body: "Sequence[Markup]"
 
 
 class Note(NamedTuple):
-    """A remark below a line of a listing."""
+    """Note below a line of a listing."""
 
     text: str
     kind: Kind = ""
@@ -61,10 +61,10 @@ def table(content: Table, caption: str = "") -> "Markup":
 
 
 def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
-    """Return a figure as wide as the page, of any texts, drawn as SVG.
+    """Return a figure as wide as the page, drawn as SVG; any texts are escaped.
 
     Raises:
-        MissingExtra: as of `page`.
+        MissingExtra: as in `page`.
     """
     from grind_env.shop.report.static import drawn
 
@@ -82,7 +82,7 @@ def paragraph(text: str) -> "Markup":
 
 
 def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, numbered: bool = True) -> "list[Markup]":
-    """Lines of a program or a file, with remarks by their number from 1; of very many lines the first."""
+    """Return the lines of a program or a file, at most `MOST_LINES`, with notes by line number from 1."""
     lines = [
         (
             str(number) if numbered else "",
@@ -96,9 +96,9 @@ def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, n
 
 
 def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
-    """Return a whole page, HTML: title, facts such as the revision of a program by their names, and sections.
+    """Return a whole page, HTML: title, facts by name such as the revision of a program, and sections.
 
-    Its security policy forbids it to load anything and to run any script.
+    The security policy of the page forbids it to load anything and to run any script.
 
     Raises:
         MissingExtra: Jinja2 or matplotlib is not installed.
@@ -117,11 +117,11 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
 
 
 def prepare_page(path: Path) -> None:
-    """Find out, before long work for a page, whether it can be written.
+    """Check, before long work, that a page can be written.
 
     Raises:
         FileError: the folder does not exist, or the file has another suffix than `SUFFIXES`.
-        MissingExtra: as of `page`.
+        MissingExtra: as in `page`.
     """
     _check_suffix(path)
     check_target(path)
@@ -129,17 +129,17 @@ def prepare_page(path: Path) -> None:
 
 
 def write_page(path: Path, html: str) -> None:
-    """Write a page, whole or not at all.
+    """Write a page atomically.
 
     Raises:
-        FileError: the folder does not exist or cannot be written to, or as of `prepare_page`.
+        FileError: the folder does not exist or cannot be written to, or as in `prepare_page`.
     """
     _check_suffix(path)
     write_atomically(path, lambda temporary: temporary.write_text(html, encoding="utf-8"))
 
 
 def _check_suffix(path: Path) -> None:
-    """Keep a page from being written over a program or a job."""
+    """Refuse other suffixes than `SUFFIXES`, so that no page replaces a program or a job."""
     if path.suffix.lower() not in SUFFIXES:
         raise FileError(f"{path}: a page is written as {' or '.join(SUFFIXES)}; name such a file")
 

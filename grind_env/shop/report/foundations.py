@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def revisions(files: Mapping[str, Path]) -> dict[str, str]:
-    """Names and revisions of files by what they are, and when the page was written."""
+    """Return names and revisions of files by kind of file, and the time of the report."""
     facts = {}
     for name, path in files.items():
         changed = datetime.fromtimestamp(path.stat().st_mtime, timezone.utc)
@@ -62,7 +62,7 @@ def changes(job: Job) -> list[tuple[str, str, str, str, str]]:
 
 
 def assumptions(job: Job) -> list[str]:
-    """Return in sentences what a run takes for granted."""
+    """Return the assumptions of a run as sentences."""
     setup, times, start = job.setup, job.times, job.wheel
     diameter = setup.wheel.diameter if start.diameter is None else start.diameter
     dull = "freshly dressed" if start.wear_flat_area is None else f"with {100.0 * start.wear_flat_area:g} % wear flats"

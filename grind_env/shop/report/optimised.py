@@ -1,4 +1,4 @@
-"""The report of an optimisation: what `grind optimise --report` writes."""
+"""The report of an optimisation, which `grind optimise --report` writes."""
 
 from collections.abc import Mapping
 from difflib import SequenceMatcher
@@ -118,7 +118,7 @@ def _shares(limits: list[LimitUse], after: str) -> Graph:
 
 
 def _program(found: Optimised) -> "list[Markup]":
-    """Return the new text, with what its changed lines were."""
+    """Return the new text, with the old text of each changed line."""
     old, new = found.before.splitlines(), found.after.splitlines()
     notes: dict[int, list[document.Note]] = {}
     for kind, first, last, start, end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():

@@ -1,4 +1,4 @@
-"""The report of a run: what `grind report` writes."""
+"""The report of a run, which `grind report` writes."""
 
 import math
 import re
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
-"""Most rows of a table; of more the first and the last are shown."""
+"""Greatest number of rows of a table; a longer table shows its first and last rows."""
 LONGEST_LINE = 200
-"""Characters of a block in a table."""
+"""Greatest number of characters of a block in a table."""
 SAFE = 0.95
 """Parts that are good with less than this probability are at risk."""
 NARROW = 0.1
-"""Share of a limit that is left: less is narrow."""
+"""Unused share of a limit below which it is narrow."""
 
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
 
 class BlockSummary(NamedTuple):
-    """All executions of a block, or of blocks of the same words."""
+    """Summary of all executions of a block, or of blocks with the same words."""
 
-    line: int  # of the first of them
-    cells: dict[str, str]  # by their headings
-    summary: str  # the same as a remark in the program
+    line: int  # line of the first block
+    cells: dict[str, str]  # texts by heading
+    summary: str  # summary as a note in the listing of the program
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
     """Return the page of a run, HTML.
 
     Raises:
-        MissingExtra: as of `page`.
+        MissingExtra: as in `page`.
     """
     blocks = block_rows(record)
     shown = picture(record, job)
@@ -119,7 +119,7 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
 def _margin(
     name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
 ) -> Sequence[str | Cell]:
-    """Return the row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
+    """Return the row of a limit, for the part with the smallest unused share; `limits` may differ from part to part."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
     worst = int(np.argmax(shares)) if np.isfinite(shares).any() else int(np.argmax(values))

@@ -12,21 +12,21 @@ from grind_env.render.graphs import Graph, draw_graph
 from grind_env.render.plots import draw_panels
 
 DPI = 96.0
-"""px an inch, as pages count them."""
+"""Resolution of pages, px per inch."""
 WIDTH = 864.0 / DPI
-"""in; on A4 letters of `FONT` are then 7 pt high."""
+"""Width of a figure, in; on A4, letters of `FONT` are then 7 pt high."""
 PANEL, EDGES = 1.2, 0.7
-"""in; height of a panel of a run, and of what is above and below all of them."""
+"""Height of a panel of a run, and of the edges above and below all panels, in."""
 MARGINS = 1.0, 0.1, 0.4, 0.65
-"""in; left, right, above and below the panels of a run."""
+"""Margins left, right, above and below the panels of a run, in."""
 FONT = 9.0
-"""pt."""
+"""Font size, pt."""
 COLOURS = {"blue": BLUE, "orange": ORANGE, "green": GREEN, "red": RED, "grey": GREY, "ink": INK, "grid": GRID}
 VARIABLES = {colour: f"var(--{name})" for name, colour in (COLOURS | {"paper": PAPER, "shade": SHADE}).items()}
-"""Names that templates/page.css gives to colours."""
+"""Variables of templates/page.css by colour."""
 UNSAID = {"Creator": None, "Date": None, "Format": None, "Type": None}
 
-_TAG = re.compile(r"<[^>]*>")  # of which there is none in a text or an attribute: these are escaped
+_TAG = re.compile(r"<[^>]*>")  # texts and attributes contain no tags, because they are escaped
 _COLOUR = re.compile(r"(?<=: )#[0-9a-f]{6}\b")
 _LEFT_OUT = re.compile(
     r'(?<=<g) id="[^"]*"| transform="rotate\(-0 [^)]*\)"|(?<=\.\d\d)\d+|\n| font-family: [^"]*?(?=;|")'
@@ -42,11 +42,11 @@ def drawn(shown: Picture | Graph) -> str:
     settings: Any = {"font.size": FONT, "legend.fontsize": FONT, "axes.linewidth": 0.6, **dict.fromkeys(inked, INK)}
     settings |= {"text.parse_math": False, "svg.fonttype": "none", "svg.hashsalt": "grind_env"}
     with rc_context(settings), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph")  # that matplotlib's font lacks: the letters are the browser's
+        warnings.filterwarnings("ignore", "Glyph")  # the browser has the letters that matplotlib's font lacks
         if isinstance(shown, Picture):
             draw_panels(shown, figure, FONT)
             width, height = figure.get_size_inches()
-            figure.set_layout_engine(None)  # that of the figure draws all of it twice
+            figure.set_layout_engine(None)  # the layout engine of the figure draws everything twice
             sides = {"left": MARGINS[0] / width, "right": 1.0 - MARGINS[1] / width}
             figure.subplots_adjust(**sides, top=1.0 - MARGINS[2] / height, bottom=MARGINS[3] / height, hspace=0.15)
         else:
@@ -59,5 +59,5 @@ def drawn(shown: Picture | Graph) -> str:
 
 
 def _slim(tag: re.Match[str]) -> str:
-    """Return a tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
+    """Return a tag in the colours of the page, without unused attributes and digits that nobody sees."""
     return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: VARIABLES.get(found[0], found[0]), tag[0]))

@@ -21,7 +21,7 @@ PROGRAM, JOB, CATALOGUE, NOTEBOOK, LOG = "part.nc", "part.toml", "shop.toml", "f
 OWN = {"wheel": "our_a60j", "machine": "our_grinder"}
 """Entries of the catalogue that the job names."""
 EXAMPLE = "plate_g82"
-"""The program and the job that beginners get."""
+"""Name of the example whose program and job `grind init` copies."""
 
 WIDTH = 110
 
@@ -30,14 +30,14 @@ HEAD = """\
 # under the name part.toml. A key behind a # has the default that stands there; take the # away to change it."""
 
 Values = Mapping[str, Any]
-"""Keys that are given, by table."""
+"""Values of keys, by table."""
 
 REPEATED = (STAGES, STATIONS)
-"""Tables of which there may be several."""
+"""Tables that may occur several times."""
 
 
 def job_template(given: Values | None = None) -> str:
-    """Return the text of a job file that `load_job` reads."""
+    """Return the text of a job file with every key; `given` are its values, by default the example's."""
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):
@@ -51,7 +51,7 @@ def example_values() -> Values:
 
 
 def _table(name: str, rows: Sequence[SchemaRow], given: Mapping[str, Any]) -> Iterator[str]:
-    """Return a table; one that is left out is a remark as a whole if some key of it would be missing."""
+    """Yield the lines of a table; without values its heading is a comment if the table would lack a required key."""
     out = "" if given or not (name in REPEATED or any(row.required for row in rows)) else "#"
     if name:
         yield f"{out}{f'[[{name}]]' if name in REPEATED else f'[{name}]'}"
@@ -64,11 +64,11 @@ def _table(name: str, rows: Sequence[SchemaRow], given: Mapping[str, Any]) -> It
 
 
 class ExistsError(GrindError):
-    """A file that would be overwritten."""
+    """File that would be overwritten."""
 
 
 def start_folder(folder: Path) -> list[Path]:
-    """Write the files into a folder, which is made if need be; returns them, the program first."""
+    """Write the files into a folder, which is created if missing; return their paths, the program first."""
     example = example_values()
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
     texts = {PROGRAM: read_text(EXAMPLES / f"{EXAMPLE}.nc"), JOB: job_template(job)}
@@ -86,7 +86,7 @@ def start_folder(folder: Path) -> list[Path]:
                 moved.append(path)
     except BaseException as error:
         _take_back(moved, made)
-        if isinstance(error, OSError | ValueError):  # of a name that no folder can have
+        if isinstance(error, OSError | ValueError):  # ValueError: no folder can have this name
             why = getattr(error, "strerror", None) or error
             raise FileError(f"{shown(folder)} cannot be made: {why}; make room, or name another folder") from None
         raise
@@ -114,7 +114,7 @@ def _is_there(path: Path) -> bool:
 
 
 def _take_back(files: Sequence[Path], folders: Sequence[Path]) -> None:
-    """Remove files, and those folders that are then empty, the innermost of which comes first."""
+    """Remove files, and then the empty ones of some folders, the innermost folder first."""
     with suppress(OSError):
         for path in files:
             path.unlink(missing_ok=True)

@@ -1,7 +1,7 @@
 """The sample log of `grind init`; `python -m grind_env.shop.start.sample` rewrites it.
 
-It is no measurement: the program of the folder is ground by a machine whose material is ploughed with a higher pressure
-than the catalogue says, and a meter looks at its spindle.
+The log is no measurement. A simulated machine grinds the program of the folder; its material has a higher ploughing
+pressure than in the catalogue. A simulated meter records the power of the spindle.
 """
 
 from pathlib import Path
@@ -19,15 +19,15 @@ from grind_env.shop.start.folder import HERE, LOG, start_folder
 
 PARTS = 2
 PRESSURE = 1.3
-"""Ploughing pressure of the material over that of the catalogue, which a calibration finds again."""
+"""Ploughing pressure of the material over the catalogue's; a calibration finds this ratio again."""
 STEP = 0.1
-"""s between two rows."""
+"""Time between two rows, s."""
 IDLE, DRIFT = 1480.0, 60.0
-"""W of the idling spindle at the start, and how much of it goes as the spindle warms up."""
+"""Idle power of the spindle at the start, and its decrease as the spindle warms up, W."""
 NOISE = 20.0
-"""W, standard deviation of a row."""
+"""Standard deviation of the power in a row, W."""
 GAUGING = 12.0
-"""s that the operator takes between two runs of strokes."""
+"""Time that the operator takes between two runs of strokes, s."""
 
 
 def sample_log(programs: Programs, job: Job) -> str:
@@ -55,7 +55,7 @@ def sample_log(programs: Programs, job: Job) -> str:
 
 
 def main() -> None:
-    """Write the log that the package has."""
+    """Rewrite the sample log of the package."""
     with TemporaryDirectory() as folder:
         program, job, *_ = start_folder(Path(folder))
         text = sample_log(read_file(program), load_job(job))

@@ -1,4 +1,4 @@
-"""The picture of a sweep: cost and limits over the dress interval, over E, and over lead and depth of the dress."""
+"""The figure of a sweep: cost and limits over the dress interval, over E, and over lead and depth of the dress."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -37,7 +37,7 @@ LINES = (
 BEST = Look(GREEN)
 LOOKS = dict(zip((*LIMITS, RISK), LINES, strict=False))
 DEAREST = 4.0
-"""Times the best cost above which a cost is drawn as that."""
+"""Highest cost on the axis, as a multiple of the best cost."""
 AXES = {
     "every": "{counted}s from dress to dress",
     "E": "E of the first cycle block, mm/min",
@@ -47,10 +47,10 @@ AXES = {
 
 
 class SweepPanel(NamedTuple):
-    """Costs over a setting, and limits below them."""
+    """Panel of a sweep: costs over a setting, and the limits below."""
 
-    name: str  # of the setting
-    lines: Mapping[str, Sequence[SweepPoint]]  # points by the name of their line; the best one is that of `row`
+    name: str  # name of the setting
+    lines: Mapping[str, Sequence[SweepPoint]]  # points of each line by its name
     row: Sequence[SweepPoint]  # points whose limits are shown
 
 
@@ -92,7 +92,7 @@ def _panels(found: Sweep) -> list[SweepPanel]:
 
 
 def _costs(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
-    """Costs, the best line with its intervals as a band; hollow where a limit is passed."""
+    """Draw the costs: the best line with its intervals as a band, and hollow marks beyond a limit."""
     points = [point for row in panel.lines.values() for point in row]
     best, others = cheapest(points), iter(LINES)
     if panel.name == "every":
@@ -120,7 +120,7 @@ def _costs(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
 
 
 def _limits(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
-    """Return the shares of each limit that 95 of 100 parts keep, and the share of the permitted risk."""
+    """Draw the share of each limit that 95 of 100 parts keep, and the share of the permitted risk."""
     for name, (color, dash, mark) in LOOKS.items():
         values = [100.0 * point.of_limits[name] for point in panel.row]
         if max(values) > 0.0:
@@ -138,7 +138,7 @@ def _values(points: Sequence[SweepPoint], name: str) -> "np.typing.NDArray[np.fl
 
 
 def _beyond(points: Sequence[SweepPoint]) -> str:
-    """Return the limits that bad points exceed: those exceeded by most."""
+    """Return the limits that bad points exceed, of each point the worst one, as text."""
     passed = {point.worst_limit for point in points if not point.keeps_limits}
     named = ", ".join(name for name in LOOKS if name in passed)
     return f"beyond a limit ({named})" if named else "beyond a limit"

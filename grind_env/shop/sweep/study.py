@@ -29,32 +29,32 @@ if TYPE_CHECKING:
 LOTS, JUDGED_LOTS = 96, 256
 """Lots of every point, and new lots on which the cheapest point must keep the limits, too."""
 RISK = "risk"
-"""Its name among the limits."""
+"""Name of the risk among the limits."""
 POINTS = 9
-"""Values of a range of E, lead or depth; of dress intervals at most."""
+"""Number of values of a range of E, lead or depth; with more dress intervals some are left out."""
 AT_ONCE = 16
-"""Points that are ground side by side."""
+"""Number of points that are simulated side by side."""
 FASTEST = 30_000.0
-"""E up to which is swept where the user does not say it, mm/min."""
+"""Highest E of a sweep by default, mm/min."""
 VALLEY = 0.02
-"""By which share the intervals of the valley cost more than the best one at most."""
+"""Greatest extra cost of the dress intervals in the valley, as a share of the best cost."""
 MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
-"""Means of `Measures`, what a point shows without an interval."""
+"""Means of `Measures` that a point shows without an interval."""
 
 
 class SweepError(GrindError):
-    """A sweep over something that a program does not have."""
+    """Sweep over a value that the program does not have."""
 
 
 class SweepRanges(NamedTuple):
     """Ranges of a sweep, lowest to highest value; without a range the program's value stays."""
 
     E: tuple[float, float] | None = None
-    """mm/min, of the first cycle block; those of the others keep their ratio to it."""
+    """E of the first cycle block, mm/min; E of the other blocks keeps its ratio to it."""
     every: tuple[int, int] | None = None
-    """Parts from dress to dress."""
+    """Dress interval, in parts."""
     lead: tuple[float, float] | None = None
-    """mm a revolution of the wheel."""
+    """Lead of the dress, mm a revolution of the wheel."""
     depth: tuple[float, float] | None = None
     """Mean infeed of a pass, mm."""
 
@@ -70,12 +70,12 @@ class SweepPoint:
         depth: depth of the dress, mm a pass; 0 without a dress program.
         cost: cost of a part, $, with a 90 % interval for one machine.
         seconds: time of a part, s.
-        Ra: um.
-        power: highest, kW.
-        rise: highest of the last stage, K.
-        highest_rise: highest of all stages, K.
-        size_error: um.
-        scrap: share of the parts.
+        Ra: roughness, um.
+        power: highest power, kW.
+        rise: highest temperature rise of the last stage, K.
+        highest_rise: highest temperature rise of all stages, K.
+        size_error: absolute size error, um.
+        scrap: share of scrapped parts.
         shares: shares of the limits power, rise, Ra and size that 95 of 100 parts keep, on any machine.
         risk: risk as in `trials.risk`, as a share of the permitted risk. Both are the higher ones of all lots and of
             new lots where a point was judged on those.
@@ -122,12 +122,12 @@ class Sweep:
         parts: parts of a batch.
         lots: number of lots of every point.
         counted: unit of a run: "part", or "run" if it grinds several parts.
-        own: the program as it is.
-        most_risk: permitted risk, as a share of the cost of the program as it is.
-        speeds: over E and dress interval.
-        dresses: over lead and depth, with the best E and interval.
+        own: point of the unchanged program.
+        most_risk: permitted risk, as a share of the cost of the unchanged program.
+        speeds: points over E and dress interval.
+        dresses: points over lead and depth, with the best E and interval.
         remarks: sentences on given variables that nothing reads.
-        calibration: as of `Optimised`.
+        calibration: source of the calibration; None without one.
         plant: name of the machine, if not the model.
     """
 
@@ -145,7 +145,7 @@ class Sweep:
 
     @property
     def best(self) -> SweepPoint:
-        """The cheapest point that keeps the limits, if one does."""
+        """The cheapest point that keeps the limits, or the cheapest of all if none does."""
         return cheapest([self.own, *self.speeds, *self.dresses])
 
     @property
@@ -181,7 +181,7 @@ class Sweep:
         return points[first].every, points[last].every
 
     def plot(self) -> "Figure":
-        """Cost and limits over dress interval, E, lead and depth, as `grind sweep --plot`.
+        """Return a figure of cost and limits over dress interval, E, lead and depth, as `grind sweep --plot`.
 
         Raises:
             MissingExtra: matplotlib is not installed.
@@ -198,12 +198,12 @@ def _cost(point: SweepPoint) -> float:
 
 
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
-    """Return the cheapest of some points, of those that keep the limits if one does."""
+    """Return the cheapest point that keeps the limits, or the cheapest of all if none does."""
     return min([point for point in points if point.keeps_limits] or points, key=_cost)
 
 
 def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, ...]:
-    """Return the cheapest point of each value that some points have of a setting, ascending."""
+    """Return the cheapest point for each value of a setting, in ascending order of the values."""
     known = sorted({getattr(point, name) for point in points})
     return tuple(cheapest([point for point in points if getattr(point, name) == value]) for value in known)
 
@@ -219,11 +219,11 @@ def sweep(
     untried: bool = False,
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
-    """Grind a program with a grid of settings, as `shop.calls.sweep`: every one on the same lots and machines.
+    """Return the costs of a program on a grid of settings, all on the same lots and machines, as `shop.calls.sweep`.
 
     Raises:
-        CondemnedError: the model scraps the program as it is.
-        GrindError: the program cannot be run so.
+        CondemnedError: the model scraps the unchanged program.
+        GrindError: the program cannot be run with these settings.
     """
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
@@ -264,7 +264,7 @@ def sweep(
 
 
 def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
-    """Return trials of the program as it is on the lots and machines of a sweep; errors as of `fleet_of`."""
+    """Return trials of the unchanged program on the lots and machines of a sweep; errors as in `fleet_of`."""
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     fleet = fleet_of(trials, seed, untried=untried)
     return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
@@ -286,7 +286,7 @@ class _Setting(NamedTuple):
 
 
 class _Study:
-    """Grinds a program for a batch of parts with settings of its own in every part."""
+    """Study of a program in a batch of parts, with any settings of its blocks."""
 
     def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
         self.trials, self.runs, self.progress = trials, runs, progress
@@ -317,7 +317,7 @@ class _Study:
         return points
 
     def refuse(self, ranges: SweepRanges) -> None:
-        """Refuse ranges of what the program does not have."""
+        """Refuse illegal ranges, and ranges of values that the program does not have."""
         simulation = self.trials.simulation
         name, most = simulation.programs.name, simulation.job.setup.machine.maximum_table_speed
         for option, ends in {"E": ranges.E, "lead": ranges.lead, "depth": ranges.depth}.items():
@@ -336,7 +336,7 @@ class _Study:
         if high > most:
             raise SweepError(f"--E goes up to {high:g} mm/min, but the table makes {most:g}")
         programmed = float(self.own[0, E])
-        # by ratio, the whole range is nearer to the program in inches
+        # compared by ratio, the whole range is nearer to the programmed E in inch/min
         if self.trials.stand[0].inch and high < programmed / math.sqrt(INCH):
             raise SweepError(
                 f"--E is in mm/min: {low:g}..{high:g} does not come near the {programmed:.0f} mm/min "
@@ -356,7 +356,7 @@ class _Study:
         return found
 
     def _table(self, setting: _Setting) -> Array:
-        """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
+        """Return the settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
         table = self.own.copy()
         if setting.E is not None:
             table[:, E] *= setting.E / table[0, E]
@@ -388,7 +388,7 @@ class _Study:
 
 
 def _executions(trials: Trials) -> Array:
-    """D of each block of all runs where a dress is due: the most that it ever has, or 1 in the first of a run."""
+    """Return D of each block of all runs if a dress is due: its greatest D; if all are 0, 1 in a run's first block."""
     takes = np.array([block.takes_dresses for block in trials.stand], bool)
     most: dict[SourceText, float] = {}
     for block, executions in zip(trials.stand, trials.own[:, D].tolist(), strict=True):
@@ -401,12 +401,12 @@ def _executions(trials: Trials) -> Array:
 
 
 def _values(ends: tuple[float, float] | None) -> Sequence[float | None]:
-    """Values of a range, evenly by ratio; None alone for what is not swept."""
+    """Return the values of a range, evenly by ratio; None alone for a value that is not swept."""
     return [None] if ends is None else np.geomspace(*ends, POINTS).tolist()
 
 
 def _intervals(ends: tuple[int, int] | None) -> Sequence[int | None]:
-    """Dress intervals of a range; of many those evenly by ratio."""
+    """Return the dress intervals of a range; of many, some evenly by ratio."""
     if ends is None:
         return [None]
     count = ends[1] - ends[0] + 1

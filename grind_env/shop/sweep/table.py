@@ -12,7 +12,7 @@ from grind_env.table import Column, Table, table_of
 
 
 def _where(name: str, form: str) -> Callable[[SweepPoint], str]:
-    """Return what writes a setting that a program may lack."""
+    """Return the function that writes a setting; its text is empty if the program lacks the setting."""
     return lambda point: f"{getattr(point, name):{form}}" if getattr(point, name) else ""
 
 
@@ -43,11 +43,11 @@ COLUMNS = {
 }
 
 VARIED = ("E", "every", "lead", "depth")
-"""Columns that are left out where all rows have the same; the table of the program as it is has them."""
+"""Columns that are left out of a table of several rows if all rows have the same value."""
 
 
 def tables_of(found: Sweep) -> list[Table]:
-    """Return the program as it is, the best point of each dress interval, and the grid of lead and depth."""
+    """Return the unchanged program, the best point of each dress interval, and the grid of lead and depth."""
     tables = [_table("as it is", [found.own], found.counted)]
     grids = (
         (found.speeds, "every", "the best E of each dress interval", "over E"),
@@ -61,7 +61,7 @@ def tables_of(found: Sweep) -> list[Table]:
 
 
 def points_table(found: Sweep) -> Table:
-    """Return a row for each point of the sweep, the program as it is first."""
+    """Return a table with a row for each point of the sweep, the unchanged program first."""
     return _table("", [found.own, *found.speeds, *found.dresses], found.counted)
 
 
@@ -103,7 +103,7 @@ def sentences(found: Sweep) -> list[str]:
 
 
 def as_data(found: Sweep) -> dict[str, Any]:
-    """Return all of it in JSON types."""
+    """Return the sweep in JSON types."""
     same = "program", "parts", "lots", "calibration", "most_risk", "counted"
     return {
         **{name: getattr(found, name) for name in same},
@@ -131,7 +131,7 @@ def _table(title: str, points: Sequence[SweepPoint], counted: str) -> Table:
 
 
 def _settings(point: SweepPoint, found: Sweep) -> str:
-    """E of a point, its dress interval, and lead and depth where they are not those of the program."""
+    """Return E and dress interval of a point as text, with lead and depth if they differ from the program's."""
     own, said = found.own, [f"E{point.E:.0f}"]
     said += [f"a dress {DressInterval(point.every, found.counted)}"] if point.every else []
     said += [f"lead {point.lead:.3f} mm"] if point.lead != own.lead else []

@@ -21,25 +21,25 @@ from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
 from grind_env.shop.trials import most_risk, risk
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
-"""Steps of which exact values are multiples, metric and in inches; of a lead its F."""
+"""Steps of the written values, metric and in inches; of a lead the steps of its F."""
 NEAR = 0.01
-"""Share by which a part may cost more or less as it is written, for E, F and infeeds are rounded."""
+"""Greatest relative difference of the cost of a part as written, because E, F and infeeds are rounded."""
 ROUNDING = 0.001
-"""Share by which E may be another one as it is written."""
+"""Greatest relative difference of E as written."""
 
 
 class NothingBetter(SweepError):
-    """A sweep that has found no better point than the program as it is."""
+    """Sweep without a better point than the unchanged program."""
 
     status = 3
 
 
 class Recommended(NamedTuple):
-    """The program with the words of the best point of a sweep."""
+    """Program with the words of the best point of a sweep."""
 
-    data: bytes  # its file
+    data: bytes  # content of its file
     cost: float  # $ a part, on the lots of the sweep
-    keeps_limits: bool  # as of its point
+    keeps_limits: bool  # whether it keeps limits and permitted risk as written
 
 
 def recommended(
@@ -51,7 +51,7 @@ def recommended(
     variables: Mapping[int, float] = {},
     untried: bool = False,
 ) -> Recommended:
-    """Write the best point into its program, and grind it so."""
+    """Return the program with the best point written into it; the written program is simulated, too."""
     best, path = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise NothingBetter(f"{path.name}: no point keeps the limits and costs less than the program")
@@ -82,7 +82,7 @@ def recommended(
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
-    """Return the variation with one level each, that of the best point."""
+    """Return the variation with one level for each variable, the level of the best point."""
     turns = variation.base.simulation.task.wheel_revolutions
     variables = variation.choices.variables
     dressed = any(each.name == "D" and each.own for each in variables)
