@@ -207,7 +207,7 @@ class Seen:
         return self
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Return features and hidden values of full observations; memories of episodes in `mask`, shape (N,), advance."""
+        """Return features and hidden values of full observations; `mask`, shape (N,), selects the episodes."""
         features = self.view.features(observations[:, : self.measured], mask)
         return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
