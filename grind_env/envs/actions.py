@@ -140,7 +140,7 @@ class ActionCodec:
         return columns
 
     def table(self, actions: Any, count: int | None = None) -> Table:
-        """Return a batch of actions as numbers, shape (N, columns); of `count` actions if that is given.
+        """Return a batch of actions as numbers, shape (N, columns); `count` is the required N, None for any.
 
         Raises:
             ActionError: if they are not numbers or have another shape.

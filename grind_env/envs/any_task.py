@@ -87,12 +87,11 @@ def make(
 
     ## Description
 
-    A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
-    plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
-    program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
-    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears;
-    slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
-    wheel.
+    A step is one G82 cycle block of a surface grinder. The table reciprocates with feedrate **E**; the wheel plunges at
+    every reversal point until the stock is removed, then sparks out. Within the cycle, the control runs the dress
+    program **D** times at equal intervals of depth. (A task with an infeed has G81 blocks, a task with a cross pick G83
+    blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears. Slow tables
+    glaze the wheel and burn the part, fast tables cost power, roughness and size, and dressing costs time and wheel.
 
     ## Action space
 
@@ -122,12 +121,12 @@ def make(
     ratios are the true ones of the block (0 where Ra has no limit). Then `burn_ratio` says how near the block came to
     burning: 1 is at the limit.
 
-    A part is scrap by its size, its Ra, the highest temperature rise that it has felt, or a spindle that has
-    stalled. The burn ratio (Malkin) only warns of heat: it scraps nothing.
+    A part is scrap because of its size, its Ra, its highest temperature rise, or a stalled spindle. The burn ratio
+    (Malkin) only warns of heat: it scraps nothing.
 
     ## Episode
 
-    Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
+    An episode starts with a freshly dressed wheel (unless the task says otherwise) and is `terminated` after the last
     block. Everything random is decided at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
     restricts what they are drawn from (`grind_env.envs.contexts`). The observation does not show fixed factors: in a
     task of one material, the agent has to find out another material like a lot or a wheel.

@@ -19,7 +19,7 @@ class Shop(NamedTuple):
     """The numbers of a task that are the same for all its blocks.
 
     `hourly` is $/h, `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and
-    `change_price` are $; `new_diameter` is mm, `change_seconds` are s. Jobs leave the defaults.
+    `change_price` are $; `new_diameter` is mm, `change_seconds` are s. For jobs, fields with a default keep it.
     """
 
     hourly: float
@@ -71,7 +71,7 @@ class Outcome(NamedTuple):
     rise: float
     """Highest temperature rise that counts, K."""
     peak_power: float
-    """Highest power of the spindle, W: at most its limit, even if its load is higher."""
+    """Highest power of the spindle, W: at most the power limit, even under a higher load."""
     peak_torque: float
     """Ratio of the highest torque to the torque at which the spindle stalls."""
     roughness: float

@@ -48,7 +48,7 @@ class EpisodeLength:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
+        """Return the spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
         return self._spec
 
     @spec.setter

@@ -80,7 +80,7 @@ class Episodes:
         return np.asarray(self.tape[i, self.block[i] % self.tape.shape[1]])
 
     def coming(self) -> Table:
-        """Return the tape rows of the coming blocks, or after the end of the last, shape (N, fields of `TapeRow`)."""
+        """Return the tape rows of the coming blocks (at the end: the last blocks), shape (N, fields of `TapeRow`)."""
         at = np.minimum(self.block, self.source[:, BLOCKS].astype(np.int64) - 1) % self.tape.shape[1]
         return np.asarray(self.tape[np.arange(len(at)), at])
 
@@ -119,7 +119,7 @@ def check_running(episodes: Episodes, active: NDArray[np.int64], blocks: Any) ->
     """Check that each episode in `active` has a block left of its `blocks`, one number for all or shape (N,).
 
     Raises:
-        EpisodeOver: an episode has none.
+        EpisodeOver: an episode has no block left.
     """
     ended = episodes.block >= blocks
     if np.count_nonzero(ended) and ended[active].any():

@@ -42,7 +42,7 @@ _found_bad = as_written(found_bad)  # a call of `Inlined` from Python takes a te
 
 
 class InfoWriter:
-    """Writes the info of the steps of a simulation.
+    """Writer of the info of the steps of a simulation.
 
     Args:
         simulation: the simulation.

@@ -18,7 +18,7 @@ WORST_REWARD = -10.0
 
 EPISODES, USUAL = 256, 32
 """Number of episodes of random play, and of the cheapest ones whose observations count: readings of spoilt parts are
-many times as large. The seeds are the first of training."""
+many times as large. The seeds are the first training seeds."""
 JITTER = 0.1
 """Largest deviation of E from its mean in an episode, as a share of the geometric range of E."""
 LEAST_DEVIATION = 0.01

@@ -16,7 +16,7 @@ from grind_env.kernel.random import Words, normal, philox, uniform
 EPISODE, ORDER, DATE, PART, GAUGES, READINGS, _, TAPER = range(8)
 """Purposes of random numbers, each with four words for a counter: episode (wheel; coolant and start; spare wheel),
 order by its first block, due date, part by its first block, block (pre-gauge, roughness of the part, mean and first
-power), block again (peak power, size, roughness and wheel), and taper of a part by its number."""
+power), block again (peak power, size, roughness and wheel), and taper of a part by its block."""
 
 
 WORDS = 2.0**32

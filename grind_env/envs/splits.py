@@ -14,7 +14,7 @@ RANGES = 10
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Changes by a split.
+    """Changes of the random draws by a split.
 
     Attributes:
         ranges: ranges of every log-normal factor to draw from, counted from the lowest; empty for all.

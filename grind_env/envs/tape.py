@@ -1,7 +1,7 @@
 """The noise tape of an episode: one row of random numbers for each block, drawn when the block comes up.
 
-Every random number of an episode is a function of the episode's key, of a counter (of a block, an order, a date, a
-stroke) and of its purpose. So the same seed means the same stock, lots, wheels and measurement noise for every policy,
+Every random number of an episode is a function of the episode's key, of a counter (of a block, an order, a date or a
+part) and of its purpose. So the same seed means the same stock, lots, wheels and measurement noise for every policy,
 and policies are compared on common random numbers. Factors without spread in a task are not drawn, and the other
 numbers do not change.
 """

@@ -320,7 +320,7 @@ def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokePa
 
 @inlined
 def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
-    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
+    """Return the price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
 
     `own` are the program's settings of the block, by which the next user dresses the wheel. Chosen dress settings do
     not count: they could make the handover cheaper in a block without a dress.

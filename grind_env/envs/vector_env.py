@@ -110,7 +110,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
 
     @property
     def np_random_seed(self) -> Any:
-        """The seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
+        """Return the seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
         return tuple(self.seeds)
 
     def observation_info(self) -> tuple[Reading, ...]:
@@ -125,8 +125,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         Args:
             seed: seeds of the generators; without a seed the generators continue.
             options: the mask, and `"context"`, `"split"` and `"plant"` of the episodes that start, see
-                `grind_env.envs.contexts`; they hold until changed. A list has one entry for each
-                sub-environment.
+                `grind_env.envs.contexts`; they hold until changed. A list has one entry for each sub-environment.
 
         Returns:
             The observations; and an info with the names of the machines if the environments were made with a plant.

@@ -100,7 +100,7 @@ class VectorMemory(ArrayWrapper):
 
 
 class HistoryStack(MemoryWrapper, RecordConstructorArgs):
-    """Shows the last n observations and actions.
+    """Wrapper that shows the last n observations and actions.
 
     The observation is a flat `Box`: n times (observation, action that led to it), the latest last, and zeros where
     the episode had not begun. Actions of a `Box` are unchanged; choices of a `Discrete` or `MultiDiscrete` are divided

@@ -54,7 +54,7 @@ def items(lines: Iterable[str]) -> str:
 
 
 def listing(lines: Sequence[str], more: int = 0) -> str:
-    """Return numbered lines of a program, then the number of lines not shown, `more` of which are not in `lines`."""
+    """Return numbered lines of a program, then the number of lines left out; `more` lines follow after `lines`."""
     width = len(str(len(lines)))
     hidden = max(len(lines) - MOST_LINES, 0) + more
     cut = [line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…" for line in lines[:MOST_LINES]]

@@ -16,7 +16,7 @@ def load_zip(path: Path, simulation: Simulation) -> ModelPolicy:
     """Return the agent in a trusted .zip of Stable-Baselines3 that was trained in an environment of this package.
 
     Raises:
-        GrindError: the file holds no such agent, or its task, observations or actions are others.
+        GrindError: the file holds no such agent, or an agent for another task or with other observations or actions.
     """
     try:
         loaded: Any = load_from_zip_file(path, device="cpu")

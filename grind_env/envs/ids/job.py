@@ -72,9 +72,9 @@ def make(
 
     ## Episode
 
-    The program from its start to its end, `parts` times, where it is `terminated`. Wheel, coolant and lots of material
-    differ from episode to episode as in the other tasks; everything random is decided at reset. `reset(options=...)`
-    fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
+    An episode is `parts` runs of the program from start to end, and is `terminated` after the last one. Wheel, coolant
+    and lots of material differ from episode to episode as in the other tasks; everything random is decided at reset.
+    `reset(options=...)` fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
     (`grind_env.envs.contexts`); stock and material are those of the job.
 
     `env.spec.max_episode_steps` is one more than the steps of an episode. Wrappers such as `TimeAwareObservation` read

@@ -79,7 +79,7 @@ class JobGenerator(Disturbances):
         stated: stated differences of each part.
 
     Raises:
-        JobError: a factor that cannot differ from part to part here.
+        JobError: `stated` has a factor that cannot differ from part to part.
     """
 
     def __init__(

@@ -274,7 +274,7 @@ class JobSimulation(Simulation):
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def _rows(self, episodes: Episodes) -> Numbers:
-        """Return the numbers of the coming blocks, or after the end of the last blocks, shape (N,)."""
+        """Return the numbers of the coming blocks (at the end: of the last blocks), shape (N,)."""
         at = np.minimum(episodes.block, episodes.tape.shape[1] - 1)
         if episodes.tape.shape[1] == len(self.blocks):
             return np.asarray(at)

@@ -269,7 +269,7 @@ class Task:
         return kind.length + 2.0 * self.setup.overrun
 
     def strokes(self, kind: Kind, stock: float) -> int:
-        """Return the number of strokes of a block of `kind` with `stock` (mm): the first one, plunges and spark-out."""
+        """Return the number of strokes of a block with `stock` (mm): one to the primary point, plunges, spark-out."""
         plunges = picks_to(stock, kind.pick)
         if self.cross_pick > 0.0:
             # after the stroke to the primary point a traverse for each plunge and each spark-out

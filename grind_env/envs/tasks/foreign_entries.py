@@ -21,8 +21,8 @@ class OtherWheel(NamedTuple):
 def other_materials(task: Task) -> Sequence[str]:
     """Return the materials outside a task that are no harder on its wheel than the task's hardest material.
 
-    With harder materials, almost no part is good under any policy. With the returned ones, wear flats grow no faster,
-    and the pressure on them is no higher.
+    With harder materials, almost no part is good under any policy. With the returned materials, wear flats grow no
+    faster, and the pressure on them is no higher.
     """
     entries, own = task.catalogue.materials, {kind.material for kind in task.kinds}
     growth = max(entries[name].wear_flat_growth for name in own)

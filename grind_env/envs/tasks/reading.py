@@ -5,7 +5,7 @@
     [setup]                    # optional, like all tables but [[kind]]; defaults: `grind tasks --schema`
     wheel = "a60j"
 
-    [[kind]]                   # of cycle block; several are ground in turn
+    [[kind]]                   # a kind of cycle block; several kinds are ground in turn
     material = "aisi_52100"
     stock = 0.2                # mm
     pick = 0.01                # mm

@@ -72,7 +72,7 @@ class ActionRange:
 
     @property
     def speed_ends(self) -> tuple[float, float]:
-        """Lowest and highest E, mm/min."""
+        """Return the lowest and highest E, mm/min."""
         speeds = self.speed_levels or self.speed_range or ()
         return min(speeds), max(speeds)
 
