@@ -29,11 +29,11 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 SMALLEST_POWER = 1.0
-"""W; added where a logarithm is taken of a power that may be 0."""
+"""Power that is added before a logarithm is taken, because a power may be 0, W."""
 LEAST_VARIANCE = 1e-18
-"""An ensemble that agrees to within this learns nothing from a reading."""
+"""Variance of the predicted readings up to which an ensemble learns nothing from a reading."""
 NEW_WHEEL = 1.0
-"""mm by which the diameter has to grow from block to block for the wheel to be another."""
+"""Growth of the diameter from block to block above which the wheel counts as a new one, mm."""
 AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
 FLAT_LIMIT = StrokeParameters._fields.index("Amax")
 
@@ -49,7 +49,7 @@ def mean(values: Any) -> float:
 
 @inlined
 def deviation(values: Any) -> float:
-    """Return the standard deviation of members, summed in the same order."""
+    """Return the standard deviation of members, summed in the order of `mean`."""
     middle, squares = mean(values), 0.0
     for value in values:
         squares += (value - middle) * (value - middle)
@@ -65,9 +65,9 @@ def adjust(states: Any, row: int, reading: float, sigma: float) -> None:
 
     Args:
         states: one quantity a row, one member a column; updated.
-        row: the row that holds what the members predict of the reading.
-        reading: what was read, in the unit of that row.
-        sigma: standard deviation of its noise.
+        row: index of the row with the predicted readings of the members.
+        reading: the measured reading, in the unit of that row.
+        sigma: standard deviation of the noise of the reading, in the unit of that row.
     """
     members = states.shape[1]
     predicted = states[row].copy()
@@ -100,7 +100,7 @@ def learn(
     wheels: Any,
     hidden: Any,
 ) -> float:
-    """Adjust the members of an episode to what was measured; the probability that the block burnt the part."""
+    """Adjust the members of an episode to the readings; return the probability that the block burnt the part."""
     members, columns = hidden.shape
     area, rise, power = columns, columns + 1, columns + 2
     states = np.empty((columns + 5, members))
@@ -114,7 +114,7 @@ def learn(
         states[power + 2, m] = log(result.peak_load + SMALLEST_POWER)
     readings = (seen.mean_power, seen.first_power, seen.peak_power)
     for k in range(3):
-        # 0 says that there was nothing to read, and at the end of its range the sensor says too little
+        # a reading of 0 means that nothing was read; at the end of its range the sensor reads too low
         if (readings[k] > 0.0) & (readings[k] < POWER_RANGE * kind.power):
             expected = exp(mean(states[power + k]))
             sigma = noise * (POWER_NOISE + POWER_NOISE_FLOOR / expected)
@@ -130,7 +130,7 @@ def learn(
 
 @entry
 def mount(diameter: float, feed: float, depth: float, p: StrokeParameters, wheels: Any) -> None:
-    """Put a new wheel of that diameter, mm, dressed with a feed in mm/s, in every member; the diamond stays."""
+    """Mount a new wheel of `diameter` (mm) in every member, dressed with `feed` (mm/s); the diamond stays."""
     for m in range(wheels.shape[0]):
         old = read_wheel(wheels, m)
         write_wheel(wheels, m, dressed_wheel(diameter, old.wd, dress_lead(old, feed, p), depth, p))
@@ -190,25 +190,25 @@ def follow(
     hidden: Any,
     beliefs: Any,
 ) -> None:
-    """Take in what was measured after the last block of the episodes in `chosen`, which their members have ground.
+    """Update the beliefs of the episodes in `chosen` with the readings of the block that the members have just ground.
 
     Args:
-        judged: of the last blocks, shape (N, fields of `Judged`).
-        signals: shape (N, fields of `Signals`).
+        judged: judgements of the last blocks, shape (N, fields of `Judged`).
+        signals: readings of the last blocks, shape (N, fields of `Signals`).
         noise: factor on the noise of the sensors.
         base: nominal parameters, shape (any, fields of `StrokeParameters`).
-        rows: those of the last blocks, shape (N,).
-        feed: with which a new wheel is dressed, mm/s.
-        depth: of that dress, mm.
+        rows: rows in `base` of the last blocks, shape (N,).
+        feed: traverse feed of the diamond in the dress of a new wheel, mm/s.
+        depth: depth of a pass in that dress, mm.
         sigmas: scales of the hidden numbers.
         draws: standard normal numbers, shape (any, M, fields of `Hidden`).
         chosen: indices of the episodes to update.
-        fresh: the episodes that begin, and have ground nothing yet, shape (N,).
-        updates: updates so far, shape (N,); counted up.
-        ground: parts ground so far, shape (N,), float64; counted up.
-        results: of the blocks that the members have ground, shape (N, M, fields of `Tally`).
-        wheels: shape (N, M, fields of `WheelState`); updated, like the next one.
-        hidden: shape (N, M, fields of `Hidden`).
+        fresh: whether each episode begins and has ground nothing yet, shape (N,).
+        updates: number of updates so far, shape (N,); counted up.
+        ground: number of parts ground so far, shape (N,), float64; counted up.
+        results: results of the members in the last blocks, shape (N, M, fields of `Tally`).
+        wheels: wheels of the members, shape (N, M, fields of `WheelState`); updated.
+        hidden: hidden numbers of the members, shape (N, M, fields of `Hidden`); updated.
         beliefs: shape (N, fields of `Belief`); written.
     """
     highest = base[0, FLAT_LIMIT]

@@ -7,7 +7,7 @@ from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 
 CUT = 1.8
-"""Log-normal factors are cut at this many standard deviations, so that every wheel holds the limits at some E."""
+"""Standard deviations at which log-normal factors are cut, so that every wheel keeps the limits at some E."""
 
 FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
 """The factors of a block, each on the stroke parameter of the same name."""
@@ -49,10 +49,10 @@ class Signals(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """Judgement of a block, as far as power shows it."""
+    """Flags and limits by which the filter judges a block."""
 
     ends_part: float
-    """1 if it finishes a part."""
+    """1 if the block finishes a part."""
     counts_all: float
     """1 if heat counts over all plunges."""
     rise: float
@@ -62,12 +62,11 @@ class Judged(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """Belief of the wheel now and of the lot of the coming block; each shape (N,)."""
+    """Belief of the present wheel and the lot of the coming block, shape (N,) each; spreads are standard deviations."""
 
     wear_flat: Any
     """Mean of the wear-flat area A."""
     wear_flat_spread: Any
-    """Standard deviation, like the next two of that name."""
     growth: Any
     """Mean log of the dulling rate of lot and wheel."""
     growth_spread: Any
@@ -79,9 +78,9 @@ class Belief(NamedTuple):
 
 
 WHEEL = Hidden._fields.index("wheel_growth")
-"""The hidden number of the wheel at hand; a new wheel draws it anew."""
+"""Index of the hidden number of the mounted wheel; each new wheel draws this number."""
 LOT = Hidden._fields.index("lot_growth")
-"""The hidden numbers from here on belong to the lot."""
+"""Index of the first hidden number of the lot; all numbers from this index on belong to the lot."""
 
 read_signals, read_hidden, write_belief = column_reader(Signals), column_reader(Hidden), column_writer(Belief)
 read_judged = column_reader(Judged)
@@ -89,32 +88,32 @@ read_judged = column_reader(Judged)
 
 @inlined
 def cut(z: float) -> float:
-    """A standard normal number as the episodes draw it."""
+    """Return a standard normal number cut at `CUT`, as episodes draw it."""
     return min(max(z, -CUT), CUT)
 
 
 @inlined
 def log_growth(z: Hidden, sigmas: Hidden) -> float:
-    """Log of the factor on wear-flat growth."""
+    """Return the log of the factor on wear-flat growth."""
     return sigmas.wheel_growth * cut(z.wheel_growth) + sigmas.lot_growth * cut(z.lot_growth)
 
 
 @inlined
 def log_pressure(z: Hidden, sigmas: Hidden) -> float:
-    """Log of the factor on the wear-flat pressure."""
+    """Return the log of the factor on the wear-flat pressure."""
     return sigmas.lot_pressure * cut(z.lot_pressure)
 
 
 @inlined
 def log_convection(z: Hidden, sigmas: Hidden, ageing: float, parts: float) -> float:
-    """Log of the factor on the convection; the coolant ages with every part, at a rate evenly spread about `ageing`."""
+    """Return the log of the factor on the convection; the ageing rate spreads as a uniform draw around `ageing`."""
     rate = ageing * (1.0 + sigmas.coolant_ageing * cut(z.coolant_ageing) / math.sqrt(3.0))
     return sigmas.convection * cut(z.convection) - rate * parts
 
 
 @inlined
 def factors(z: Hidden, sigmas: Hidden, ageing: float, parts: float) -> tuple[float, float, float, float, float, float]:
-    """The factors of a member in the order of `FACTORS`; none on the roughness, which power does not show."""
+    """Return the factors of a member in the order of `FACTORS`; that of the roughness is 1: power does not show it."""
     return (
         exp(log_growth(z, sigmas)),
         exp(log_pressure(z, sigmas)),

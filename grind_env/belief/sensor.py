@@ -3,6 +3,6 @@
 POWER_NOISE = 0.03
 """Relative standard deviation of a power reading."""
 POWER_NOISE_FLOOR = 20.0
-"""W; added to it."""
+"""Absolute standard deviation of a power reading, added to the relative one, W."""
 POWER_RANGE = 5.0
-"""Range of the power sensor over the power limit of the machine."""
+"""Ratio of the range of the power sensor to the power limit of the machine."""

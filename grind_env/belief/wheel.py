@@ -6,9 +6,9 @@ adjusted to the power readings (ensemble adjustment Kalman filter: Anderson, Mon
 lot draws new factors. In PowerLimited 512 weighted particles (bootstrap filter) followed the wear no better than 16
 adjusted members, and were overconfident. The size gauge added no information.
 
-The filter knows the task with its spreads and sensor noise, as the process engineer does. Of an episode it sees the
-measured observation only. It draws no random numbers: the members are rows of a fixed Latin hypercube, so the belief is
-a function of the measurements, equal in every form of environment.
+The filter knows the task with its spreads and sensor noise, as the process engineer does. In an episode it sees only
+the measured observation. It draws no random numbers: the members are rows of a fixed Latin hypercube, so the belief is
+a function of the measurements, equal in single and vector environments.
 """
 
 from collections.abc import Sequence
@@ -26,51 +26,51 @@ from grind_env.machine.loops.tally import Tally
 
 MEAN_POWER = slice(Tally._fields.index("power_1"), Tally._fields.index("power_6") + 1)
 DRAWS = 64
-"""Samples of the hypercube after which the filter begins again with the first."""
+"""Number of samples in the hypercube; after the last one the filter starts again with the first."""
 
 
 class BeliefError(GrindError):
-    """An ensemble that cannot be."""
+    """An ensemble that is too small, or a simulation that a belief cannot follow."""
 
 
 class Model(Protocol):
-    """Interface of the filter to the task that it follows; an environment makes it (`envs.model`)."""
+    """Interface of the filter to the task that it follows; `envs.model` implements it."""
 
     base: Table
     """Nominal parameters, shape (any, fields of `StrokeParameters`)."""
     sigmas: Hidden
-    """Scales of what is hidden."""
+    """Scales of the hidden numbers."""
     ageing: float
     """Log convection that the coolant loses with every part."""
     noise: float
     """Factor on the noise of the sensors."""
     simulation: Any
-    """Steps the members; `read` says observations in physical units, `clear` lets members begin."""
+    """Simulation of the members; `read` returns observations in physical units, `clear` starts members anew."""
     branches: Any
     """Branches of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
     dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
 
     def base_rows(self, rows: Numbers) -> Numbers:
-        """Rows in `base` of blocks of these rows in the table of kinds, shape (N,)."""
+        """Return the row in `base` for each of these rows in the table of kinds, shape (N,)."""
 
     def judged(self, rows: Numbers) -> Table:
-        """Return the judgement of such a block, shape (N, fields of `Judged`)."""
+        """Return flags and limits of blocks of these rows in the table of kinds, shape (N, fields of `Judged`)."""
 
     def room(self, n: int) -> Any:
-        """Return room for N members: episodes of one block, with `wheels` and more."""
+        """Return arrays for N members: episodes of one block, with `wheels` and more."""
 
     def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
-        """Write their factors `FACTORS`, shape (index, factors)."""
+        """Write the factors of the members at `index`, in the order of `FACTORS`, shape (index, factors)."""
 
     def rest(self, members: Any, index: Numbers, rows: Numbers) -> None:
-        """Let those at `index` wait for a new wheel after blocks of these rows."""
+        """Let the members at `index` rest during a wheel change, after blocks of these rows in the table of kinds."""
 
     def grind(self, members: Any, choice: Sequence[Table], index: Numbers) -> tuple[Table, Table]:
-        """Let those at `index` grind it with E in mm/min, D and pre-dresses.
+        """Grind the next block of the members at `index` with E in mm/min, D and pre-dresses.
 
         Returns:
-            Shape (members, fields of `Tally`), and the size error, um, and Ra over its limit, shape (members, 2).
+            Results, shape (members, fields of `Tally`); size error, um, and Ra over its limit, shape (members, 2).
         """
 
 
@@ -78,33 +78,34 @@ class Forecast(NamedTuple):
     """Expected readings of the last block, by member, each shape (N, M)."""
 
     mean_power: Any
-    """W, like the peak; 0 where there is nothing to read."""
+    """Mean power, W; 0 where there is nothing to read."""
     peak_power: Any
+    """Peak power, W."""
     size_error: Any
-    """um."""
+    """Size error, um."""
     roughness: Any
-    """Ra over its limit."""
+    """Ratio of Ra to its limit."""
     burn_ratio: Any
-    """Highest of a block (`equations.burn_ratio`); 0 where no heat counts."""
+    """Highest burn ratio of the block (`equations.burn_ratio`); 0 where no heat counts."""
 
 
 def hypercube(rows: int, members: int) -> Table:
-    """Latin hypercube samples of standard normal numbers, shape (rows, members, fields of `Hidden`)."""
+    """Return Latin hypercube samples of standard normal numbers, shape (rows, members, fields of `Hidden`)."""
     rng = np.random.default_rng(0)
     normal = NormalDist()
     levels = np.array([normal.inv_cdf((k + 0.5) / members) for k in range(members)])
-    # the middles of the layers have too small a spread
+    # without this division the spread is too small, because the levels are the middles of the layers
     columns = np.broadcast_to(levels / np.std(levels, ddof=1), (rows, len(Hidden._fields), members))
     samples: Table = np.ascontiguousarray(rng.permuted(columns, axis=2).swapaxes(1, 2))
     return samples
 
 
 class WheelBelief:
-    """The beliefs of N episodes, from block to block.
+    """Beliefs of N episodes, updated from block to block.
 
     Args:
-        model: of the task that is followed.
-        members: members of the ensemble of an episode; the kernel runs eight at a time.
+        model: model of the task that the filter follows.
+        members: number of ensemble members of an episode; the kernel runs eight at a time.
 
     Raises:
         BeliefError: if there are fewer than two members.
@@ -145,10 +146,10 @@ class WheelBelief:
         return drawn
 
     def update(self, observation: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> Belief:
-        """Take in the observations before a block.
+        """Update the beliefs with the observations before a block.
 
         Args:
-            observation: shape (N, entries); nothing hidden is read.
+            observation: observations, shape (N, entries); hidden entries are not read.
             mask: the episodes to update, shape (N,); all by default.
 
         Returns:
@@ -168,7 +169,7 @@ class WheelBelief:
             first_power=seen["first_power"],
             peak_power=seen["peak_power"],
             speed=seen["last_speed"],
-            # a whole number again, which the single precision of the observation may have missed
+            # rounded, because single precision may have changed a whole number
             executions=np.round(seen["last_executions"]),
             pre_dress=seen.get("last_pre_dress", np.zeros(n)),
             diameter=seen["diameter"],
@@ -197,7 +198,7 @@ class WheelBelief:
             self.beliefs,
         )
         self.fresh &= ~chosen
-        # the next observation speaks of the coming block as the last one
+        # in the next observation the coming block will be the last one
         coming = np.flatnonzero(chosen)
         self.rows[coming] = model.branches.coming_rows(seen)[coming]
         stocks = np.repeat(seen["stock"][coming], self.size)

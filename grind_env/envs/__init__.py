@@ -10,7 +10,7 @@ GYMNASIUM = "gymnasium"
 
 
 def register() -> None:
-    """Register all ids with Gymnasium: now, or when it is imported, for most commands of `grind` do not need it."""
+    """Register all ids with Gymnasium: now, or when Gymnasium is imported, because most commands do not need it."""
     if GYMNASIUM in sys.modules:
         import_module("grind_env.envs.registration")
     else:
@@ -18,7 +18,7 @@ def register() -> None:
 
 
 class _Awaiting:
-    """Finds Gymnasium as the finders after it do, and has the ids registered at the end of its import."""
+    """Import finder that lets later finders find Gymnasium and registers the ids at the end of its import."""
 
     def find_spec(self, fullname: str, path: Any, target: ModuleType | None = None) -> ModuleSpec | None:
         if fullname != GYMNASIUM:

@@ -2,14 +2,14 @@
 
 An action has one of four forms (`action=...` of the environments):
 
-* `box`: `Box(-1, 1)`. The first component chooses E, geometrically over the speed range (or in equal bins over the
-  speed levels of the task) and rounded to whole mm/min, as a part program would say it; the second chooses D: none up
-  to 1/3, above it 1 to the most in bins of equal width, so that a Gaussian policy that has learned nothing dresses in
-  the minority of its blocks.
-* `multidiscrete`: the number of a level of E, and D. The levels are those of the task, or `SPEED_LEVELS` that divide
+* `box`: `Box(-1, 1)`. The first component chooses E on a geometric scale over the speed range, rounded to whole mm/min
+  as in a part program, or in equal bins over the speed levels of the task. The second component chooses D: 0 up to 1/3,
+  above 1/3 in bins of equal width from 1 to the largest D. So an untrained Gaussian policy dresses in the minority of
+  its blocks.
+* `multidiscrete`: the index of a level of E, and D. The levels are those of the task, or `SPEED_LEVELS` that divide
   its range geometrically, both ends included.
-* `discrete`: the same numbers as one, the last running fastest.
-* `dict`: E in mm/min, rounded to whole ones (or to the nearest level), and D, in physical units.
+* `discrete`: the numbers of `multidiscrete` as one number, in which the last component changes fastest.
+* `dict`: E in mm/min, rounded to a whole number (or to the nearest level), and D as a number.
 
 With a pre-dress a third component, factor or key says whether the block begins with a dress (G82.1).
 
@@ -37,24 +37,24 @@ ACTIONS = ("box", "multidiscrete", "discrete", "dict")
 SPEED_LEVELS = 24
 """Levels of E of a discrete action, about 10 % apart where the range spans a decade."""
 KEYS = ("E", "D", "predress")
-"""Keys of an action of the form `dict`, and names of the columns of a decoded one."""
+"""Keys of an action of the form `dict`, and names of the columns of a decoded action."""
 
 NO_DRESS = float(np.float32(1.0 / 3.0))
-"""Highest component of a `box` that chooses D = 0; 1/3 as single precision has it."""
+"""Highest component of a `box` that chooses D = 0: 1/3 in single precision."""
 
 OUT_OF_RANGE = ("clip", "raise")
-"""What happens to a number beyond a bound of the action space."""
+"""Ways to treat a number beyond a bound of the action space."""
 ROUNDING = 8.0 * float(np.finfo(np.float32).eps)
 """Relative rounding error, in single precision, of wrappers that rescale actions."""
 
 IN_BOX = 'lie between -1 and 1: clip the action, or make the environment with out_of_range="clip"'
-"""What a component of a `box` must do."""
+"""Rule for a component of a `box`, for messages."""
 
 SCALED = ' E and D of a box are scaled to -1..1: action="dict" takes E in mm/min and D as a number'
 """The remedy for actions in physical units."""
 
 LONGEST = 200
-"""Characters of what a message repeats."""
+"""Most characters of an action that a message repeats."""
 
 
 class ActionError(GrindError):
@@ -73,11 +73,11 @@ class ActionColumn(NamedTuple):
     whole: bool
     """Whether it must be a whole number."""
     legal: str
-    """What it must do, for messages."""
+    """Rule that the number must meet, for messages."""
 
 
 class ActionCodec:
-    """The action space of a task and the way between an action and (E, D), or (E, D, pre-dress).
+    """Action space of a task, and conversion between an action and (E, D), or (E, D, pre-dress).
 
     Args:
         task: the task.
@@ -115,7 +115,7 @@ class ActionCodec:
         self._shape = () if action == "discrete" else (len(self.columns),)
         self._said = " and ".join(column.name for column in self.columns)
         self.neutral = np.clip(0.0, self._low, self._high)
-        """Some legal row of `table`."""
+        """A legal row of `table`."""
 
     def _space(self) -> spaces.Space[Any]:
         if self.action == "box":
@@ -140,7 +140,7 @@ class ActionCodec:
         return columns
 
     def table(self, actions: Any, count: int | None = None) -> Table:
-        """Return a batch of actions as numbers, shape (N, columns); of `count` actions if that is given.
+        """Return a batch of actions as numbers, shape (N, columns); `count` is the required N, None for any.
 
         Raises:
             ActionError: if they are not numbers or have another shape.
@@ -171,10 +171,10 @@ class ActionCodec:
         return np.stack(columns, axis=1)
 
     def single(self, action: Any) -> Table:
-        """One action as a batch of one, shape (1, columns).
+        """Return one action as a batch of one, shape (1, columns).
 
         Raises:
-            ActionError: as `table`.
+            ActionError: if the action is no numbers or has another shape.
         """
         if isinstance(action, Mapping):
             return self.table({name: [value] for name, value in action.items()}, 1)
@@ -187,7 +187,7 @@ class ActionCodec:
         return values.reshape(1, len(self.columns))
 
     def choose(self, values: Table) -> tuple[Table, ...]:
-        """E in mm/min, D and, if an action can ask for it, 1 for a pre-dress; each shape (N,), of a `table`.
+        """Return E in mm/min, D and, if actions have it, 1 for a pre-dress; each shape (N,), from a `table`.
 
         Raises:
             ActionError: if a number is not in the action space.
@@ -233,7 +233,7 @@ class ActionCodec:
         return clipped
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
-        """Decode a batch of actions, as `choose`: arrays of shape (N,).
+        """Return E in mm/min, D and, if actions have it, 1 for a pre-dress; each shape (N,), from a batch of actions.
 
         Raises:
             ActionError: if they are not in the action space.
@@ -249,7 +249,7 @@ class ActionCodec:
         return np.asarray(self.levels[np.abs(np.log(speeds[:, None] / self.levels)).argmin(axis=1)])
 
     def encode(self, speeds: ArrayLike, executions: ArrayLike, pre_dresses: ArrayLike = 0.0) -> Any:
-        """Return a batch of actions for E in mm/min, D and the pre-dress, each shape (N,); the middle of every bin.
+        """Return a batch of actions for E in mm/min, D and the pre-dress, each shape (N,): the middle of each bin.
 
         Raises:
             ActionError: if one of them cannot be chosen in this task.
@@ -277,7 +277,7 @@ class ActionCodec:
         return np.clip(np.stack([u0, *bins], axis=1), -1.0, 1.0).astype(np.float32)
 
     def _level_of(self, speeds: Table) -> NDArray[np.int64]:
-        """Number of the level of each E; 0 where every E of the range can be chosen."""
+        """Return the index of the level of each E; 0 if every E of the range can be chosen."""
         if self.levels.size > 0:
             distance = np.abs(speeds[:, None] - self.levels)
             good = distance.min(axis=1) <= 0.5
@@ -302,10 +302,10 @@ def plain(value: float) -> str:
 
 
 def _numbers(values: Any) -> Table:
-    """Actions as an array of numbers; None counts as NaN.
+    """Return actions as an array of numbers; None counts as NaN.
 
     Raises:
-        ActionError: if they make no array, or some are no real numbers: a text or a duration is none.
+        ActionError: if they make no array, or some are no real numbers, such as texts or durations.
     """
     try:
         array = np.asarray(values)
@@ -322,7 +322,7 @@ def _numbers(values: Any) -> Table:
 
 @entry
 def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
-    """Position of the first number that is not legal, counted row by row; -1 for none."""
+    """Return the position of the first illegal number, counted row by row; -1 for none."""
     for i in range(values.shape[0]):
         for k in range(values.shape[1]):
             value = values[i, k]
@@ -334,19 +334,19 @@ def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
 
 @inlined
 def _executions_of(a: float, most: float) -> float:
-    """D that a component of a `box` chooses."""
+    """Return the D that a component of a `box` chooses."""
     return min(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), most) if a > NO_DRESS else 0.0
 
 
 def _middle_of(D: Table, most: int) -> Table:
-    """Return the component in the middle of those that choose each D, shape (N,)."""
+    """Return the middle of the bin of each D for a component of a `box`, shape (N,)."""
     above = NO_DRESS + (D - 0.5) / max(most, 1) * (1.0 - NO_DRESS)
     return np.where(D > 0.0, above, 0.5 * (NO_DRESS - 1.0))
 
 
 @entry
 def _decode(actions: Any, levels: Any, low: float, high: float, most: float, choice: Any) -> int:
-    """Write what actions of a `box` choose, unless one is not legal, whose position it gives as `_first_bad` does."""
+    """Write the choices of `box` actions; return the position of an illegal number as `_first_bad` does."""
     width = actions.shape[1]
     for i in range(actions.shape[0]):
         for k in range(width):

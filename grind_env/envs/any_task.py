@@ -1,6 +1,6 @@
 """Environments of tasks of blocks: the arguments of `gym.make`, and the simulation of a task.
 
-The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
+The pages of the ids show the docstrings of `make` here and in the modules of `grind_env.envs.ids`.
 """
 
 import inspect
@@ -22,11 +22,11 @@ from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.envs.vector_env import side_by_side
 
 SPEEDS = 12
-"""E that divide its range geometrically, if the task has no levels."""
+"""Number of values of E that are tried, spaced geometrically over the range, if the task has no levels."""
 INTERVALS = (1, 2, 3, 5, 8, 12, 20)
-"""Blocks from one dress to the next; without any dress, too."""
+"""Blocks from one dress to the next; plans without a dress are tried, too."""
 EPISODES = 16
-"""Episodes of each plan."""
+"""Number of episodes of each plan."""
 COST = Outcome._fields.index("cost")
 
 
@@ -87,73 +87,72 @@ def make(
 
     ## Description
 
-    A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
-    plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
-    program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
-    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears;
-    slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
-    wheel.
+    A step is one G82 cycle block of a surface grinder. The table reciprocates with feedrate **E**; the wheel plunges at
+    every reversal point until the stock is removed, then sparks out. Within the cycle, the control runs the dress
+    program **D** times at equal intervals of depth. (A task with an infeed has G81 blocks, a task with a cross pick G83
+    blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears. Slow tables
+    glaze the wheel and burn the part, fast tables cost power, roughness and size, and dressing costs time and wheel.
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric over the speed range of the task (or equal bins over its speed
-    levels), D = 0 up to 1/3 and in bins of equal width above it, from 1 to the most executions that the task allows: a
-    policy that has learned nothing dresses in the minority of its blocks. The same decision is taken with
-    `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, with `action="discrete"`, the pair as one number, or
-    with `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have 24 levels of E that divide its
-    range geometrically, or those of the task. `predress=True` adds a third component (a dress if it is above 0), factor
-    or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
+    The default is `Box(-1, 1, (2,), float32)`. The first component chooses E on a geometric scale over the speed range
+    of the task (or in equal bins over its speed levels). The second component chooses D: 0 up to 1/3, above 1/3 in bins
+    of equal width from 1 to the most executions of the task. So an untrained policy dresses in the minority of its
+    blocks. Other forms are `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, `action="discrete"`, the pair
+    as one number, and `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have the levels of E of
+    the task, or 24 that divide its range geometrically. `predress=True` adds a third component (a dress if it is above
+    0), factor or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
 
     ## Observation space
 
     `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()`
-    lists every entry; what never changes in a task is none. `observation="full"` adds the hidden state of the wheel and
-    of the lot, behind all that is measured.
+    lists every entry; readings that never change in a task are left out. `observation="full"` adds the hidden state of
+    the wheel and of the lot, after all measured entries.
 
     ## Reward
 
     Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
     cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
     and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
-    more. The `info` holds numbers only: the terms as `reward_time`,
-    `reward_wheel` and so on, and besides what a shop knows: `cost`, 1 if the part which
-    this block finished is found bad, more likely scrap than not, and else 0, `good_parts`, `block_cost`, `seconds`, the
-    readings of meter and gauges, and as `power_ratio` and `roughness_ratio` the last readings over their limits. With
-    `info="full"` `cost` and `good_parts` are chances, these ratios are the true ones of the block, 0 where Ra has no
-    limit, and `burn_ratio` says how near it came to burning: 1 is at the limit.
+    more. The `info` holds only numbers: the terms as `reward_time`, `reward_wheel` and so on, and what a shop knows.
+    `cost` is 1 if this block finished a part that is found bad (more likely scrap than not), else 0. Further entries
+    are `good_parts`, `block_cost`, `seconds` and the readings of meter and gauges. `power_ratio` and `roughness_ratio`
+    are the last readings over their limits. With `info="full"`, `cost` and `good_parts` are probabilities, and the two
+    ratios are the true ones of the block (0 where Ra has no limit). Then `burn_ratio` says how near the block came to
+    burning: 1 is at the limit.
 
-    A part is scrap by its size, its Ra, the highest temperature rise that it has felt, or a spindle that has
-    stalled. The burn ratio (Malkin) only warns of heat: it scraps nothing.
+    A part is scrap because of its size, its Ra, its highest temperature rise, or a stalled spindle. The burn ratio
+    (Malkin) only warns of heat: it scraps nothing.
 
     ## Episode
 
-    Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
+    An episode starts with a freshly dressed wheel (unless the task says otherwise) and is `terminated` after the last
     block. Everything random is decided at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
-    restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
-    material other than that of a task with a single material has to be found out like a lot or a wheel.
+    restricts what they are drawn from (`grind_env.envs.contexts`). The observation does not show fixed factors: in a
+    task of one material, the agent has to find out another material like a lot or a wheel.
 
-    `env.spec.max_episode_steps` is one more than the steps of an episode: wrappers such as `TimeAwareObservation` read
-    it, and a `TimeLimit` of it truncates no episode. A `max_episode_steps` that you give to `gym.make` or
-    `gym.make_vec` truncates.
+    `env.spec.max_episode_steps` is one more than the steps of an episode. Wrappers such as `TimeAwareObservation` read
+    this number, and a `TimeLimit` of this length truncates no episode. A `max_episode_steps` that you give to
+    `gym.make` or `gym.make_vec` truncates.
 
     With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s),
-    on which the part cools.
+    during which the part cools.
 
     Args:
-        task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`; what
-            stands in one, `grind tasks --schema` says. `grind/Task-v0` takes any; each other id fixes its task, and
-            through `gym.make` another would carry the wrong id and reference scores.
-        observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
+        task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`;
+            `grind tasks --schema` lists its keys. `grind/Task-v0` takes any task; each other id fixes its task, because
+            through `gym.make` another task would have the wrong id and reference scores.
+        observation: `"measured"` or `"full"`; the default is that of the task: `"measured"` for all but Oracle6.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
-        cycle: that of the blocks, or None; any other is refused.
+        cycle: cycle of the blocks, or None; any other cycle is refused.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
         plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;
-            `"module:name"` for your own (`grind_env.plants`). The default is that of the task, for tasks of the
-            package the model.
-        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
+            `"module:name"` for your own (`grind_env.plants`). The default is the machine of the task; for tasks of the
+            package this is the model.
+        info: `"measured"` for what a shop knows of a step, or `"full"` for probabilities and true ratios instead.
         out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
             `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.
     """
@@ -168,7 +167,7 @@ OF_SIMULATIONS = inspect.signature(simulation_of).parameters.keys() - {"task"}
 
 
 def fixed(task: str, words: str) -> Callable[..., GrindEnv]:
-    """`make` of an id that fixes its task, with the words of its page and the other arguments of `make` above."""
+    """Return the `make` of an id that fixes its task, with the text of its page and the other arguments of `make`."""
 
     @renders
     def made(**given: Any) -> GrindEnv:

@@ -9,18 +9,18 @@ from grind_env.envs.tasks import TaskError
 from grind_env.errors import quoted
 
 SHOWN = ("measured", "full")
-"""Values of `observation` and `info`: what a shop knows, or what is hidden, too."""
+"""Values of `observation` and `info`: what a shop knows, or also the hidden state."""
 
 
 def check_count(name: str, count: object, otherwise: str = "") -> int:
-    """Return a number of sub-environments, threads or steps."""
+    """Return a number of sub-environments, threads or steps after checking it."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
         raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1{otherwise}")
     return int(count)
 
 
 def check_parts(parts: object, most: int) -> None:
-    """The parts of a batch."""
+    """Check the number of parts of a batch."""
     if isinstance(parts, bool) or not isinstance(parts, int | np.integer) or not 1 <= parts <= most:
         raise TaskError(f"parts is {parts!r}, but must be a whole number from 1 to {most}")
 
@@ -33,7 +33,7 @@ def check_flags(**flags: object) -> None:
 
 
 def check_number(name: str, value: object, low: float, high: float) -> None:
-    """Check a number."""
+    """Check that a value is a number from `low` to `high`."""
     is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
     number: Any = value  # not as a float, which cannot be as large as an int
     if not (is_number and low <= number <= high):
@@ -41,7 +41,7 @@ def check_number(name: str, value: object, low: float, high: float) -> None:
 
 
 def check_file(name: str, value: object) -> None:
-    """Check the name of a file, which may be left out; Gymnasium writes it into the spec, which takes texts only."""
+    """Check the name of a file or None; the name must be a text, because Gymnasium writes it into the spec."""
     if value is None:
         return
     if isinstance(value, os.PathLike):
@@ -60,7 +60,7 @@ def check_variables(variables: object) -> list[str]:
 
 
 def is_full(shown: object, name: str = "observation") -> bool:
-    """Say whether the hidden state is asked for, too."""
+    """Return whether the value asks for the hidden state, too."""
     if not isinstance(shown, str) or shown not in SHOWN:
         raise TaskError(f"{name} is {shown!r}, but must be one of {', '.join(SHOWN)}")
     return shown == "full"

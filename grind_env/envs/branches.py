@@ -1,6 +1,6 @@
 """Branches of a problem, for planners, beliefs and advisers: single blocks on copies of episodes, and prices.
 
-`Episodes` has the parts that are equal in every form: copies, windows of their tapes, and the coming blocks.
+`Episodes` has the methods that tasks and programs share: copies, windows of tapes, and the coming blocks.
 """
 
 from abc import ABC, abstractmethod
@@ -26,33 +26,33 @@ NOMINAL_STOCK = KindRow._fields.index("stock")
 
 
 class Branches(ABC):
-    """The blocks of a problem, which a branch may try one by one."""
+    """Data and methods to try single blocks of a problem on branches of an episode."""
 
     base: Table
-    """Nominal stroke parameters, shape (any, fields of `StrokeParameters`): a row for each of the kinds, or for all."""
+    """Nominal stroke parameters, shape (any, fields of `StrokeParameters`): one row, or one for each kind row."""
     nominal: Table
     """Nominal stroke parameters of each kind, shape (kinds, fields of `StrokeParameters`)."""
     kind_of_row: Numbers
-    """Number of the kind that each row of `Simulation.kinds` is of."""
+    """Number of the kind of each row of `Simulation.kinds`."""
     dress_price: float
     """Price of a dress execution, $; 0 without a dress program."""
     usual_dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed."""
     change_seconds: float
-    """What a wheel change takes, s."""
+    """Time of a wheel change, s."""
     second_price: float
     """Price of a second of the machine, $/s."""
     own_speeds: Table | None
-    """E that a program says in blocks of each kind, mm/min, shape (kinds,); None where nothing is said."""
+    """E of the program in blocks of each kind, mm/min, shape (kinds,); None for a task."""
 
     materials: int = 1
-    """Rows of a kind, one for each material."""
+    """Number of rows of a kind: one for each material."""
     _ends: Sequence[bool]
-    """Return whether each block of the nominal sequence ends a part."""
+    """Whether each block of the nominal sequence ends a part."""
 
     @abstractmethod
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
-        """Nominal time of blocks of these rows at E in mm/min without a dress, s; all of shape (N,)."""
+        """Return the nominal time of blocks of these rows at E in mm/min without a dress, s; all of shape (N,)."""
 
     @abstractmethod
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
@@ -67,24 +67,24 @@ class Branches(ABC):
 
     @abstractmethod
     def lengthened(self, episodes: Episodes, blocks: range) -> Episodes:
-        """Episodes of one block with the further ones of the nominal sequence, as the number of each block has it."""
+        """Return episodes of one block with longer tapes: `blocks` of the nominal sequence, the first as it is."""
 
     @abstractmethod
     def first_wheels(self, count: int) -> Table:
-        """Wheels with which an episode may begin, evenly over what is drawn, shape (count, fields of `WheelState`)."""
+        """Return possible first wheels, spread evenly over the draws, shape (count, fields of `WheelState`)."""
 
     @abstractmethod
     def stocks(self, rows: Numbers, ratios: Table) -> Table:
-        """Stock of blocks of these rows, mm, from that over the nominal one; all of shape (N,)."""
+        """Return the stock of blocks of these rows, mm, from its ratio to the nominal stock; all of shape (N,)."""
 
     def rows_of(self, tape: Table) -> Numbers:
-        """Row in `Simulation.kinds` of the blocks on a tape, shape (..., fields of `TapeRow`)."""
+        """Return the rows in `Simulation.kinds` of the blocks on a tape, shape (..., fields of `TapeRow`)."""
         return np.asarray(tape[..., KIND] * self.materials + tape[..., MATERIAL]).astype(np.int64)
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """Give episodes of one block, at `index`, one of a row in `kinds`, with its stock over the nominal one.
+        """Set the block of one-block episodes: its row in `Simulation.kinds` and its stock over the nominal stock.
 
-        All three are of shape (M,).
+        `index`, `rows` and `stocks` have shape (M,).
         """
         episodes.block[index] = 0
         episodes.tape[index, 0, KIND], episodes.tape[index, 0, MATERIAL] = np.divmod(rows, self.materials)
@@ -127,7 +127,7 @@ class BlockBranches(Branches):
 
     def lengthened(self, episodes: Episodes, blocks: range) -> Episodes:
         task = self._task
-        # the wheel left behind is charged after the last block of a tape
+        # the handover of the wheel is charged after the last block of a tape
         length = len(blocks) + (blocks[-1] + 1 < task.blocks)
         tape = np.repeat(episodes.tape, length, axis=1)
         for k, block in enumerate(blocks[1:], 1):
@@ -145,7 +145,7 @@ class BlockBranches(Branches):
 
 
 class ProgramBranches(Branches):
-    """Branches of a program: its first dress program holds, and every episode begins with the same wheel.
+    """Branches of a program: prices hold for its first dress program, and every episode begins with the same wheel.
 
     Args:
         blocks: blocks of the program, a `BlockOutline` each.

@@ -55,7 +55,7 @@ class Fixed(NamedTuple):
     """
 
     material: float = math.nan
-    """Index into the materials of the task of the material of all kinds."""
+    """Index of the material of all kinds among the materials of the task."""
     stock: float = math.nan
     kA: float = math.nan
     pm: float = math.nan
@@ -72,7 +72,7 @@ class Fixed(NamedTuple):
 
 
 FREE = Fixed()
-"""Everything is drawn."""
+"""Context that fixes nothing: every factor is drawn."""
 
 
 class Factor(NamedTuple):
@@ -102,7 +102,7 @@ CONTEXT_FACTORS: Mapping[str, Factor] = {
     "slack": Factor(0.1, 10.0, 1.0, "time to each due date over the nominal time"),
     "noise": Factor(0.0, 10.0, 0.0, "factor on the noise of all readings and of the pre-gauged stock"),
 }
-"""The numbers of a context; `material` and `sequence` are names. A task refuses those of `without_effect`."""
+"""Factors that a context can fix; `material` and `sequence` are names. A task refuses factors of `without_effect`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +202,7 @@ def read_all_options(
         read: reads the options of one, given its earlier options.
 
     Raises:
-        ContextError: as `read`, or if a list has another length.
+        ContextError: if an option is not legal, or a list has another length.
     """
     given = list(before)
     for name, value in option_items(options):

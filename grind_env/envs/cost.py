@@ -19,7 +19,7 @@ class Shop(NamedTuple):
     """The numbers of a task that are the same for all its blocks.
 
     `hourly` is $/h, `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and
-    `change_price` are $; `new_diameter` is mm, `change_seconds` are s. Jobs have the defaults.
+    `change_price` are $; `new_diameter` is mm, `change_seconds` are s. For jobs, fields with a default keep it.
     """
 
     hourly: float
@@ -27,18 +27,18 @@ class Shop(NamedTuple):
     dress_price: float
     reference_cost: float
     least_diameter: float
-    """Below it the wheel is changed, mm; 0 for never."""
+    """Diameter below which the wheel is changed, mm; 0 for never."""
     wheel_width: float
     """Width of the whole wheel, mm."""
     new_diameter: float
     change_seconds: float
     execution_depth: float = 0.0
-    """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
+    """Decrease of the diameter by a dress execution, mm; 0 if each block has its own dress program."""
     late_price: float = 0.0
     """Price of lateness, $/h."""
     change_price: float = 0.0
     materials: float = 1.0
-    """Number of materials: each kind of blocks stands in a table once for each of them."""
+    """Number of materials: tables have a row for each kind in each material."""
 
 
 class Outcome(NamedTuple):
@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
     cost: float
     """Sum of the terms above, $."""
     reward: float
-    """Ratio of minus that sum to the reference cost of a block."""
+    """Ratio of minus `cost` to the reference cost of a block."""
     good: float
     """Probability that the part that this block finished is good; 0 if it finished none."""
     finished: float
@@ -67,26 +67,26 @@ class Outcome(NamedTuple):
     seconds: float
     """Time of the block, with loading and wheel change, s."""
     burn_ratio: float
-    """Burn ratio of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
+    """Highest burn ratio of a plunge: 1 at the threshold of burning."""
     rise: float
     """Highest temperature rise that counts, K."""
     peak_power: float
-    """Highest power that the spindle gave, W: at most its limit, however high its load."""
+    """Highest power of the spindle, W: at most the power limit, even under a higher load."""
     peak_torque: float
-    """Ratio to that at which the spindle stalls."""
+    """Ratio of the highest torque to the torque at which the spindle stalls."""
     roughness: float
     size_error: float
     power_ratio: float
     """Ratio of the highest load to the power limit."""
     roughness_ratio: float
-    """Ratio of Ra of the surface to its limit; 0 where there is none."""
+    """Ratio of Ra of the surface to its limit; 0 without a limit."""
 
 
 class Found(NamedTuple):
     """Results of a block that its `Tally` does not have."""
 
     good: float
-    """Probability that the part is good so far; of several parts finished in one block their mean."""
+    """Probability that the part is good so far; the mean of several parts that one block finished."""
     size_error: float
     """Stock left where the part is farthest from its size, um."""
     change: float
@@ -94,7 +94,7 @@ class Found(NamedTuple):
     handover: float
     """Price of handing over the wheel, $."""
     pick: float
-    """By how much a stroke has gone deeper at most, mm."""
+    """Largest depth that a stroke added, mm."""
     taper: float = 0.0
     """Taper of the part as gauged, um."""
 
@@ -133,13 +133,13 @@ def reward_terms(task: Task) -> dict[str, int]:
 
 @inlined
 def counted_rise(kind: KindRow, result: Tally) -> float:
-    """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
+    """Return the highest temperature rise that counts, K: of all plunges, or of plunges not ground off later."""
     return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
 
 
 @inlined
 def rates_of(shop: Shop) -> Rates:
-    """The prices of a task."""
+    """Return the prices of a task."""
     return Rates(shop.hourly, shop.wheel_price, shop.dress_price)
 
 
@@ -150,16 +150,16 @@ def outcome_of(
     """Return the costs of a block and the state of its part.
 
     Args:
-        kind: of the block.
-        row: of the tape.
+        kind: numbers of the block kind.
+        row: row of the block on the tape.
         shop: numbers of the task.
-        part: after the block.
-        result: of its cycle, with all its time but a wheel change's.
-        clock: before it, s.
-        diameter: true one of the wheel before it, mm.
-        found: after it.
+        part: state of the part after the block.
+        result: results of the cycle, with all its time except that of a wheel change.
+        clock: time before the block, s.
+        diameter: true diameter of the wheel before the block, mm.
+        found: further results of the block.
 
-    No more of a wheel can be worn and dressed off than is left of it.
+    Wear and dressing remove at most the volume that is left of the wheel.
     """
     change, handover = found.change, found.handover
     seconds = result.seconds + change * shop.change_seconds

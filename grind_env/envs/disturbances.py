@@ -19,7 +19,7 @@ from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform
 
 DEALT = -1
-"""Kind of a block that the orders decide."""
+"""Number in place of a kind for a block whose kind the random orders decide."""
 
 read_fixed, read_draws = column_reader(Fixed), column_reader(Draws)
 
@@ -60,12 +60,12 @@ def begin_episodes(
     other_wheels: Any,
     most_parts: int,
 ) -> None:
-    """Write what M episodes are drawn from, and their first rows, in the rows `index`; all else is as for `draw_rows`.
+    """Write the origins and first rows of M episodes into the rows `index`; arguments not named are as for `draw_rows`.
 
-    `keys` are two uniform numbers for each, shape (M, 2), and `which` is the number of what is given of each, shape
-    (M,). By that number `fixed` has what a context fixes, `splits` the `Draws` of the split, and `sequences` the kinds
-    of the blocks, shape (any, blocks), `DEALT` where orders deal them. `materials` and `other_wheels` are as for
-    `origin_of`; an order has `most_parts` parts at most, 0 without orders.
+    `keys` has two uniform numbers for each episode, shape (M, 2). `which`, shape (M,), is the row of each episode in
+    three tables: `fixed` with the numbers of the context, `splits` with the `Draws` of the split, and `sequences` with
+    the kinds of the blocks, shape (any, blocks), `DEALT` where random orders decide. `materials` and `other_wheels` are
+    as for `origin_of`; an order has at most `most_parts` parts, 0 without orders.
     """
     sigmas = read_sigmas(spreads, 0)
     for j in range(index.size):
@@ -78,26 +78,26 @@ def begin_episodes(
 
 
 class Disturbances(ABC):
-    """Draws what is random in episodes."""
+    """Generator of the random numbers of episodes."""
 
-    most_parts = 0  # of an order; 0 without orders
-    # of a foreign split: index of each material, shape (any,); wheels, shape (any, fields of `OtherWheel`)
+    most_parts = 0  # most parts of an order; 0 without orders
+    # for a foreign split: index of each material, shape (any,); wheels, shape (any, fields of `OtherWheel`)
     materials, wheels = np.empty(0), np.empty((0, len(OtherWheel._fields)))
 
     def __init__(self, kinds: Sequence[DrawnKind], spreads: Sigmas, sequence: Sequence[int]) -> None:
-        # shape (kinds, fields of `DrawnKind`) and (1, fields of `Sigmas`); kind of every block, `DEALT` of dealt orders
+        # shape (kinds, fields of `DrawnKind`); (1, fields of `Sigmas`); kind of each block, `DEALT` if orders decide
         self.kinds, self.spreads, self.sequence = np.array(kinds), np.array([spreads]), sequence
 
     def begin(
         self, episodes: Episodes, index: NDArray[np.int64], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """Begin an episode with a key from each of M generators; whatever is given, each draws two numbers.
+        """Begin an episode with a key from each of M generators; each generator always draws two numbers.
 
         Args:
             episodes: tape, source, schedule and first wheel are written in the rows `index`.
             index: rows of the new episodes, shape (M,).
-            rngs: their generators.
-            given: what is given of each.
+            rngs: generator of each episode.
+            given: fixed part of each episode.
         """
         each, which = distinct(given)
         fixed, splits = np.array([one.fixed for one in each]), np.array([self.draws(one) for one in each])

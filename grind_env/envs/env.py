@@ -30,16 +30,16 @@ Make = TypeVar("Make")
 
 
 def renders(make: Make) -> Make:
-    """Let a function that makes environments say how they render, as a class does: `gym.make` asks what it calls."""
+    """Give the render metadata of a class to a function that makes environments: `gym.make` reads them from it."""
     vars(make)["metadata"] = METADATA
     return make
 
 
 class EpisodeLength:
-    """Tells in `spec.max_episode_steps` how long an episode is; a mixin, to be listed before a class of Gymnasium.
+    """Mixin that sets `spec.max_episode_steps`; list it before a class of Gymnasium.
 
-    It is the limit that the caller has set, else one more than the steps of an episode. `gym.make(env.spec)` puts a
-    `TimeLimit` of that many steps around the environment, and a limit of the very steps would truncate the last one,
+    The value is the limit of the caller, or else one more than the steps of an episode. `gym.make(env.spec)` puts a
+    `TimeLimit` of this many steps around the environment. A limit equal to the steps would truncate the last step,
     which terminates.
     """
 
@@ -48,7 +48,7 @@ class EpisodeLength:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
+        """Return the spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
         return self._spec
 
     @spec.setter
@@ -80,7 +80,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         plant: name of the machine of the episode; empty for the model.
         episodes: the episode; None before the first reset.
         over: whether the last block has been ground.
-        blocks: texts of the blocks since the reset.
+        blocks: blocks since the reset, as `simulation.writer` takes them.
         outcomes: outcome of each block.
 
     Raises:
@@ -117,15 +117,15 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         self.outcomes: list[Outcome] = []
 
     def observation_info(self) -> tuple[Reading, ...]:
-        """Name, unit, scale, noise and meaning of every entry of the observation."""
+        """Return name, unit, scale, noise and meaning of every entry of the observation."""
         return self.simulation.entries
 
     def written(self) -> Written:
-        """Return the episode as one takes it to the machine: its program, the job, and the dresses that are asked for.
+        """Return the episode for the machine: part program, job, and times at which the operator asks for a dress.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
-            GrindError: no one text says what was chosen.
+            GrindError: no single program text can hold the choices.
         """
         written = self.simulation.writer.written(self._ground(), 0, self.blocks)
         return written._replace(job=replace(written.job, plant=self.plant))
@@ -133,18 +133,18 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
     def part_program(self) -> str:
         """Return the steps taken since the last reset as a part program with its dress program.
 
-        A user's own program has the words chosen in the blocks that were run, and its own in the others.
+        A user's own program has the chosen words in the blocks that were run, and its own words in the others.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
-            JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
+            JobProgramError: a block of a subprogram was run with different words, which no single text can hold.
         """
         if self.episodes is None:
             raise gym.error.ResetNeeded("no episode has begun: call reset() first")
         return self.simulation.writer.program(self.blocks)
 
     def record(self) -> GrindingRecord:
-        """Strokes, dresses and finished parts since the last reset, as `machine.grind` records them.
+        """Return strokes, dresses and finished parts since the last reset, as `machine.grind` records them.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
@@ -162,7 +162,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until changed.
 
         Returns:
-            The observation, and as info the name of the machine where the environment was made with some.
+            The observation; and an info with the name of the machine if the environment was made with a plant.
 
         Raises:
             ContextError: if an option is not legal.
@@ -210,7 +210,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return observation, outcome.reward, self.over, False, info
 
     def view(self) -> EpisodePicture:
-        """Return the machine after the last block.
+        """Return the machine after the last block, as data of a picture.
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
@@ -220,7 +220,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return self.simulation.viewer.view(self.episodes, 0, self.blocks, self.outcomes)
 
     def render(self) -> Any:
-        """Show the state after the last step: a picture, uint8 of shape (540, 960, 3), or text; None for a human."""
+        """Show the state after the last step; return a picture, uint8 of shape (540, 960, 3), a text, or None."""
         view = self.view()
         if self.render_mode is None:
             gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")

@@ -38,18 +38,18 @@ class Opening(NamedTuple):
     """Lead of the dress before the first block, mm."""
     depth: float
     wear_flat_area: float
-    """NaN for that of a dressed wheel."""
+    """Wear-flat area A as a fraction of the wheel face; NaN for a freshly dressed wheel."""
     volume: float
-    """Ground since that dress, mm3/mm."""
+    """Volume ground since the dress before the first block, mm3/mm."""
 
 
 @entry
 def mount_wheels(
     wheels: Any, source: Any, index: Any, which: Any, fixed: Any, spreads: Any, opening: Opening, parameters: Any
 ) -> None:
-    """Write the first wheels of M episodes, shape (N, fields of `WheelState`), with what `begin_episodes` takes.
+    """Write the first wheels of M episodes, shape (N, fields of `WheelState`); arguments as for `begin_episodes`.
 
-    `parameters` are those of the dress before the first block, shape (1, fields of `StrokeParameters`).
+    `parameters` are the stroke parameters of the dress before the first block, shape (1, fields of `StrokeParameters`).
     """
     sigmas, p = read_sigmas(spreads, 0), read_parameters(parameters, 0)
     for j in range(index.size):
@@ -64,7 +64,7 @@ def mount_wheels(
 
 
 class EpisodeGenerator(Disturbances):
-    """Draws the episodes of a task."""
+    """Generator of the episodes of a task."""
 
     def __init__(self, task: Task) -> None:
         sequence = (DEALT,) * task.blocks if task.orders else task.numbers(task.sequence, "")

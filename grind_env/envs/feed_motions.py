@@ -1,9 +1,9 @@
 """Motions of G81 with a programmed infeed: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
 
-The table reciprocates on its own while the program feeds the wheel down, so that a stroke is as deep as the infeed has
-come when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D of them the
-infeed is programmed in D + 1 blocks of equal depth; at the end of each but the last the request is made, and a dwell
-gives the table the time to come to its next reversal point, where the control runs the dress (22-11).
+The table reciprocates on its own while the program feeds the wheel down. The depth of a stroke is the depth of the
+infeed when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D dresses the
+infeed is programmed in D + 1 blocks of equal depth. At the end of each block but the last the operator asks for a
+dress, and a dwell gives the table time to reach its next reversal point, where the control runs the dress (22-11).
 
 `machine.grind` runs the program of such a block to the same strokes (tests/envs/test_reciprocation_strokes.py).
 """
@@ -27,28 +27,28 @@ class Infeed(NamedTuple):
     dwell: float
     """Reversal dwell, s."""
     rate: float
-    """F/60, mm/s."""
+    """Feed of the infeed, F/60, mm/s."""
     acceleration: float
     """Acceleration of the infeed, mm/s2."""
     target: float
     """Depth Y, mm; a whole number of um, like the ends of the infeed blocks."""
     requests: float
-    """Dresses that the operator asks for."""
+    """Number of dresses that the operator asks for."""
     sparkout: float
-    """Strokes after the first one at full depth; at least 1."""
+    """Number of strokes after the first one at full depth; at least 1."""
 
 
 class Segment(NamedTuple):
     """One infeed block and the dwell after it."""
 
     start: float
-    """Depth at which it begins, mm."""
+    """Depth at the start of the infeed, mm."""
     end: float
-    """Depth at which it ends, mm."""
+    """Depth at the end of the infeed, mm."""
     seconds: float
     """Time of the infeed, s."""
     strokes: float
-    """Strokes from its begin to the dress, or to G80."""
+    """Number of strokes from the start of the infeed to the dress, or to G80."""
     dwell: float
     """Programmed dwell after the infeed, s; whole ms."""
 
@@ -57,12 +57,12 @@ class Segment(NamedTuple):
 def infeed_of(
     stroke: float, sparkout: float, stock: float, E: float, dwell: float, D: float, acceleration: float, rate: float
 ) -> Infeed:
-    """The infeed of the G81 block that grinds `stock` mm with D requests and F `rate` (mm/s).
+    """Return the infeed of the G81 block that grinds `stock` mm with D requests and F `rate` (mm/s).
 
-    The table goes at E (mm/min) over the `stroke`, mm, rests for `dwell` s, and makes `sparkout` strokes in the end;
+    The table moves at E (mm/min) over the `stroke`, mm, rests for `dwell` s, and makes `sparkout` strokes at the end;
     `acceleration` is mm/s2.
 
-    An entry and not inlined, because the program text needs it in every step of the single environment, too.
+    The function is an entry, not inlined, because each step of the single environment calls it for the program text.
     """
     return Infeed(
         travel=motion_time(stroke, E / 60.0, acceleration),
@@ -77,10 +77,10 @@ def infeed_of(
 
 @inlined
 def segment(infeed: Infeed, number: float) -> Segment:
-    """Infeed block `number`, from 0; the last one is followed by the spark-out.
+    """Return infeed block `number`, from 0; the spark-out follows the last block.
 
-    The dwell before a dress lasts until just after the table has come to its reversal point; that before G80 until the
-    middle of the last spark-out stroke, which G80 lets come to its end.
+    The dwell before a dress ends just after the table has reached its reversal point. The dwell before G80 ends in the
+    middle of the last spark-out stroke, which G80 lets finish.
     """
     blocks = infeed.requests + 1.0
     start = np.floor(1000.0 * infeed.target * number / blocks + 0.5) / 1000.0
@@ -99,8 +99,7 @@ def segment(infeed: Infeed, number: float) -> Segment:
 def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
     """Write the motions of a block into the rows of a table from `row` on: an infeed and a dwell for each segment.
 
-    A request that the operator makes at the end of an infeed is met at the next reversal point: no stroke begins
-    after it.
+    The control serves a request at the end of an infeed at the next reversal point: no stroke begins after the request.
     """
     for number in range(int(infeed.requests) + 1):
         block = segment(infeed, float(number))
@@ -138,5 +137,5 @@ def write_motions(motions: Any, row: int, infeed: Infeed) -> None:
 
 
 def segments(infeed: Infeed) -> list[Segment]:
-    """Return the infeed blocks of a block, for a program text."""
+    """Return the infeed blocks of a G81 block, for its program text."""
     return [segment(infeed, float(number)) for number in range(int(infeed.requests) + 1)]

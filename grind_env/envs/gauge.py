@@ -9,24 +9,24 @@ from grind_env.kernel import inlined
 from grind_env.process.gauge import TRUTH, Gauge, GaugeReadings, beside
 
 SIZE_NOISE = 0.7
-"""um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
+"""Standard deviation of the size gauge, um (scenarios, section 3, like the noise below)."""
 TAPER_NOISE = SIZE_NOISE * 2.0**0.5
-"""um; of a taper as gauged, the difference of two sizes."""
+"""Standard deviation of a gauged taper, the difference of two sizes, um."""
 ROUGHNESS_NOISE = 0.06
 """Relative standard deviation of the roughness gauge."""
 
 
 @inlined
 def measured_power(power: float, z: float) -> float:
-    """A power reading, W; z is standard normal times the task's factor on the noise, as for the other readings."""
+    """Return a power reading, W; `z` is standard normal times the noise factor of the task, as for all readings."""
     return max(power * (1.0 + POWER_NOISE * z) + POWER_NOISE_FLOOR * z, 0.0)
 
 
 @inlined
 def gauged_diameter(diameter: float, z: float) -> float:
-    """The wheel diameter that the shop enters after touching off or gauging, mm, to the 0.001 mm of an offset.
+    """Return the wheel diameter that the shop enters after touching off or gauging, mm, to the 0.001 mm of an offset.
 
-    Twice the error of the size gauge, because that says where the wheel's edge stands.
+    The error is twice that of the size gauge, because the size shows the position of the wheel's edge: the radius.
     """
     micrometres: float = np.floor(1000.0 * diameter + 2.0 * SIZE_NOISE * z + 0.5)
     return micrometres / 1000.0
@@ -53,7 +53,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
 
 
 GAUGE = Noisy(_read)
-"""Those of the tasks (scenarios, section 3)."""
+"""Gauges of the tasks (scenarios, section 3)."""
 
 
 def noisy(gauge: Gauge) -> Gauge:

@@ -1,4 +1,4 @@
-"""Memory of the shop floor from block to block, and the measured part of it."""
+"""Memory of the shop floor from block to block, and the readings that enter it."""
 
 from typing import NamedTuple
 
@@ -19,8 +19,9 @@ class History(NamedTuple):
     """Memory of the shop floor from block to block.
 
     `speed` is E in mm/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
-    `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions`, of the last block,
-    `since_gauged`, `blocks_since_dress`, `dresses`, `parts` and `wheel_changes` are numbers of them.
+    `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions` (of the last block),
+    `since_gauged`, `blocks_since_dress`, `dresses`, `parts` and `wheel_changes` are numbers of executions, parts,
+    blocks or changes.
     """
 
     speed: float
@@ -33,28 +34,28 @@ class History(NamedTuple):
     size_error: float
     roughness: float
     gauged: float
-    """Ratio to its limit of the roughness gauged on the last gauged part, not yet known; negative if none."""
+    """Ratio to its limit of a gauged roughness that the shop does not know yet; negative if there is none."""
     since_gauged: float
     volume: float
-    """Depth by the pre-gauge times length ground since the last dress, mm3/mm."""
+    """Volume ground since the last dress, mm3/mm: depth from the pre-gauge times length."""
     blocks_since_dress: float
     dresses: float
     parts: float
     survival: float
     """Probability that the part in work is still good."""
     stalled: float
-    """1 if the spindle has stalled on it."""
+    """1 if the spindle has stalled on the part in work."""
     pre_dress: float
     """1 if the last block began with a dress."""
     clock: float
     """Time since the start of the episode, s."""
     wheel_changes: float
     diameter: float
-    """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
+    """Wheel diameter in the shop's book, mm: dresses are subtracted at once, wear when it is gauged."""
     found_diameter: float
-    """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
+    """True wheel diameter before the block, mm; not observed, but it limits how much wear and dresses can remove."""
     taper: float
-    """Taper of the last finished part as gauged, um; 0 of one that the wheel covers."""
+    """Gauged taper of the last finished part, um; 0 for a part that the wheel covers."""
 
 
 read_memory, write_memory = column_reader(History), column_writer(History)
@@ -64,9 +65,9 @@ with_powers = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 
 @inlined
 def booked_diameter(shown: GaugeReadings, shop: Shop, old: History, off: float, gauged: bool, change: float) -> float:
-    """The diameter in the shop's book after a block, mm, whose dresses have taken `off` mm off it.
+    """Return the wheel diameter in the shop's book after a block, mm, whose dresses have removed `off` mm.
 
-    The wear is `gauged` before the next block; `change` is 1 if the wheel is changed after this one.
+    If `gauged`, the wear is gauged before the next block; `change` is 1 if the wheel is changed after this block.
     """
     known = shown.diameter if gauged else old.diameter - off
     return shop.new_diameter if change > 0.0 else known
@@ -87,7 +88,7 @@ def truth_of(result: Tally, outcome: Outcome, diameter: float) -> GaugeReadings:
 
 @inlined
 def noise_of(row: TapeRow) -> GaugeReadings:
-    """Return the noise of these readings after a block."""
+    """Return the noise of the readings of meter and gauges after a block."""
     return GaugeReadings(
         mean_power=row.mean_noise,
         first_power=row.first_noise,
@@ -100,11 +101,11 @@ def noise_of(row: TapeRow) -> GaugeReadings:
 
 @inlined
 def legible(shown: GaugeReadings, result: Tally, change: float) -> GaugeReadings:
-    """Return the readings that exist: no power if none was drawn or the wheel is changed (1) after the block."""
-    # of a new wheel nothing is known yet
+    """Return readings with 0 for each power that was not read; `change` is 1 for a wheel change after the block."""
+    # nothing is known of a new wheel yet
     mean = shown.mean_power if result.last_count > 0.0 and change == 0.0 else 0.0
     first = shown.first_power if result.first_count > 0.0 else 0.0
-    # nor is there a peak where the wheel has only passed above a part on which the spindle had stalled
+    # there is no peak if the wheel has only passed above a part on which the spindle had stalled
     peak = shown.peak_power if result.peak_load > 0.0 else 0.0
     return with_powers(shown, (mean, first, peak))
 
@@ -122,11 +123,11 @@ def remembered(
     volume: float,
     diameter: float,
 ) -> History:
-    """Return the memory after a block; `pre_dress` is 1 if the block had one.
+    """Return the memory after a block; `pre_dress` is 1 if the block began with a dress.
 
-    `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
-    `diameter` that of the wheel after it, mm, both by book-keeping. The other arguments are those of `outcome_of`, and
-    what came of it.
+    `shown` are the readings of the block, `chosen` its settings. `volume` since its last dress, mm3/mm, and `diameter`
+    of the wheel after it, mm, come from book-keeping. `outcome` is the result of `outcome_of`, which explains the other
+    arguments.
     """
     ends = kind.ends_part > 0.0
     size_error = shown.size_error if ends else old.size_error

@@ -1,8 +1,8 @@
-"""The `info` of a step, for the single environment and for many in arrays.
+"""The `info` of a step, for the single environment and, in arrays, for the vector environment.
 
-All entries are numbers, `reward_time` and the other `reward_` entries the terms that add up to the reward.
-By default they are what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found
-good. With `info="full"` chances stand in place of what was found, and true ratios in place of those read.
+All entries are numbers. `reward_time` and the other `reward_` entries are the terms that add up to the reward. By
+default the entries are what a shop knows: readings of gauges and meter, costs, and whether a part was found good. With
+`info="full"`, probabilities replace the verdicts on parts, and true ratios replace the readings.
 """
 
 import math
@@ -23,34 +23,34 @@ from grind_env.process.cost import SCRAP_BELOW
 READINGS = ("power", "mean_power", "first_power", "peak_power", "size_error", "diameter")
 """Entries that are readings in their units, as far as the environment shows them."""
 READ = {"power_ratio": "peak_power", "roughness_ratio": "roughness"}
-"""Entries that say how near to its limit a block came, for agents that learn to keep limits, and the readings that they
-are made of: 1 is at the limit. The roughness is that of the last gauged part."""
+"""Entries with the ratio of a reading to its limit, each with its reading, for agents that learn to keep limits. The
+roughness is that of the last gauged part."""
 RATIOS = ("burn_ratio", *READ)
-"""The true ones; no gauge shows how near to burning a block came."""
+"""Entries with true ratios; no gauge shows the burn ratio."""
 CAME = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
-"""Entries that are fields of `Outcome`, but for the chance of good parts where it is not to be seen."""
+"""Entries that are fields of `Outcome`; with `info="measured"`, good parts are counted instead."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
 @inlined
 def found_bad(finished: float, good: float) -> float:
-    """How many of the parts that a step has finished are found bad: more likely scrap than not, as in records."""
+    """Return the number of parts that a step has finished and that are found bad: more likely scrap than not."""
     return float(math.ceil(finished - good - (1.0 - SCRAP_BELOW)))
 
 
-_found_bad = as_written(found_bad)  # without the tenth of a step that `Inlined` adds
+_found_bad = as_written(found_bad)  # a call of `Inlined` from Python takes a tenth of a step
 
 
 class InfoWriter:
-    """Writes the info of the steps of a simulation.
+    """Writer of the info of the steps of a simulation.
 
     Args:
         simulation: the simulation.
-        names: of what an action chooses, E and D and perhaps the pre-dress.
+        names: names of the choices: E, D and perhaps the pre-dress.
         info: `"measured"` or `"full"`.
 
     Raises:
-        TaskError: it is neither.
+        TaskError: `info` is neither.
     """
 
     def __init__(self, simulation: Simulation, names: tuple[str, ...], info: str = "measured") -> None:
@@ -86,7 +86,7 @@ class InfoWriter:
     def vector(
         self, outcomes: Array, observations: NDArray[np.float32], choice: tuple[Array, ...], mask: Array
     ) -> dict[str, Any]:
-        """Return the info of N environments, every entry with its mask; those that are not in `mask` have none.
+        """Return the info of N environments, every entry with its mask; environments outside `mask` have no entries.
 
         No two arrays share memory, and the arrays of `choice` go into the info.
         """
@@ -116,9 +116,9 @@ def _fill(
     rows: Any,
     flags: Any,
 ) -> int:
-    """Write the terms of the reward, the bad parts, what else came of a step, and the readings; and the masks.
+    """Write terms of the reward, bad parts, further results, readings and masks; return the number in `mask`.
 
-    Row by row, so that every loop runs in vector registers. Returns the number of environments that are shown.
+    The function writes row by row, so that every loop runs in vector registers.
     """
     n, shown = mask.size, 0
     for k in range(terms):

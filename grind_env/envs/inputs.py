@@ -36,7 +36,7 @@ def inputs_of(simulation: Simulation) -> Inputs:
         return dict(named(_tables_of(simulation.task)))
     job = {name: getattr(simulation.job, name) for name in JOB}
     found = {"number of parts": simulation.parts, **dict(named(job))}
-    # of a batch its program as it is written; called programs are known once it has been executed
+    # a batch counts as its original program; called programs are known after the batch has been executed
     for program in (simulation.once.main, *[*simulation.programs][1:]):
         name = "program" if program is simulation.once.main else f"O{program.number or program.place.file}"
         found |= {f"{name} block {place}": value for place, value in _words_of(program)}
@@ -57,7 +57,7 @@ def named(value: Any, name: str = "") -> Iterator[tuple[str, str | float | bool]
 
 
 def differing(found: Inputs, before: Inputs) -> list[str]:
-    """Return the names of what differs; of an entry of the catalogue with another name, that name alone."""
+    """Return the names of different inputs; for a catalogue entry with another name, only that name."""
     names = [name for name in {**found, **before} if found.get(name) != before.get(name)]
     others = {name.removesuffix("name") for name in names if name.endswith(".name")}
     return [name for name in names if name.endswith(".name") or f"{name.rpartition('.')[0]}." not in others]
@@ -70,7 +70,7 @@ def describe_differences(names: Sequence[str], found: Inputs, before: Inputs) ->
 
 
 def calibrated(simulation: Simulation, names: Sequence[str]) -> bool:
-    """Return whether a simulation has a calibrated job, and the calibration may have changed all that is named."""
+    """Return whether a simulation has a calibrated job whose calibration may have changed all named inputs."""
     uncertainty = simulation.job.uncertainty if isinstance(simulation, JobSimulation) else None
     changed = () if uncertainty is None else (*uncertainty.names, *CALIBRATED)
     return all(".".join(name.split(".")[-2:]) in changed for name in names)
@@ -81,7 +81,7 @@ def _said(inputs: Inputs, name: str) -> str:
 
 
 def _tables_of(task: Task) -> Mapping[str, Any]:
-    """Return the tables of a task with the entries that its names stand for."""
+    """Return the tables of a task, with catalogue entries in place of their names."""
     tables = {each.name: getattr(task, each.name) for each in fields(task) if each.name not in NAMES_OF_TASKS}
     setup = {each.name: getattr(task.setup, each.name) for each in fields(task.setup)}
     overridden = {f"{kind}_overrides" for kind in USUAL}
@@ -93,7 +93,7 @@ def _tables_of(task: Task) -> Mapping[str, Any]:
 
 def _words_of(program: Program) -> Iterator[tuple[str, str]]:
     """Yield the words of a program, each with the number of its block and its letter, such as `3 E`."""
-    labelled = any(map(jumps, program.blocks))  # else N words lead nowhere
+    labelled = any(map(jumps, program.blocks))  # without jumps, N words have no effect
     number = 0
     for source in program.blocks:
         words = _words(source)
@@ -104,7 +104,7 @@ def _words_of(program: Program) -> Iterator[tuple[str, str]]:
 
 
 def _words(source: SourceText) -> dict[str, str]:
-    """Return the words of a block by their letters, without N; of a statement, or what is unreadable, the text."""
+    """Return the words of a block by letter, without N; for a statement or an unreadable block, its text."""
     found = {"/": "/"} if source.deletable else {}
     try:
         block = read_block(source)
@@ -119,7 +119,7 @@ def _words(source: SourceText) -> dict[str, str]:
 
 
 def _number(word: Word) -> str:
-    """Return the number of a word as it is read, however it is written."""
+    """Return the number of a word in one form for all spellings, such as `5.` for `+05.0`."""
     if word.expression:
         return _NO_WORDS.sub("", word.expression.upper())
     point = f".{word.decimals.rstrip('0')}" if word.point else ""

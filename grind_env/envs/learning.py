@@ -14,30 +14,29 @@ from grind_env.envs.simulation import Simulation
 
 REWARD = Outcome._fields.index("reward")
 WORST_REWARD = -10.0
-"""Rewards are cut there, so that one scrapped part does not drown an update."""
+"""Lowest reward: lower rewards are raised to it, so that one scrapped part does not dominate an update."""
 
 EPISODES, USUAL = 256, 32
-"""Of random play, and the cheapest of them, in which the usual observations are seen: where parts are spoilt, readings
-are many times as large. The seeds are the first of training."""
+"""Number of episodes of random play, and of the cheapest ones whose observations count: readings of spoilt parts are
+many times as large. The seeds are the first training seeds."""
 JITTER = 0.1
-"""By which E varies within an episode, of its geometric range."""
+"""Largest deviation of E from its mean in an episode, as a share of the geometric range of E."""
 LEAST_DEVIATION = 0.01
-"""Least deviation of an entry that hardly ever changes, in its unit of the observation."""
+"""Smallest deviation, for entries that hardly ever change, in the unit of the observation."""
 DIGITS = 3
-"""Behind the point: so much of means and deviations is the same on every machine."""
+"""Decimals of means and deviations: to these decimals they are the same on every computer."""
 
 
 def ease_rewards(rewards: NDArray[Any]) -> NDArray[Any]:
-    """Rewards, shape (N,), as a learner gets them: one more, so that the best fixed plan earns about 0, and cut."""
+    """Return rewards for learning, shape (N,): raised by one, so that the best fixed plan earns about 0, and cut."""
     return np.maximum(rewards + 1.0, WORST_REWARD).astype(rewards.dtype)
 
 
 def lateness(simulation: Simulation, observations: Array) -> Array:
-    """Return the cost of lateness so far of the parts of the coming due date, over the reference cost, shape (N,).
+    """Return the cost so far of lateness at the next due date, over the reference cost, shape (N,); 0 without dates.
 
-    The environment charges lateness at the date, with the last of its parts. Learners get the growth in each block
-    instead, which sums to the same (Ng, Harada, Russell, ICML 1999, 278) and shows which block was slow. 0 without
-    dates.
+    The environment charges lateness with the last block before a date. Learners get the growth of this cost in each
+    block instead: the sum is the same (Ng, Harada, Russell, ICML 1999, 278), and each slow block shows.
     """
     due, names = simulation.task.due, [reading.name for reading in simulation.entries]
     if due is None:
@@ -54,7 +53,7 @@ def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[Mem
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
     for memory in memories:
         memory.begin(n)
-    # each episode has a practice of its own
+    # each episode has its own mean E and its own share of dressed blocks
     speed, share = rng.random(n), rng.random(n)
     seen: list[Array] = []
     alive: list[Array] = []
@@ -75,13 +74,13 @@ def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[Mem
 
 
 def _random(codec: ActionCodec, rng: np.random.Generator, speed: Array, share: Array) -> Any:
-    """Return an action of each episode.
+    """Return a random action of each episode.
 
     Args:
-        codec: of actions.
-        rng: draws them.
-        speed: about which E varies, from 0 to 1 on its geometric range, shape (N,).
-        share: of the blocks that are dressed, likewise.
+        codec: converter of the actions.
+        rng: random generator.
+        speed: mean of E in each episode, from 0 to 1 on the geometric range of E, shape (N,).
+        share: share of dressed blocks in each episode, from 0 to 1, shape (N,).
     """
     n = len(speed)
     place = np.clip(speed + rng.uniform(-JITTER, JITTER, n), 0.0, 1.0)

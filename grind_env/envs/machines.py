@@ -16,7 +16,7 @@ class OtherMachine(GrindError):
 
 
 def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
-    """Return the machines that an argument names, which may be of a module, or without one those that a file names."""
+    """Return the machines named by an argument, which may name a module, or else the machines named by a file."""
     if argument is None and not of_file:
         return None
     from grind_env.plants import find_plants
@@ -25,7 +25,7 @@ def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
 
 
 def read_plant_option(value: Any, made: "Plants | None") -> "Plants | None":
-    """Return the machines that the option of a reset names; None for those that the environment was made with."""
+    """Return the machines named by a reset option; None for the machines of the environment."""
     found = plants_of(value)
     if found is None:
         return None
@@ -42,9 +42,9 @@ def read_plant_option(value: Any, made: "Plants | None") -> "Plants | None":
 
 
 def seed_beside(rng: np.random.Generator) -> int:
-    """Return a seed of 32 bits from a stream beside that of a generator, which stays where it is.
+    """Return a seed of 32 bits from another stream than that of a generator, which does not advance.
 
-    So an episode has its stocks, lots and noise whatever the machine.
+    So stocks, lots and noise of an episode do not depend on the machine.
     """
     bits: Any = rng.bit_generator
     return int(np.random.Generator(bits.jumped()).integers(WORD, endpoint=True))

@@ -1,7 +1,7 @@
 """Memories of past observations, for any number of episodes side by side.
 
-A stack of the past, or a belief of the hidden state of the wheel. `wrappers.py` puts them around environments, and
-an agent that steps episodes itself can hold one as well.
+A memory is a stack of past observations or a belief of the hidden state of the wheel. `wrappers.py` puts memories
+around environments; an agent that steps episodes itself can use a memory, too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class WrapperError(GrindError):
 
 
 class EpisodeMemory(Protocol):
-    """Memory of N episodes, as one flat observation each."""
+    """Memory of N episodes, which gives one flat observation for each."""
 
     space: spaces.Box[np.float32]
     """Space of one episode."""
@@ -39,7 +39,7 @@ class EpisodeMemory(Protocol):
         """Begin the episodes in `mask`, shape (N,), with their next observation."""
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Take in observations of the episodes in `mask` and the actions that led to them.
+        """Add observations of the episodes in `mask`, with the actions that led to them, to the memory.
 
         Args:
             observations: shape (N, entries).
@@ -47,7 +47,7 @@ class EpisodeMemory(Protocol):
             mask: shape (N,); the other episodes stay as they are.
 
         Returns:
-            What the wrapped environment shows, a new array of shape (N, entries of `space`), float32.
+            Observations of the wrapped environment, a new array of shape (N, entries of `space`), float32.
         """
 
 
@@ -62,7 +62,7 @@ class StackMemory:
         self.n = n
         self.action_space = action_space
         low, high = action_bounds(action_space)
-        # zeros stand for what was before the episode
+        # zeros fill the stack before the episode begins
         lowest = np.minimum(np.concatenate([observation_space.low, low]), 0.0).astype(np.float32)
         highest = np.maximum(np.concatenate([observation_space.high, high]), 0.0).astype(np.float32)
         self.space = spaces.Box(np.tile(lowest, n), np.tile(highest, n), dtype=np.float32)
@@ -98,7 +98,7 @@ def belief_entries() -> tuple[Reading, ...]:
 
 
 class BeliefMemory:
-    """The observation and behind it the belief of `WheelBelief`."""
+    """The observation, followed by the belief of `WheelBelief`."""
 
     def __init__(self, simulation: Simulation, members: int) -> None:
         self.belief = WheelBelief(MemberModel(simulation), members)
@@ -123,7 +123,7 @@ class BeliefMemory:
 
 
 def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
-    """Lowest and highest numbers that `action_numbers` gives."""
+    """Return the lowest and highest numbers in results of `action_numbers`."""
     if isinstance(space, spaces.Box) and len(space.shape) == 1:
         return space.low, space.high
     if isinstance(space, spaces.Discrete):
@@ -134,7 +134,7 @@ def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
 
 
 def action_numbers(space: spaces.Space[Any], actions: Array) -> Array:
-    """Return a batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
+    """Return a batch of actions as numbers, shape (N, entries); a discrete choice is divided by the last choice."""
     values = np.asarray(actions, np.float64).reshape(len(actions), -1)
     if isinstance(space, spaces.Box):
         return np.clip(values, space.low, space.high)

@@ -20,13 +20,13 @@ FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 
 
 class MemberModel:
-    """Simulation whose episodes are the members of a filter: one block at a time, with factors of their own.
+    """Simulation whose episodes are the members of a filter: single blocks, each with its own factors.
 
     Args:
         simulation: the simulation that is estimated; its entries define the observations.
 
     Raises:
-        BeliefError: its steps are not run in compiled code.
+        BeliefError: the steps of the simulation are not compiled.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -34,7 +34,7 @@ class MemberModel:
             raise BeliefError(
                 f"{simulation.task.name} is not followed by a belief, which grinds compiled blocks: use HistoryStack"
             )
-        # the diameter is seen: a member whose own has come below the least one changes no wheel
+        # the diameter is observed: a member below the minimum diameter must not change its wheel
         self.simulation, self.branches = without_wheel_changes(simulation), simulation.branches
         task = simulation.task
         spread = task.spread

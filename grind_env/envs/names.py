@@ -3,25 +3,25 @@
 from pathlib import Path
 
 FOLDER = Path(__file__).with_name("tasks")
-"""Where the task files lie."""
+"""Folder of the task files."""
 
 MODULE_NAMES = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
-"""Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
+"""Names of ids with a module of their own in `grind_env.envs.ids`; some have a task file, too."""
 
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Tasks of the benchmark, each of which asks something of its own; the others are diagnostic."""
+"""Tasks of the benchmark, each with a demand of its own; the other tasks are diagnostic."""
 
 ANY_TASK = "grind/Task-v0"
-"""The id of all tasks that are in files of the user."""
+"""Id of all tasks in files of users."""
 
 
 def task_names() -> list[str]:
-    """Names of the tasks that are ids by their file alone."""
+    """Return the names of the tasks whose ids have no module of their own."""
     return [name for name in shipped_names() if name not in MODULE_NAMES]
 
 
 def shipped_names() -> list[str]:
-    """Names of all task files of the package."""
+    """Return the names of all task files of the package."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 

@@ -1,7 +1,7 @@
 """Observations: named readings with unit, scale, noise and delay.
 
-A reading is computed in physical units and handed out as `(value - offset) / scale`, about -1 to 1, cut at
-the range of its sensor. `HIDDEN` readings are only in `observation="full"`.
+A reading is computed in physical units and returned as `(value - offset) / scale`, about -1 to 1, cut at the
+range of its sensor. `HIDDEN` readings are only in `observation="full"`.
 """
 
 import math
@@ -23,9 +23,9 @@ from grind_env.kernel.columns import lane_writer
 from grind_env.machine.loops.rows import OWN_FROM, read_wheel
 
 BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
-"""What a wheel diameter is."""
+"""Origin of an observed wheel diameter."""
 LEAST_SLACK = 0.05
-"""Time left over work left below which the slack reads the same; `time_to_due` goes on."""
+"""Ratio of time left to work left below which the slack does not change; `time_to_due` still does."""
 
 
 class Readings(NamedTuple):
@@ -104,10 +104,10 @@ class Reading(NamedTuple):
 
 
 OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
-"""Readings that say a number of the kind of the coming block."""
+"""Readings with numbers of the kind of the coming block."""
 PART_RISE = Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
                     "mean temperature of the part in work over the hall; 0 of one not ground so far")  # fmt: skip
-"""Nothing to say where every block starts a part."""
+"""Reading for tasks and jobs in which a part has several blocks."""
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 """Readings that no real machine gives."""
 
@@ -117,7 +117,7 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
 
     Args:
         task: the task.
-        full: with the hidden state, for oracles and tests.
+        full: whether to include the hidden state, for oracles and tests.
         pre_dress: whether an action can ask for a pre-dress.
     """
     absent = {*constant_readings(task, pre_dress=pre_dress), *(() if full else HIDDEN)}
@@ -134,14 +134,14 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
     if task.cycle != "G83":
         absent.add("taper")
     shown = (reading for reading in _table(task) if reading.name not in absent)
-    # a measured observation begins every full one
+    # every full observation begins with the measured observation
     return tuple(sorted((*shown, *_one_hot(task)), key=lambda entry: entry.noise == "hidden"))
 
 
 def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float]:
     """Return the measured readings, with values, that no choice, draw or context changes in a task.
 
-    What is said of the coming block or of the last one before the first and after the last block does not count.
+    Readings of the last block before the first block, and of the coming block after the last block, do not count.
     """
     kinds = task.kinds
     constant = {
@@ -149,7 +149,7 @@ def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float
     }
     if "width" in constant:
         constant["last_width"] = kinds[0].width
-    # an infeed goes as deep in a stroke as its time allows
+    # during an infeed, the depth of a stroke depends on its time
     if "pick" in constant and task.infeed == 0.0:
         constant["last_pick"] = kinds[0].pick
     if task.action.executions == 0:
@@ -162,19 +162,19 @@ def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float
 
 
 def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
-    """Readings of finished parts, with their values, that come too late to be seen, or never.
+    """Return the readings of finished parts, with their values, that come after the last decision or never.
 
     Args:
-        parts: of an episode; the readings of the last one come after the last decision.
-        gauged: whether roughness has a limit, over which it is shown.
+        parts: number of parts of an episode; readings of the last part come after the last decision.
+        gauged: whether roughness has a limit; the reading is the ratio to this limit.
     """
     size = {"size_error": 0.0} if parts < 2 else {}
-    # the first one that is gauged is known one part late
+    # the roughness of the first gauged part is known one part late
     return size | ({} if gauged and parts > 2 else {"roughness": 0.0, "parts_since_gauged": 0.0})
 
 
 def _table(task: Task) -> list[Reading]:
-    """Every reading, in the order of `Readings`."""
+    """Return every reading, in the order of `Readings`."""
     power = task.machine.power_limit
     low, high = task.action.speed_ends
     centre, half = (low + high) / 2.0, (high - low) / 2.0
@@ -183,7 +183,7 @@ def _table(task: Task) -> list[Reading]:
     period = (
         max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
     )
-    # what an infeed covers in a stroke of 3000 mm/min is 0.06 mm
+    # an infeed covers 0.06 mm in a stroke at 3000 mm/min
     deepest = 5.0 if task.cycle == "G81" else 2.0
     left = "stock left on the last finished part"
     left += " where it is farthest from its size" if task.cycle == "G83" else ""
@@ -258,7 +258,7 @@ def _table(task: Task) -> list[Reading]:
 
 
 def _one_hot(task: Task) -> Iterable[Reading]:
-    """Entries that name the kind and the material of a block, where there are several."""
+    """Yield the flags of the kind and the material of a block, if there are several."""
     if len(task.kinds) > 1:
         for when in ("coming", "following"):
             for kind in task.kinds:
@@ -281,11 +281,11 @@ class Layout(NamedTuple):
     """Sources of the entries of an observation."""
 
     columns: NDArray[np.int64]
-    """Index into `Readings` of every entry, shape (entries,); -1 for one that is none."""
+    """Index into `Readings` of every entry, shape (entries,); -1 for an entry that is no reading."""
     kinds: int
-    """Flags of the coming kind; as many of the following one come after them."""
+    """Number of flags of the coming kind; the same number of flags of the following kind comes next."""
     first_kind: int
-    """Where they begin."""
+    """Index of the first of these flags."""
     materials: NDArray[np.int64]
     """Index of the entry of every material of the catalogue; -1 for none."""
 
@@ -311,7 +311,7 @@ def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
 
 
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
-    """Return the sources of entries; the caller writes entries that are neither reading nor flag, which read 0."""
+    """Return the sources of entries; entries that are neither reading nor flag read 0 until the caller writes them."""
     names = [entry.name for entry in entries]
     first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(
@@ -323,14 +323,14 @@ def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
 
 
 def bounds(entries: tuple[Reading, ...]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Lowest and highest observation, each shape (entries,)."""
+    """Return the lowest and highest observation, each shape (entries,)."""
     low = np.array([entry.low for entry in entries], np.float32)
     high = np.array([entry.high for entry in entries], np.float32)
     return low, high
 
 
 def physical(observation: NDArray[np.float32], entries: tuple[Reading, ...]) -> dict[str, NDArray[np.float64]]:
-    """Observations, shape (..., entries), back in physical units, by name."""
+    """Return observations, shape (..., entries), in physical units, by name."""
     scaled = np.asarray(observation, np.float64)
     return {entry.name: entry.offset + entry.scale * scaled[..., k] for k, entry in enumerate(entries)}
 
@@ -339,7 +339,7 @@ READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
 
 LANES = 32
-"""Episodes whose readings are scaled side by side, in vector registers."""
+"""Number of episodes whose readings are scaled side by side, in vector registers."""
 
 write_readings = lane_writer(Readings, 0, LANES)
 
@@ -364,7 +364,7 @@ def write_entries(
 
 
 def heat_column(own: type[Any]) -> int:
-    """First column of the part's heat in a row of a wheel with what process and gauge remember; -1 without one."""
+    """Return the first column with the part's heat in rows of wheel, process and gauge memory; -1 if there is none."""
     return OWN_FROM + own._fields.index("dT_1") if "dT_1" in own._fields else -1
 
 
@@ -393,7 +393,7 @@ def observe_block(
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
     changed = seen.wheel_changes > 0.0
-    # of the part in work, if it is still that of the strokes before
+    # temperature rise of the part in work, if the coming block continues this part
     rise = wheels[i, heat] + wheels[i, heat + 1] + wheels[i, heat + 2] + wheels[i, heat + 3]
     part_rise = rise if ahead and kind.starts_part == 0.0 and heat >= 0 else 0.0
     growth = row.spare_kA if changed else row.kA
@@ -474,19 +474,19 @@ def observe_blocks(
     """Write the observations before the coming blocks.
 
     Args:
-        kinds: of `transition.Tables`.
-        total: blocks of an episode.
-        tape: of `transition.EpisodeArrays`, like the next three.
-        block: coming block.
-        wheels: wheel states.
-        heat: column of them with the heat of the part, see `heat_column`.
-        memory: what is remembered.
+        kinds: numbers of the kinds, as in `transition.Tables`.
+        total: number of blocks of an episode.
+        tape: tapes, as in `transition.EpisodeArrays`, like `block`, `wheels` and `memory`.
+        block: number of the coming block.
+        wheels: wheels with the memory of process and gauge.
+        heat: column of `wheels` with the heat of the part, see `heat_column`.
+        memory: memory of the shop floor.
         shops: numbers of the task, shape (1, fields of `Shop`).
-        layout: which readings are shown, and where.
-        offset: of each entry, shape (entries,), like the next three.
-        scale: of each entry.
-        low: of each entry.
-        high: of each entry.
+        layout: sources of the entries.
+        offset: offset of each entry, shape (entries,).
+        scale: scale of each entry, shape (entries,).
+        low: lowest value of each entry, shape (entries,).
+        high: highest value of each entry, shape (entries,).
         observations: shape (N, entries), float32, all 0; written.
     """
     shop = read_shop(shops, 0)

@@ -15,9 +15,9 @@ from grind_env.process.process import Drive
 def place_block(
     tables: Any, i: int, row: BlockRow, number: int, surface: float, stock: float, pre_dress: float, drive: Drive
 ) -> None:
-    """Write where the block of machine i lies, which is row `number` of the script.
+    """Write the place of the block of machine i, which is row `number` of the script.
 
-    A block of a task grinds so much stock, mm, from a surface on, perhaps after a pre-dress (1).
+    A block of a task grinds `stock`, mm, below `surface`, mm; `pre_dress` is 1 if it begins with a dress.
     """
     if tables.infeed > 0.0:
         _place_infeed(tables, i, row, number, stock, pre_dress, drive)
@@ -26,7 +26,7 @@ def place_block(
         first = min(surface + pick, target)
         start = min(surface + tables.lead[number], target)
         here = start, first + (target - first), target, target, target - start
-        # the rests after a block of a task are the same at all ends of its strokes
+        # the rest times after a block of a task are equal at all ends of its strokes
         write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
     else:
         place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
@@ -36,7 +36,7 @@ def place_block(
 def _place_infeed(
     tables: Any, i: int, row: BlockRow, number: int, stock: float, pre_dress: float, drive: Drive
 ) -> None:
-    """Let a G81 grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
+    """Write place and motions of a G81 that grinds `stock`, mm; the dwells depend on E and D."""
     speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
     table = drive.dwell, requests, row.acceleration, tables.infeed
     infeed = infeed_of(row.stroke_length, read_kind(tables.kinds, number).sparkout, stock, speed, *table)

@@ -38,21 +38,21 @@ class BlockRun:
     finished: Array  # parts that were taken off the machine, dtype `PART_ROW`
     judged: bool  # whether a stage of the part has ended, or the part
     deepest: float  # depth to which the program has led on the part, mm
-    seconds: float  # time of the job
+    seconds: float  # time of this run, s
 
 
 class Passage(NamedTuple):
-    """A cycle block as a program comes by it: what must not depend on what is chosen."""
+    """A cycle block in the sequence of a program, which must not depend on choices."""
 
     source: SourceText
     part: int
-    """From 1."""
+    """Number of the part, from 1."""
     finished: int
-    """Parts that are taken off before the next block."""
+    """Number of parts that are taken off before the next block."""
 
 
 class PassageError(GrindError):
-    """A program that comes by other cycle blocks, or by other parts, if its blocks are run with other words."""
+    """A program in which the sequence of cycle blocks or parts depends on the chosen words."""
 
 
 class ProgramEpisode:
@@ -63,7 +63,7 @@ class ProgramEpisode:
     Args:
         programs: the program.
         job: the job.
-        course: values of the unchanged program; empty if unknown.
+        course: sequence of blocks of the unchanged program; empty if unknown.
     """
 
     def __init__(self, programs: Programs, job: Job, course: Sequence[Passage] = ()) -> None:
@@ -93,11 +93,11 @@ class ProgramEpisode:
             self.step(words)
 
     def step(self, words: Words) -> BlockRun:
-        """Run the coming cycle block with other numbers in some of its words, and on to the next one."""
+        """Run the coming cycle block with these words, and go on to the next cycle block."""
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
         stages = len(run.part.ended) if run.unloaded_at is None else 0
-        if not self.chosen:  # what the way to the first block has made belongs to its step, as its time does
+        if not self.chosen:  # rows from the way to the first block belong to its step, as their time does
             strokes, dresses, parts = 0, 0, 0
         assert self.block is not None
         self.chosen.append((self.block, dict(words)))
@@ -129,7 +129,7 @@ class ProgramEpisode:
         )
 
     def _require(self, passed: Passage) -> None:
-        """Refuse what does not stand in the course."""
+        """Raise an error if the block differs from the course."""
         number, source = len(self.chosen), passed.source
         coming = None if self.block is None else self.block.source
         expected = self.course[number].source if number < len(self.course) else None
@@ -141,12 +141,12 @@ class ProgramEpisode:
             )
 
     def rewind(self, blocks: int) -> None:
-        """Run anew up to where that many blocks have been run."""
+        """Run again from the beginning through the first `blocks` blocks."""
         state = self.__getstate__()
         self.__setstate__({**state, "words": state["words"][:blocks]})
 
     def _to_next_cycle(self) -> Iterator[Event]:
-        """Take the events up to the next cycle block, or to the end, and hand each on once it has happened."""
+        """Yield the events up to the next cycle block or the end, each after the machine has executed it."""
         self.block = None
         for event in self._execution:
             if isinstance(event, CycleAhead) or (isinstance(event, FeedAhead) and self.run.is_feed_block(event)):
@@ -156,14 +156,14 @@ class ProgramEpisode:
                 self.time, self.block = self.run.clock(event.time), event.block
                 return
             self.run.take(event)
-            if isinstance(event, ProgramEnd):  # the way from a trailing M00 is no time of a part
+            if isinstance(event, ProgramEnd):  # the time after a trailing M00 belongs to no part
                 assert self.run.unloaded_at is not None
                 self.time = self.run.unloaded_at
             self.run.tell(self._execution)
             yield event
 
     def _expect(self, event: CycleAhead | FeedAhead) -> None:
-        """Tell the machine what the coming block sweeps; the block itself does if only chosen words make it right."""
+        """Tell the machine the sweep of the coming block; a block that only chosen words make legal tells it itself."""
         run = self.run
         if not run.job.stations:
             return
@@ -175,10 +175,10 @@ class ProgramEpisode:
 
 
 def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> dict[int, BlockRun]:
-    """Run the coming block of those programs that have words for it, or of none.
+    """Run the coming block of each program that has words in `words`; after an error, no program has moved.
 
     Returns:
-        What happened in each, by its index.
+        The run of each program, by its index.
     """
     before = {i: len(programs[i].chosen) for i in words}
     try:
@@ -191,6 +191,6 @@ def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> 
 
 
 def _increments(strokes: Array) -> Array:
-    """Return the additional depth of each stroke over the one before, mm; the first counts from 0."""
+    """Return the additional depth of each stroke over the stroke before it, mm; the first stroke counts from 0."""
     before = np.concatenate([[0.0], np.where(np.diff(strokes["part"]) == 0, strokes["Z"][:-1], 0.0)])
     return np.asarray(strokes["Z"] - before[: strokes.size])

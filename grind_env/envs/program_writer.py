@@ -10,7 +10,7 @@ from grind_env.machine.record import GrindingRecord
 
 
 class Written(NamedTuple):
-    """An episode as one takes it to the machine: `machine.grind` makes of it what the episode was."""
+    """An episode for the machine: `machine.grind` runs it to the same record."""
 
     program: str
     """The part program."""
@@ -21,15 +21,15 @@ class Written(NamedTuple):
 
 
 class ProgramWriter(ABC):
-    """Writes episodes of a simulation down."""
+    """Writer of episodes of a simulation as part programs."""
 
     @abstractmethod
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
-        """Return the step that episode i takes next, as the methods below take it."""
+        """Return the next step of episode i, in the form that the methods below take."""
 
     @abstractmethod
     def text(self, block: Any) -> str:
-        """Return what the control reads for a step."""
+        """Return the program text of a step."""
 
     @abstractmethod
     def program(self, blocks: Sequence[Any]) -> str:
@@ -38,13 +38,13 @@ class ProgramWriter(ABC):
         Steps of a user's program that have not been taken keep their own words.
 
         Raises:
-            GrindError: no one text says them.
+            GrindError: no single text can hold these steps.
         """
 
     @abstractmethod
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
-        """Return episode i, of which these steps have been taken: at least one."""
+        """Return program and job of episode i after these steps, at least one."""
 
     @abstractmethod
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
-        """Return its strokes, dresses and finished parts as `machine.grind` records them, up to the coming block."""
+        """Return strokes, dresses and finished parts of episode i up to the coming block, as `machine.grind` would."""

@@ -14,36 +14,36 @@ from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.kernel.random import Words, normal, philox, uniform
 
 EPISODE, ORDER, DATE, PART, GAUGES, READINGS, _, TAPER = range(8)
-"""What is drawn, four words a number: of the episode (the wheel; coolant and start; the spare wheel), of an order by
-its first block, of a due date, of a part by its first block, of a block (the pre-gauge, the part's roughness, mean and
-first power; then peak power, size, roughness and wheel), and of a part by its number."""
+"""Purposes of random numbers, each with four words for a counter: episode (wheel; coolant and start; spare wheel),
+order by its first block, due date, part by its first block, block (pre-gauge, roughness of the part, mean and first
+power), block again (peak power, size, roughness and wheel), and taper of a part by its block."""
 
 
 WORDS = 2.0**32
-"""How many words there are."""
+"""Number of possible words."""
 
 
 @inlined
 def unless(fixed: float, drawn: float) -> float:
-    """The fixed number, or the drawn one where none is fixed (NaN)."""
+    """Return the fixed number, or the drawn number if none is fixed (NaN)."""
     return drawn if np.isnan(fixed) else fixed
 
 
 @inlined
 def key_of(u_0: float, u_1: float) -> tuple[float, float]:
-    """The key that two uniform numbers make."""
+    """Return the key that is made from two uniform numbers."""
     return np.floor(u_0 * WORDS), np.floor(u_1 * WORDS)
 
 
 @inlined
 def words_of(key_0: float, key_1: float, what: int, number: int) -> Words:
-    """The random words of the episode with this key for what is drawn, and for its number."""
+    """Return four random words of the episode with this key, for a purpose `what` and its counter `number`."""
     return philox(int(key_0), int(key_1), int(number), what, 0, 0)
 
 
 @inlined
 def within(u: float, ranges: float) -> float:
-    """A uniform number moved into the ranges of a split, in their order, by probability; `ranges` as in `Draws`."""
+    """Return a uniform number mapped to the ranges of a split, in their order; `ranges` as `bits` in `Draws`."""
     bits = int(ranges)
     if bits == 0:
         return u
@@ -61,38 +61,37 @@ def within(u: float, ranges: float) -> float:
 
 @inlined
 def log_normal(sigma: float, z: float) -> float:
-    """Log-normal factor of a standard normal number, which is cut at `CUT`."""
+    """Return the log-normal factor of a standard normal number, which is cut at `CUT`."""
     return exp(sigma * min(max(z, -CUT), CUT)) if sigma != 0.0 else 1.0
 
 
 @inlined
 def factor(sigma: float, word: float, ranges: float) -> float:
-    """Log-normal factor, from the ranges of a split, whose standard normal number is cut at `CUT`."""
+    """Return a log-normal factor from the ranges of a split; its standard normal number is cut at `CUT`."""
     return log_normal(sigma, normal(within(uniform(word), ranges)))
 
 
 @inlined
 def deviation(sigma: float, word: float) -> float:
-    """Normal number of that standard deviation."""
+    """Return a normal number with standard deviation `sigma`, from a random word."""
     return spread(sigma, normal(uniform(word)))
 
 
 @inlined
 def spread(sigma: float, z: float) -> float:
-    """Normal number of that standard deviation, of a standard normal one."""
+    """Return a normal number with standard deviation `sigma`, from a standard normal number."""
     return sigma * z if sigma > 0.0 else 0.0
 
 
 class Drawn(NamedTuple):
-    """Random numbers of a block: raw words unless stated otherwise, or standard normal numbers."""
+    """Random numbers of a block: three random words, and from `stock` on standard normal numbers."""
 
     lot: float
-    """Word that says whether a part begins a lot."""
+    """Word that decides whether a part begins a lot."""
     kA: float
-    """Word of the lot, like the next one."""
+    """Word for a factor of the lot, like `pm`."""
     pm: float
     stock: float
-    """Standard normal, as all behind it."""
     gauge: float
     part_ra: float
     mean: float
@@ -104,7 +103,7 @@ class Drawn(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A block that is drawn: its episode, the key of that, its number, and that by which its part is drawn."""
+    """A block that is drawn: episode, key of the episode, number, and number by which its part is drawn."""
 
     episode: float
     key_0: float
@@ -114,7 +113,7 @@ class Block(NamedTuple):
 
 
 LANES = 8
-"""Blocks that are drawn side by side."""
+"""Number of blocks that are drawn side by side."""
 read_block, write_block = lane_reader(Block, 0, LANES), lane_writer(Block, 0, LANES)
 DRAWN_FROM = len(Block._fields)
 read_drawn, write_drawn = lane_reader(Drawn, DRAWN_FROM, LANES), lane_writer(Drawn, DRAWN_FROM, LANES)
@@ -124,10 +123,10 @@ LANES_SIZE = (DRAWN_FROM + len(Drawn._fields)) * LANES
 
 @entry
 def draw_lanes(lanes: Any) -> None:
-    """Draw what there is of `LANES` blocks.
+    """Draw the random numbers of `LANES` blocks.
 
     Args:
-        lanes: shape (LANES_SIZE,): the fields of `Block`, each of all lanes, and behind them those of `Drawn`, which
+        lanes: shape (LANES_SIZE,): the fields of `Block`, each for all lanes, followed by the fields of `Drawn`, which
             are written.
     """
     for lane in range(LANES):

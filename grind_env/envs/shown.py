@@ -1,7 +1,7 @@
 """Description of an environment's observation, stored in its observation space.
 
-A library that saves a model saves the spaces it was trained on as well. So a model that comes from a file says itself
-which task it saw, and through which wrappers, and can be shown the same again without the environment.
+A library that saves a model also saves the spaces of its training. So the file of a model tells its task and wrappers,
+and the model can get the same observations again without the environment.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Stack:
 
 @dataclass(frozen=True, slots=True)
 class BeliefForm:
-    """The observation, and behind it the belief of an ensemble of that many members."""
+    """The observation, followed by the belief of an ensemble of `members` members."""
 
     members: int
 
@@ -55,7 +55,7 @@ class BeliefForm:
 
 @dataclass(frozen=True, slots=True)
 class Standard:
-    """Every entry less its mean, over its standard deviation, within `CLIP`; both have no unit."""
+    """Standardisation: every entry less its mean, over its standard deviation, cut at `CLIP`; no units."""
 
     mean: tuple[float, ...]
     deviation: tuple[float, ...]
@@ -66,12 +66,12 @@ class Standard:
 
 
 class StandardMemory:
-    """The observation at hand, standardised: it remembers nothing of those before.
+    """The present observation, standardised; earlier observations are not remembered.
 
     Args:
-        space: of the observation.
-        mean: of every entry, shape (entries,).
-        deviation: its standard deviation, likewise.
+        space: space of the observation.
+        mean: mean of every entry, shape (entries,).
+        deviation: standard deviation of every entry, shape (entries,).
     """
 
     def __init__(self, space: spaces.Box[Any], mean: Array, deviation: Array) -> None:
@@ -129,7 +129,7 @@ def shown_space(simulation: Simulation) -> ShownBox:
 
 
 def wrapped_space(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:
-    """Return the observation space behind a wrapper that shows a memory; `space` is that before it."""
+    """Return the observation space of a wrapper that adds a memory to an environment with `space`."""
     if not isinstance(space, ShownBox):
         return memory.space
     shown = replace(space.shown, memories=(*space.shown.memories, form))

@@ -84,7 +84,7 @@ class Simulation(ABC):
     shops: Table
     whole_program: bool = False
     tables: ScriptTables
-    """Tables of its script."""
+    """Tables of the script."""
     _generator: Any
     _scaling: Scaling
     _lead: Table
@@ -96,7 +96,7 @@ class Simulation(ABC):
     _covered: bool
     """Whether the wheel covers the parts."""
     _extra_state: tuple[float, ...]
-    """What process and gauge remember at the start."""
+    """Memory of process and gauge at the start."""
     _heat: int
 
     @property
@@ -110,7 +110,7 @@ class Simulation(ABC):
         """Viewer of episodes in pictures."""
 
     def _grind_with(self, process: Process, gauge: Gauge, state: tuple[float, ...] | None = None) -> None:
-        """Take over a process and a gauge, and what both remember at the start."""
+        """Set the process, the gauge, and the memory of both at the start."""
         joint = joined(process.own, gauge.own)
         self.process, self.gauge, self._heat, self._scratch = process, gauge, heat_column(joint), Scratch()
         self._extra_state = tuple(joint()) if state is None else (*state, *gauge.own())
@@ -128,7 +128,7 @@ class Simulation(ABC):
     def start(
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, full_tape: bool = True
     ) -> Episodes:
-        """New episodes, one from each generator, with what is given of each; `full_tape` as for `room`."""
+        """Return new episodes, one from each generator, with their fixed parts `given`; `full_tape` as for `room`."""
         if len(rngs) >= MANY:
             compile_at_once()
         episodes = self.room(len(rngs), full_tape=full_tape)
@@ -138,7 +138,7 @@ class Simulation(ABC):
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """Put new episodes in place of those at `index`, one from each generator, with what is given of each."""
+        """Replace the episodes at `index` with new ones, one from each generator, with their fixed parts `given`."""
         rows = np.array(index)
         given = with_machines(self, given, rngs)
         self._generator.begin(episodes, rows, rngs, given)
@@ -147,9 +147,9 @@ class Simulation(ABC):
             episodes.wheels[rows, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
 
     def room(self, n: int, *, full_tape: bool = True) -> Episodes:
-        """Return arrays for N episodes, of which none has been drawn.
+        """Return arrays for N episodes that have not been drawn.
 
-        With full tapes, or, for all but a user's own program, with rows for the coming blocks only.
+        Tapes are full for a user's program or with `full_tape`; else they have rows for the coming blocks only.
         """
         blocks, zones = self.task.blocks, 0 if self._covered else len(self.tables.zones)
         rows = blocks if full_tape or self.whole_program else min(AHEAD, blocks)
@@ -169,7 +169,7 @@ class Simulation(ABC):
         )
 
     def with_full_tapes(self, episodes: Episodes) -> Episodes:
-        """Return copies of the episodes with their full noise tapes; rows that are not there are drawn again."""
+        """Return copies of the episodes with their full noise tapes; missing rows are drawn again."""
         copies = episodes.pick(np.arange(len(episodes.block)))
         if copies.tape.shape[1] < self.task.blocks:
             block, copies.block = copies.block, np.zeros_like(copies.block)
@@ -180,7 +180,7 @@ class Simulation(ABC):
         return copies
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
-        """Forget what the episodes at `index`, shape (M,), have done but for their wheels: none has begun."""
+        """Reset the episodes at `index`, shape (M,), to their start, except for their wheels."""
         episodes.wheels[index, OWN_FROM:] = self._extra_state
         episodes.block[index] = 0
         episodes.parts[index] = NOTHING_GROUND
@@ -210,17 +210,17 @@ class Simulation(ABC):
             speeds: E in mm/min, shape (N,).
             executions: D, shape (N,).
             pre_dresses: 1 for a dress before the first plunge, else 0, shape (N,); none by default.
-            settings: of a user's program alone, shape (N, fields of `BlockSettings`): J, L and dress settings in place
-                of those of the program; its E and D do not count.
+            settings: J, L and dress settings in place of those of a user's program, shape (N, fields of
+                `BlockSettings`); its E and D do not count. Not for tasks.
             active: indices of the episodes to step; they must not be over.
 
         Returns:
             Outcomes, shape (N, fields of `Outcome`), and results of the cycles, with all the time of their blocks,
-            shape (N, fields of `Tally`); rows of the others are 0.
+            shape (N, fields of `Tally`); rows of other episodes are 0.
 
         Raises:
             EpisodeOver: an episode in `active` has run its last block.
-            GrindError: a block cannot be run so; every episode is then as it was before.
+            GrindError: a block cannot be run with these choices; all episodes are then unchanged.
         """
         n = len(episodes.block)
         none = np.zeros(n) if pre_dresses is None else pre_dresses
@@ -245,14 +245,14 @@ class Simulation(ABC):
         if active.size <= TOGETHER or active.size < n:
             step(tables, state, choice, active, results, outcomes)
             return outcomes, results
-        for first in range(0, n, TOGETHER):  # the same room for all of them stays in a near cache
+        for first in range(0, n, TOGETHER):  # one room for all chunks stays in the processor's cache
             some = slice(first, first + TOGETHER)
             state, chosen = (tuple(array[some] for array in arrays) for arrays in (episodes.in_order(), choice))
             step(tables, state, chosen, np.arange(len(state[0])), results[some], outcomes[some])
         return outcomes, results
 
     def _tables(self, room: Sequence[Any]) -> tuple[Any, ...]:
-        """Return the tables of the compiled step, with room for N machines; of a G81 the step writes the motions."""
+        """Return the tables of the compiled step, with room for N machines; the step itself writes motions of a G81."""
         *room, motions = room
         blocks, plans, own, rest_times, written, zones = self.tables
         motions = motions if self._infeed > 0.0 else written
@@ -264,7 +264,7 @@ class Simulation(ABC):
         return np.asarray(episodes.block >= episodes.source[:, BLOCKS])
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """Observations of the coming blocks, shape (N, entries), float32.
+        """Return the observations of the coming blocks, shape (N, entries), float32.
 
         After the last block of an episode the coming block reads as zeros.
         """
@@ -287,12 +287,12 @@ class Simulation(ABC):
         """Return observations in physical units, by name, each shape (N,), with readings that never change."""
         constant = {name: np.full(len(observation), value) for name, value in self.usual.items()}
         seen = constant | physical(observation, self.entries[: observation.shape[1]])
-        # power is spent on the width of the wheel, of a part that is wider
+        # on a part wider than the wheel, power belongs to the width of the wheel
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
 
 def without_wheel_changes(simulation: SimulationT) -> SimulationT:
-    """Return a copy in which a wheel is changed only when it is said."""
+    """Return a copy that never changes a worn wheel by itself."""
     twin = copy.copy(simulation)
     twin.shops = simulation.shops.copy()
     twin.shops[:, LEAST_DIAMETER] = 0.0
@@ -300,7 +300,7 @@ def without_wheel_changes(simulation: SimulationT) -> SimulationT:
 
 
 def with_start_of(simulation: SimulationT, plant: "Plant") -> SimulationT:
-    """Return a copy in which an episode that is not drawn begins with what a machine of the same families remembers."""
+    """Return a copy in which `clear` starts episodes with the memory of another machine of the same families."""
     twin = copy.copy(simulation)
     twin._extra_state = plant.own
     return twin

@@ -14,7 +14,7 @@ RANGES = 10
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Changes by a split.
+    """Changes of the random draws by a split.
 
     Attributes:
         ranges: ranges of every log-normal factor to draw from, counted from the lowest; empty for all.
@@ -37,32 +37,32 @@ class Split:
 
 
 EVERY = "all"
-"""The split that holds nothing out, from which is drawn what no split is named for."""
+"""The split that holds nothing out; the default for episodes without a named split."""
 SPLITS: Mapping[str, Split] = {
     EVERY: Split(),
     "inner": Split(ranges=(0, 3, 4, 5, 6, 9)),
     "interpolation": Split(ranges=(1, 8)),
     "extrapolation": Split(ranges=(0, 9), reach=1.5, stock=1.5, noise=3.0, foreign=True),
 }
-"""Ranges are symmetric, so that the middle factor is 1 in each. 2 and 7 are in neither `inner` nor `interpolation`.
+"""Splits by name. Ranges are symmetric, so that the median factor is 1. Ranges 2 and 7 are in no split but `all`.
 
 Factors are cut at 1.8 standard deviations, and the outermost ranges begin at 1.28 of them: with a reach of 1.5 wear and
 pressure lie beyond all that a task draws.
 """
 RENAMED = {"train": "inner", "test": "interpolation"}
-"""Splits that had another name."""
+"""Former names of splits, each with the present name."""
 
 
 class Draws(NamedTuple):
-    """A split as the compiled code reads it; `reach`, `stock` and `noise` are factors, those of `Split`."""
+    """A split as the compiled code reads it; `reach`, `stock` and `noise` are the factors of `Split`."""
 
     bits: float
-    """Ranges as the bits of a number: bit k for the one of index k; 0 for all."""
+    """Ranges as bits of a number: bit k for the range of index k; 0 for all ranges."""
     reach: float
     stock: float
     noise: float
     foreign: float
-    """1 if so."""
+    """1 if wheel and material come from outside the task."""
 
 
 def draws_of(split: Split) -> Draws:

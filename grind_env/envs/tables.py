@@ -53,12 +53,12 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
 
 
 def kind_table(task: Task) -> NDArray[np.float64]:
-    """Numbers of every kind in every material, shape (kinds x materials, fields of `KindRow`)."""
+    """Return the numbers of every kind in every material, shape (kinds x materials, fields of `KindRow`)."""
     return np.array([kind_row(task, kind) for kind in _variants(task)])
 
 
 def parameter_table(task: Task) -> NDArray[np.float64]:
-    """Nominal parameters of every kind in every material, shape (kinds x materials, fields of `StrokeParameters`)."""
+    """Return nominal parameters of kinds in all materials, shape (kinds x materials, fields of `StrokeParameters`)."""
     return np.array([task.parameters(kind) for kind in _variants(task)])
 
 

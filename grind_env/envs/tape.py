@@ -1,7 +1,7 @@
 """The noise tape of an episode: one row of random numbers for each block, drawn when the block comes up.
 
-Every random number of an episode is a function of the episode's key, of a counter (of a block, an order, a date, a
-stroke) and of its purpose. So the same seed means the same stock, lots, wheels and measurement noise for every policy,
+Every random number of an episode is a function of the episode's key, of a counter (of a block, an order, a date or a
+part) and of its purpose. So the same seed means the same stock, lots, wheels and measurement noise for every policy,
 and policies are compared on common random numbers. Factors without spread in a task are not drawn, and the other
 numbers do not change.
 """
@@ -37,7 +37,7 @@ from grind_env.kernel.random import uniform
 
 
 class TapeRow(NamedTuple):
-    """Random numbers of one block on the tape."""
+    """Random numbers of one block on the tape; noise is standard normal times `Spread.measurement`."""
 
     kind: float
     """Index of the block kind."""
@@ -62,17 +62,17 @@ class TapeRow(NamedTuple):
     part_ra: float
     """Factor on the roughness, of the part alone."""
     mean_noise: float
-    """Noise of the mean power, standard normal times `Spread.measurement`, relative and absolute alike; no unit."""
+    """Noise of the mean power, both relative and absolute; no unit."""
     first_noise: float
     """Noise of the first power; no unit."""
     peak_noise: float
     """Noise of the peak power; no unit."""
     size_noise: float
-    """Noise of the size gauge, likewise; no unit."""
+    """Noise of the size gauge; no unit."""
     roughness_noise: float
-    """Noise of the roughness gauge, likewise; no unit."""
+    """Noise of the roughness gauge; no unit."""
     wheel_noise: float
-    """Noise of the gauged wheel diameter, likewise; no unit."""
+    """Noise of the gauged wheel diameter; no unit."""
     material: float
     """Index of the material among `catalogue.materials`."""
     spare_kA: float
@@ -80,26 +80,26 @@ class TapeRow(NamedTuple):
     spare_ra_scale: float
     """The factor `ra_scale` after a wheel change."""
     due: float
-    """Next due date, s after the start of the episode; 0 in a task without."""
+    """Next due date, s after the start of the episode; 0 in a task without due dates."""
     work: float
-    """Nominal time of this block and of those after it up to that date, s."""
+    """Nominal time of this block and of the later blocks up to the next due date, s."""
     is_due: float
-    """1 for the last block before the date."""
+    """1 for the last block before a due date."""
 
 
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
-"""Where the factors stand after a wheel change."""
+"""Fields of `TapeRow` with the factors `FACTORS` after a wheel change."""
 
 read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
 
 
 AHEAD = 2
-"""Rows of a tape that is not whole: of the coming block, and of the next one, whose kind is shown, too."""
+"""Number of rows of a short tape: for the coming block, and for the next block, whose kind is observed, too."""
 
 
 @inlined
 def place_of(block: int, rows: int) -> int:
-    """Row of a block on a tape of so many rows: those of one that is not whole take turns."""
+    """Return the row of a block on a tape of `rows` rows; the two rows of a short tape take turns."""
     return block & 1 if rows == AHEAD else block
 
 
@@ -107,7 +107,7 @@ class Origin(NamedTuple):
     """Inputs from which the rows of an episode are drawn.
 
     `material`, an index, and the factors `stock`, `kA`, `pm`, `ra_scale` and `slack` are those of `contexts.Fixed`: NaN
-    for what is drawn. `key_0` and `key_1` have no units.
+    if drawn. `key_0` and `key_1` have no units.
     """
 
     key_0: float
@@ -117,7 +117,7 @@ class Origin(NamedTuple):
     drawn: float
     """Number of rows drawn so far."""
     ranges: float
-    """Ranges of the split: bit k for the one of index k; 0 for all."""
+    """Ranges of the split: bit k for the range of index k; 0 for all ranges."""
     reach: float
     """Factor on the logarithmic standard deviations of wear and pressure."""
     stocks: float
@@ -129,15 +129,15 @@ class Origin(NamedTuple):
     ra_scale: float
     slack: float
     noise: float
-    """Factor on the noise; that of the split if no context fixes it."""
+    """Factor on the noise, from the context or else from the split."""
     wheel_kA: float
     """Factor of the first wheel on the wear-flat growth."""
     spare_kA: float
-    """Factor of every wheel after it."""
+    """Factor of every later wheel on the wear-flat growth."""
     wheel_ra: float
     """Factor of the first wheel on the roughness."""
     spare_ra: float
-    """Factor of every wheel after it."""
+    """Factor of every later wheel on the roughness."""
     hf: float
     """Factor on the convection of the coolant at the start."""
     ageing: float
@@ -166,7 +166,7 @@ class Carried(NamedTuple):
 
 
 SOURCE = len(Origin._fields) + len(Carried._fields)
-"""Columns of the table of sources: an `Origin`, and behind it what is `Carried`."""
+"""Number of columns of the table of sources: the fields of `Origin`, followed by the fields of `Carried`."""
 KEY_0, KEY_1, BLOCKS, DRAWN, NOISE_FACTOR = (
     Origin._fields.index(name) for name in ("key_0", "key_1", "blocks", "drawn", "noise")
 )
@@ -176,20 +176,20 @@ write_carried = column_writer(Carried, len(Origin._fields))
 
 
 class DrawnKind(NamedTuple):
-    """The numbers of a block kind that its rows are drawn with."""
+    """Numbers of a block kind from which its tape rows are drawn."""
 
     stock: float
-    """Nominal, mm."""
+    """Nominal stock, mm."""
     least_stock: float
-    """Ratio to the nominal one."""
+    """Smallest ratio of drawn stock to nominal stock."""
     starts_part: float
-    """1 if so."""
+    """1 if the block starts a part."""
     material: float
     """Index among the materials of the task."""
     seconds: float
     """Nominal time, for the due dates, s."""
     part: float
-    """Index of the part by which it is drawn; negative for that of the block."""
+    """Index of the part that decides its random numbers; negative to use the index of the block."""
 
 
 read_drawn_kind = column_reader(DrawnKind)
@@ -197,7 +197,7 @@ SECONDS, PART = DrawnKind._fields.index("seconds"), DrawnKind._fields.index("par
 
 
 class Sigmas(NamedTuple):
-    """`tasks.Spread`, and the drift that one of its numbers is relative to.
+    """Fields of `tasks.Spread`, and further numbers from which rows are drawn.
 
     `gauge` and `diamond_flat` are mm, `lot_probability` is a probability. `stock`, `measurement`, `lot_growth`,
     `lot_pressure`, `wheel_growth`, `wheel_roughness`, `part_roughness`, `fracture_force`, `g_ratio`, `convection` and
@@ -221,15 +221,15 @@ class Sigmas(NamedTuple):
     ageing: float
     """Log convection lost with every part, no unit."""
     due_blocks: float
-    """Number of blocks up to a due date; 0 in a task without."""
+    """Number of blocks up to a due date; 0 in a task without due dates."""
     least_slack: float
-    """Ratio of the time to a due date to the nominal time, at least."""
+    """Smallest ratio of the time to a due date to the nominal time."""
     most_slack: float
-    """That ratio at most."""
+    """Largest ratio of the time to a due date to the nominal time."""
     whole_micrometres: float
     """1 if stocks are on the resolution of the control."""
     new_wheels: float
-    """1 if a wheel that comes in place of the first one has factors of its own."""
+    """1 if wheels after the first one have factors of their own."""
 
 
 read_sigmas, read_wheel = column_reader(Sigmas), column_reader(OtherWheel)
@@ -240,9 +240,9 @@ SAME = OtherWheel()
 def origin_of(
     u_0: float, u_1: float, blocks: int, given: Fixed, split: Draws, sigmas: Sigmas, materials: Any, wheels: Any
 ) -> Origin:
-    """What an episode of so many blocks is drawn from, by two uniform numbers, what a context fixes, and the split.
+    """Return the origin of an episode of `blocks` blocks from two uniform numbers, its context and its split.
 
-    Of a foreign split it has one of the `materials`, shape (any,), and one of the `wheels`, shape (any, fields of
+    A foreign split draws one of the `materials`, shape (any,), and one of the `wheels`, shape (any, fields of
     `OtherWheel`).
     """
     key_0, key_1 = key_of(u_0, u_1)
@@ -287,7 +287,7 @@ def origin_of(
 
 @inlined
 def work_before_date(schedule: Any, kinds: Any, i: int, k: int, period: int) -> float:
-    """Nominal time of block k of episode i and of those after it up to the next due date, s."""
+    """Return the nominal time of block k of episode i and of the later blocks up to the next due date, s."""
     work = 0.0
     for later in range(k - k % period + period - 1, k - 1, -1):
         work += kinds[schedule[i, later] >> 1, SECONDS]
@@ -296,7 +296,7 @@ def work_before_date(schedule: Any, kinds: Any, i: int, k: int, period: int) -> 
 
 @inlined
 def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
-    """Write the row of a block from what is drawn of it and from the row before; arguments as for `draw_rows`."""
+    """Write the tape row of a block from its random numbers and the row before; arguments as for `draw_rows`."""
     i, k = int(of.episode), int(of.number)
     origin, old = read_origin(source, i), read_carried(source, i)
     number, begins = schedule[i, k] >> 1, schedule[i, k] & 1 > 0
@@ -305,10 +305,10 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
     kA, pm, part_ra, parts, due, of_part = old.kA, old.pm, old.part_ra, old.parts, old.due, old.stock
     if k == 0:
         part_ra, parts, due = 1.0, -1.0 if starts else 0.0, 0.0
-    stock = of_part if kind.part >= 0.0 else kind.stock  # blocks of a program say themselves how deep they go
+    stock = of_part if kind.part >= 0.0 else kind.stock  # in a program, blocks have the stock of their part
     new_lot, gauged = begins, stock
     if starts or begins:
-        # a lot that differs from the last one in nothing is no new lot
+        # if the context fixes both factors of a lot, no lot differs from the last one, so none is new
         lots = starts and (np.isnan(origin.kA) or np.isnan(origin.pm))
         new_lot = begins or (lots and uniform(drawn.lot) < sigmas.lot_probability)
         if new_lot:
@@ -363,7 +363,7 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
 
 @entry
 def draw_waiting(lanes: Any, count: int, tape: Any, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
-    """Draw the rows of the blocks in so many lanes; arguments as for `draw_lanes` and `draw_rows`."""
+    """Draw the rows of the blocks in the first `count` lanes; arguments as for `draw_lanes` and `draw_rows`."""
     draw_lanes(lanes)
     for lane in range(count):
         draw_row(tape, read_block(lanes, lane), read_drawn(lanes, lane), source, schedule, kinds, sigmas)
@@ -371,14 +371,14 @@ def draw_waiting(lanes: Any, count: int, tape: Any, source: Any, schedule: Any, 
 
 @entry
 def draw_rows(tape: Any, block: Any, source: Any, schedule: Any, kinds: Any, spreads: Any, active: Any) -> None:
-    """Draw the rows that the tapes have room for: of the coming blocks of the episodes in `active`.
+    """Draw rows for the coming blocks of the episodes in `active`, as many as the tapes have room for.
 
     Args:
-        tape: shape (N, rows, fields of `TapeRow`): the rows of all blocks, or `AHEAD` ones that take turns.
+        tape: shape (N, rows, fields of `TapeRow`): the rows of all blocks, or `AHEAD` rows that take turns.
         block: number of the coming block, shape (N,).
         source: shape (N, SOURCE); updated.
-        schedule: kind of every block, shape (N, blocks): twice its number, and 1 more if it begins an order. Without
-            orders, only the first block does.
+        schedule: kind of every block, shape (N, blocks): twice its number, plus 1 if the block begins an order. Without
+            orders, only the first block has this 1.
         kinds: shape (kinds, fields of `DrawnKind`).
         spreads: shape (1, fields of `Sigmas`).
         active: indices of the episodes.

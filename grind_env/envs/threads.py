@@ -13,10 +13,10 @@ from grind_env.envs.simulation import Simulation
 def step_shared(
     simulation: Simulation, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], threads: int
 ) -> Table:
-    """Grind the next block of the episodes in `active`, each of so many threads its share of them.
+    """Grind the next block of the episodes in `active` on `threads` threads; return shape (N, fields of `Outcome`).
 
-    What comes of one does not depend on what runs beside it. With more than one thread the simulation must be compiled;
-    `choice` is as for `Simulation.step`. Returns the outcomes, shape (N, fields of `Outcome`).
+    The result of an episode does not depend on the other episodes. With more than one thread the simulation must be
+    compiled; `choice` is as for `Simulation.step`.
     """
 
     def outcomes_of(share: NDArray[np.int64]) -> Table:

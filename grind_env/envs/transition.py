@@ -1,8 +1,8 @@
 """The compiled step of every environment: load the part, run the cycle block, price it, read the gauges.
 
-A row of the noise tape says which block comes: its row in the script, of a task a kind of block in a material, and its
-stock. Arrays come in plain tuples: Python hands over three of them (1.8 us) about as fast as all their arrays one by
-one (1.2 us), and named ones much slower (6 us).
+A row of the noise tape names the coming block: its row in the script (in a task, a kind of block in a material) and its
+stock. Arrays are passed in plain tuples: a call with three tuples takes 1.8 us, with all arrays one by one 1.2 us, and
+with named tuples 6 us.
 """
 
 import functools
@@ -72,7 +72,7 @@ from grind_env.process.state import FORCES, StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 TOGETHER = 1024
-"""Episodes that are prepared, ground and settled in one go, few enough that their rows stay in a near cache."""
+"""Number of episodes that are prepared, ground and settled together; their rows fit into the processor's cache."""
 DIAMETER, WEAR = WheelState._fields.index("ds"), WheelState._fields.index("W")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
@@ -89,10 +89,10 @@ NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 
 
 class StageSoFar(NamedTuple):
-    """Results of a part since its last judgement, and the position of the machine."""
+    """Results of a part since its last judgement, and times of the machine."""
 
     torque: float
-    """Highest torque of a stroke over that at which the spindle stalls."""
+    """Ratio of the highest torque of a stroke to the torque at which the spindle stalls."""
     rise: float
     """Highest temperature rise that counts, K."""
     gone: float
@@ -100,7 +100,7 @@ class StageSoFar(NamedTuple):
     gauged: float
     """1 if the wear of the wheel is known, else 0."""
     rested: float
-    """Time since the last stroke, or since the wheel was changed after it, s."""
+    """Time since the last stroke, or since a wheel change after this stroke, s."""
 
 
 read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
@@ -120,34 +120,34 @@ class Tables(NamedTuple):
     motions: Any
     zones: Any
     kinds: Any
-    """Kinds of each row, shape (rows, fields of `KindRow`)."""
+    """Numbers of the kind of each row, shape (rows, fields of `KindRow`)."""
     base: Any
-    """Parameters of each machine that this may be, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
+    """Parameters of each possible machine, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
     cooler: Any
-    """By how much the limits of temperature of each lie above those of the rows, K, shape (machines, 1 or rows)."""
+    """Limits of temperature of each machine less those of the rows, K, shape (machines, 1 or rows)."""
     shops: Any
     """Numbers of the task or job, shape (1, fields of `Shop`)."""
     drawn: Any
-    """Numbers of the kinds that rows of the tape are drawn with, shape (kinds, fields of `DrawnKind`)."""
+    """Numbers of the kinds for draws of tape rows, shape (kinds, fields of `DrawnKind`)."""
     spreads: Any
-    """Shape (1, fields of `Sigmas`)."""
+    """Spreads for draws of tape rows, shape (1, fields of `Sigmas`)."""
     lead: Any
-    """How far below the surface the cycle of a row begins that grinds the stock on the tape, mm; negative of a row
-    whose depths the script says; shape (rows,)."""
+    """Depth below the surface at which the cycle of a row begins that grinds the stock on the tape, mm, shape (rows,);
+    negative for a row with depths in the script."""
     infeed: float
     """F of a G81 that grinds the stock on the tape, mm/s; else 0."""
     approach: float
     """Time of the program up to its first block, s."""
     parameters: Any
-    """Room for those of the machines, shape (N, fields of `StrokeParameters`)."""
+    """Room for the parameters of the machines, shape (N, fields of `StrokeParameters`)."""
     placed: Any
-    """Room for where the blocks lie, shape (N, fields of `Placed`)."""
+    """Room for the places of the blocks, shape (N, fields of `Placed`)."""
     rows: Any
-    """Room for the rows of the script that they are, shape (N,), int64."""
+    """Room for the script rows of the blocks, shape (N,), int64."""
     settings: Any
-    """Room for what is set, shape (N, fields of `BlockSettings`)."""
+    """Room for the settings of the blocks, shape (N, fields of `BlockSettings`)."""
     cycles: Any
-    """Room for the cycles, shape (N, `CYCLE_FIELDS`)."""
+    """Room for the cycles of the blocks, shape (N, `CYCLE_FIELDS`)."""
 
 
 class EpisodeArrays(NamedTuple):
@@ -158,9 +158,9 @@ class EpisodeArrays(NamedTuple):
     block: Any
     """Number of the coming block, shape (N,), int64."""
     wheels: Any
-    """Shape (N, fields of `WheelState`, of the `own` of the process, and of that of the gauge)."""
+    """Shape (N, fields of `WheelState`, of `own` of the process, and of `own` of the gauge)."""
     parts: Any
-    """As they are gauged, shape (N, fields of `PartState`)."""
+    """Parts as gauged, shape (N, fields of `PartState`)."""
     memory: Any
     """Shape (N, fields of `History`)."""
     source: Any
@@ -172,7 +172,7 @@ class EpisodeArrays(NamedTuple):
     surfaces: Any
     """Surfaces of parts in zones, shape (N, zones, fields of `Zone`)."""
     machine: Any
-    """Number of the machine on which each runs, shape (N,), int64."""
+    """Number of the machine of each episode, shape (N,), int64."""
     forces: Any
     """Factor on the forces in each row of the script, shape (N, 1 or rows)."""
 
@@ -187,14 +187,13 @@ class Choices(NamedTuple):
     pre_dresses: Any
     """1 for a dress before the first plunge, else 0."""
     settings: Any
-    """All that is set, shape (N, fields of `BlockSettings`); without rows where the other words are those of the
-    script."""
+    """All settings, shape (N, fields of `BlockSettings`); no rows if the other words are those of the script."""
 
 
 class Scratch:
-    """Room of steps, used again and again, because the system maps tens of MB slowly; a step has its own.
+    """Reusable arrays of steps, because the system maps tens of MB slowly; each running step has its own arrays.
 
-    Each machine has room for so many `motions` of a G81 that the step writes.
+    Each machine has room for `motions` motions of a G81, which the step writes.
     """
 
     def __init__(self, motions: int = 0) -> None:
@@ -205,8 +204,8 @@ class Scratch:
         return Scratch, (self.motions,)
 
     def take(self, n: int) -> tuple[Any, ...]:
-        """Arrays of N rows or more: what `Tables` has from `parameters` on, and the motions."""
-        try:  # threads may take the last one at once
+        """Return arrays of N rows or more: the fields of `Tables` from `parameters` on, and the motions."""
+        try:  # two threads may take the last arrays at the same time
             room = self._free.pop()
         except IndexError:
             room = ()
@@ -218,7 +217,7 @@ class Scratch:
         return parameters, placed, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS)), motions
 
     def give_back(self, room: tuple[Any, ...]) -> None:
-        """Let another step have it."""
+        """Free arrays for another step."""
         self._free.append(room)
 
 
@@ -226,34 +225,34 @@ class StepStages(NamedTuple):
     """The compiled parts of a step."""
 
     prepare: Callable[..., None]
-    """`prepare(tables, episodes, choices, active, results)`: where the blocks lie, parameters, loaded parts; what
-    results hold before a cycle (a spindle that has stalled on the part) is written, too."""
+    """`prepare(tables, episodes, choices, active, results)`: writes places of blocks, parameters and loaded parts, and
+    into the results whether the spindle has stalled on the part before."""
     grind: Callable[..., None]
     """`grind(tables, episodes, choices, active, results)`: runs the cycles."""
     settle: Callable[..., None]
-    """`settle(tables, episodes, choices, active, results, outcomes)`: writes what they have cost and shown, and goes on
-    to the next blocks."""
+    """`settle(tables, episodes, choices, active, results, outcomes)`: writes costs and readings, and advances to the
+    next blocks."""
 
 
 class SurfaceStore(NamedTuple):
-    """A way to keep the surfaces of parts."""
+    """Functions for one way to store the surfaces of parts."""
 
     surfaces: str
-    """What of `EpisodeArrays` holds them."""
+    """Field of `EpisodeArrays` with the surfaces."""
     blocks_of: Callable[[Process], Callable[..., None]]
-    """Blocks of `machine.script.replay`."""
+    """Function of `machine.script.replay` that returns the compiled grinding of blocks."""
     lay: Callable[..., None]
     """`lay(surfaces, i, zones)`: puts a new part on machine i."""
     gauge: Callable[..., tuple[PartState, float]]
-    """`gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a stock, mm, and its
-    taper, um."""
+    """`gauge(surfaces, i, stock)`: returns the part on machine i, with its size where it is farthest from `stock`, mm,
+    and its taper, um."""
     error: Callable[..., float]
-    """`error(episodes, i, spreads)`: of that taper as it is gauged after the coming block of episode i, um."""
+    """`error(episodes, i, spreads)`: returns the gauging error of the taper after the coming block of episode i, um."""
 
 
 @inlined
 def row_of(episodes: Any, i: int, place: int, shop: Shop) -> int:
-    """Row of the script, of which the coming block of episode i is."""
+    """Return the row of the script for the coming block of episode i."""
     return int(episodes.tape[i, place, KIND]) * int(shop.materials) + int(episodes.tape[i, place, MATERIAL])
 
 
@@ -261,7 +260,7 @@ def row_of(episodes: Any, i: int, place: int, shop: Shop) -> int:
 def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, place: int, changed: bool) -> None:
     """Write row `number` of the nominal parameters to episode i, with the factors in a row of its tape.
 
-    Those of the spare wheel, if the wheel has been changed.
+    The factors are those of the spare wheel if the wheel has been `changed`.
     """
     # a loop: with numba's copy of a slice, all of `prepare` takes 40 % longer
     for k in range(base.shape[1]):
@@ -280,7 +279,7 @@ def write_forces(parameters: Any, i: int, factor: float) -> None:
 
 @inlined
 def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
-    """Write what is set in the block of episode i: all that is chosen, or E, D and the other words of the script."""
+    """Write the settings of the block of episode i: all chosen settings, or E, D and the other words of the script."""
     if choices.settings.shape[0] > 0:
         write_row(tables.settings, i, read_settings(choices.settings, i))
     else:
@@ -292,10 +291,10 @@ def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
 def judged(
     row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float, cooler: float
 ) -> tuple[float, StageSoFar]:
-    """Probability that the part is good so far, and what its stage has come to.
+    """Return the probability that the part is good so far, and the results of its stage.
 
-    It was good `before` with some probability; `size_error` is um; the limit of temperature is that of the row and
-    `cooler` K.
+    `before` is this probability before the block; `size_error` is um. The limit of temperature is that of the row plus
+    `cooler`, K.
     """
     torque = max(stage.torque, tally.peak_torque)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
@@ -304,14 +303,14 @@ def judged(
         limits = Limits(rise=row.rise + cooler, power=row.power, roughness=row.roughness, size=row.size)
         good = before * survival(rise, torque, part.Rs, size_error, limits)
         torque, rise = 0.0, 0.0
-    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
+    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some place on the part
         good = 0.0
     return good, with_stage(stage, (torque, rise, row.gauged))
 
 
 @inlined
 def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokeParameters) -> WheelState:
-    """The wheel that comes in place of a worn one, dressed as the block is: the operator runs its dress program."""
+    """Return the wheel that replaces a worn one, which the operator dresses by the dress program of the block."""
     wheel = dressed_wheel(shop.new_diameter, worn.wd, USUAL_LEAD, USUAL_DEPTH, p)
     if settings.dress_passes > 0.0:
         lead = dress_lead(wheel, settings.dress_feed, p)
@@ -321,10 +320,10 @@ def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokePa
 
 @inlined
 def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
-    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
+    """Return the price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
 
-    `own` are the program's settings of that block: who gets the wheel sharpens it as the program says, and no choice in
-    a block that perhaps dresses nothing makes that cheaper.
+    `own` are the program's settings of the block, by which the next user dresses the wheel. Chosen dress settings do
+    not count: they could make the handover cheaper in a block without a dress.
     """
     if own.dress_passes <= 0.0:
         return 0.0
@@ -362,11 +361,11 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
         shown, own = read(truth, read_own(episodes.wheels, i), old.clock + outcome.seconds, noise_of(row))
         write_own(episodes.wheels, i, own)
         shown = legible(shown, tally, seen.change)
-        # executions stand evenly in the depth: of the stock on the tape an equal share is ground after the last one
+        # executions are at equal intervals of depth: an equal share of the stock on the tape follows the last one
         share = row.gauged * kind.length / (tally.dresses - pre_dress + 1.0)
         volume = share if by_tape else tally.deepened * kind.length
         off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
-        # blocks of a task are gauged one by one; the wheel of a program is entered in the book between its parts
+        # in a task every block is gauged; in a program the wheel diameter is entered in the book between parts
         diameter = booked_diameter(shown, shop, old, off, by_tape or kind.ends_part > 0.0, seen.change)
         new = remembered(kind, tally, old, shown, outcome, seen, chosen, pre_dress, volume, diameter)
         write_memory(episodes.memory, i, new)
@@ -383,7 +382,7 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
         found: Any,
         outcomes: Any,
     ) -> None:
-        """Write what blocks that were run elsewhere have cost and shown, and go on to the next ones.
+        """Write costs and readings of blocks that were run elsewhere, and advance to the next blocks.
 
         `settings` of the blocks have shape (N, fields of `BlockSettings`), `found` has (N, fields of `Found`). Tallies
         have all the time of their blocks; the other arguments are as for a step.
@@ -406,7 +405,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
 
     @inlined
     def came_and_waited(tables: Any, number: int, row: BlockRow, stage: StageSoFar) -> tuple[float, float]:
-        """Time on the way to the first block, and that for which the machine waits for a part to be ready, s."""
+        """Return the time on the way to the first block, and the waiting time until the part is ready, s."""
         came = tables.approach if number == 0 else 0.0
         gone = tables.approach if number == 0 else stage.gone
         return came, max(row.wait - gone, 0.0)
@@ -501,12 +500,12 @@ def step_of(process: Process, gauge: Gauge, covered: bool) -> Callable[..., None
         """Grind the next block of the episodes in `active`.
 
         Args:
-            tables: what `Tables` names, as a tuple, like the next two.
-            episodes: what `EpisodeArrays` names; updated.
-            choices: what `Choices` names.
+            tables: fields of `Tables`, as a tuple.
+            episodes: fields of `EpisodeArrays`, as a tuple; updated.
+            choices: fields of `Choices`, as a tuple.
             active: indices of the episodes to step, int64.
             results: shape (N, fields of `Tally`), all 0; written in the rows of `active`.
-            outcomes: shape (N, fields of `Outcome`); written likewise.
+            outcomes: shape (N, fields of `Outcome`); written in the rows of `active`.
         """
         numbers, state, chosen = Tables(*tables), EpisodeArrays(*episodes), Choices(*choices)
         for first in range(0, active.size, TOGETHER):
@@ -542,7 +541,7 @@ def _lay_zones(surfaces: Any, i: int, zones: Any) -> None:
 @inlined
 def _gauge_zones(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]:
     found = gauge_zones(surfaces[i], stock)
-    # a zone that no stroke has reached counts as all of them
+    # if no stroke has reached one zone, the whole part counts as not reached
     reached = read_zone(surfaces[i], 0).reached
     for number in range(surfaces.shape[1]):
         reached = min(reached, read_zone(surfaces[i], number).reached)

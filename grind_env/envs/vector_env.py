@@ -32,7 +32,7 @@ REWARD = Outcome._fields.index("reward")
 
 
 class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
-    """N environments as `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
+    """Vector environment of N `GrindEnv`, with bitwise the numbers of `gymnasium.vector.SyncVectorEnv`.
 
     Sub-environment i has its own generator, seeded with `seed + i` or with entry i of a list of seeds.
 
@@ -104,17 +104,17 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
-        self.blocks: list[list[Any]] = [[] for _ in range(num_envs)]  # what pictures show, like the outcomes of each
+        self.blocks: list[list[Any]] = [[] for _ in range(num_envs)]  # blocks and outcomes of each, for pictures
         self.outcomes: list[list[Outcome]] = [[] for _ in range(num_envs)]
         self.last: tuple[Array, tuple[Array, ...]]  # outcomes and choice of the last step
 
     @property
     def np_random_seed(self) -> Any:
-        """The seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
+        """Return the seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
         return tuple(self.seeds)
 
     def observation_info(self) -> tuple[Reading, ...]:
-        """Name, unit, scale, noise and meaning of every entry of the observation."""
+        """Return name, unit, scale, noise and meaning of every entry of the observation."""
         return self.simulation.entries
 
     def reset(
@@ -123,13 +123,12 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         """Start episodes: all, or those in `options["reset_mask"]`, bool of shape (num_envs,).
 
         Args:
-            seed: of the generators, which else go on.
-            options: beside the mask `"context"`, `"split"` and `"plant"` of the episodes that start, see
-                `grind_env.envs.contexts`; they hold until others are given. A list has one entry for each
-                sub-environment.
+            seed: seeds of the generators; without a seed the generators continue.
+            options: the mask, and `"context"`, `"split"` and `"plant"` of the episodes that start, see
+                `grind_env.envs.contexts`; they hold until changed. A list has one entry for each sub-environment.
 
         Returns:
-            The observations, and as info the names of the machines where the environments were made with some.
+            The observations; and an info with the names of the machines if the environments were made with a plant.
 
         Raises:
             GrindError: if the seeds or the options do not fit the sub-environments.
@@ -163,7 +162,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             raise gym.error.ResetNeeded(
                 f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
             )
-        # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
+        # in NEXT_STEP mode the action for an episode that is over is ignored, and a new episode begins
         resetting, some = self.due, self.some_due
         values = self.codec.table(actions, self.num_envs)
         stepping = self.everyone
@@ -199,7 +198,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         return observations, outcomes[:, REWARD].copy(), terminated, truncated, info
 
     def _restart(self, mask: Array) -> dict[str, Any]:
-        """Put new episodes in place of those in `mask`; what there is to say of them."""
+        """Replace the episodes in `mask` with new ones; return their info."""
         index = np.flatnonzero(mask).tolist()
         rngs = [self.rngs[i] for i in index]
         given = with_machines(self.simulation, [self.given[i] for i in index], rngs)
@@ -220,7 +219,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
 
         Raises:
             gymnasium.error.ResetNeeded: before the first reset.
-            RenderError: if what draws it is not installed.
+            RenderError: if a package for drawing is not installed.
         """
         if self.render_mode is None:
             gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array' or 'ansi'")
@@ -272,12 +271,12 @@ def _masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
 
 
 def _final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
-    """Return the vector info of a step in mode `"SameStep"`: what belongs to the episodes that it ended is set apart.
+    """Return the vector info of a step in mode `"SameStep"`, with the info of ended episodes in `final_info`.
 
     Args:
-        info: of the step.
-        observations: last ones of the episodes, shape (num_envs, entries).
-        over: which are over, bool of shape (num_envs,), one of them at least.
+        info: vector info of the step.
+        observations: last observations of the episodes, shape (num_envs, entries).
+        over: whether each episode is over, bool of shape (num_envs,), at least one.
     """
     final_obs = np.full(len(over), None, object)
     for i in np.flatnonzero(over):

@@ -16,11 +16,11 @@ from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Workpiece
 
 STOCK = TapeRow._fields.index("stock")
 STOCK_ROOM = 1.75
-"""Stock over nominal that the picture has room for; the tasks spread it by a quarter, one standard deviation."""
+"""Largest ratio of stock to nominal stock that fits into the picture; its standard deviation in tasks is a quarter."""
 
 
 def extent_of(task: Task) -> Extent:
-    """Return the parts of the pictures of a task that never change."""
+    """Return the data of pictures of a task that never change."""
     kinds = [task.kinds[task.kind_of_block(k)] for k in range(task.blocks)]
     lowest, highest = task.action.speed_ends
     return Extent(
@@ -37,16 +37,16 @@ def extent_of(task: Task) -> Extent:
 
 
 class Viewer(ABC):
-    """Shows episodes of a simulation."""
+    """Viewer of episodes of a simulation."""
 
     @abstractmethod
     def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
-        """Return what a picture shows of episode i, at rest after these steps, which had these outcomes."""
+        """Return the data of a picture of episode i after these steps, which had these outcomes."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskViewer(Viewer):
-    """Shows episodes of a task; `text` says a block of it."""
+    """Viewer of episodes of a task; `text` writes a block."""
 
     task: Task
     text: Callable[[Any], str]

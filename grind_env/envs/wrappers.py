@@ -40,13 +40,13 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
         self.observation_space = wrapped_space(env.observation_space, form, self.memory)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Reset, and forget."""
+        """Reset the environment and the memory."""
         observation, info = self.env.reset(seed=seed, options=options)
         self.memory.begin(1)
         return self.memory.take(observation[None], None, np.ones(1, bool))[0], info
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """Step, and remember."""
+        """Step; the observation shows the memory."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         shown = self.memory.take(observation[None], np.asarray(action)[None], np.ones(1, bool))[0]
         return shown, reward, terminated, truncated, info
@@ -71,7 +71,7 @@ class VectorMemory(ArrayWrapper):
         Raises:
             ContextError: if the options are no dict; the environment checks the rest.
         """
-        # of a copy, because SyncVectorEnv takes the mask out of the options that it is given
+        # a copy, because SyncVectorEnv removes the mask from its options
         options = None if options is None else dict(option_items(options))
         mask = (options or {}).get("reset_mask", np.ones(self.num_envs, bool))
         observations, info = self.env.reset(seed=seed, options=options)
@@ -100,11 +100,11 @@ class VectorMemory(ArrayWrapper):
 
 
 class HistoryStack(MemoryWrapper, RecordConstructorArgs):
-    """Shows the last n observations and actions.
+    """Wrapper that shows the last n observations and actions.
 
     The observation is a flat `Box`: n times (observation, action that led to it), the latest last, and zeros where
-    the episode had not begun. Actions of a `Box` stand as they are, choices of a `Discrete` or `MultiDiscrete`
-    divided by the last of them.
+    the episode had not begun. Actions of a `Box` are unchanged; choices of a `Discrete` or `MultiDiscrete` are divided
+    by the last choice.
 
     Args:
         env: the environment; its observation is a Box with one axis.
@@ -132,12 +132,12 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
     """Append the belief of wear-flat area and dulling rate to the observation; see `grind_env.belief`.
 
     Args:
-        env: an environment whose steps are cycle blocks, wrapped or not, as long as its observation is not.
-        members: ensemble size.
+        env: an environment whose steps are cycle blocks; wrappers around it must not change the observation.
+        members: number of ensemble members.
 
     Raises:
-        WrapperError: if it is no grinding environment with its own observation, or members is no whole number.
-        BeliefError: if its steps are no blocks or not compiled, or there are fewer than two members.
+        WrapperError: if `env` is no grinding environment with its own observation, or `members` no whole number.
+        BeliefError: if the steps of `env` are not compiled, or there are fewer than two members.
     """
 
     def __init__(self, env: AnyEnv, members: int = 16) -> None:
@@ -146,7 +146,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
         super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
-        """Every entry of the observation, the belief last."""
+        """Return every entry of the observation, the belief last."""
         return self.entries
 
 
@@ -158,7 +158,7 @@ class VectorBeliefFilter(VectorMemory):
         super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
-        """Every entry of the observation, the belief last."""
+        """Return every entry of the observation, the belief last."""
         return self.entries
 
 
@@ -170,10 +170,10 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
     part teaches little more. Evaluation is not affected: `grind_env.evaluate` uses the true cost.
 
     Args:
-        env: an environment with E and D of this package, wrapped by the wrappers above or not.
+        env: an environment of this package with E and D, with no wrappers of the observation but those above.
 
     Raises:
-        WrapperError: if it is none, or something else is around it.
+        WrapperError: if `env` is another environment or has another wrapper of the observation.
     """
 
     def __init__(self, env: AnyEnv) -> None:
@@ -182,7 +182,7 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
         super().__init__(env, _standard(env, env.observation_space))
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """Step; the reward is eased."""
+        """Step; the reward is raised by one and cut."""
         observation, reward, terminated, truncated, info = super().step(action)
         return observation, float(ease_rewards(np.array(reward))), terminated, truncated, info
 
@@ -219,7 +219,7 @@ def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
 
 
 def _entries_with_belief(env: Any, members: object) -> tuple[Reading, ...]:
-    """Return the entries of an environment that shows its own observation, and those of a belief of so many members."""
+    """Return the entries of an environment that shows its own observation, followed by the entries of a belief."""
     simulation = simulation_of(env)
     if simulation is None or env.observation_space != env.unwrapped.observation_space:
         raise WrapperError(
@@ -230,7 +230,7 @@ def _entries_with_belief(env: Any, members: object) -> tuple[Reading, ...]:
 
 
 def _check_kind(env: Any, kind: type) -> None:
-    """Check that a wrapper of single environments is given one, and a wrapper of vector environments one of these."""
+    """Check that an environment is single or vector, as the wrapper needs."""
     if not isinstance(env, kind):
         wanted, others = ("vector", "without") if kind is VectorEnv else ("single", "with")
         raise WrapperError(f"{env} is no {wanted} environment: take the wrapper {others} 'Vector' in its name")

@@ -1,1 +1,1 @@
-"""HTML views of objects in notebooks: a module for each, with `html(object)` and its figure, if any."""
+"""HTML views of objects in notebooks: one module for each class, with `html(object)` and sometimes `figure(object)`."""

@@ -19,5 +19,5 @@ def html(found: Calibration) -> str:
 
 
 def figure(found: Calibration) -> "Figure":
-    """Measured over modelled values."""
+    """Return the figure of measured over modelled values."""
     return draw_calibration(found)

@@ -8,7 +8,7 @@ HEADINGS = ("", "mean", "95 % interval")
 
 
 def html(found: Evaluation | Judgement) -> str:
-    """Return the figures, one a row."""
+    """Return an evaluation or a judgement as HTML, one quantity in each row."""
     if isinstance(found, Evaluation):
         return fragment(f"{found.cost.size} episodes", table(HEADINGS, _rows(found)))
     rows = _rows(found.evaluation)

@@ -8,7 +8,7 @@ from grind_env.notebook.markup import MOST_LINES, fragment, listing
 
 
 def html(programs: Programs) -> str:
-    """Return the beginning of its text."""
+    """Return the first lines of the main program's file as HTML."""
     with programs.main.blocks.text.open() as handle:
         head = [data.decode("utf-8-sig", errors="surrogateescape") for data in itertools.islice(handle, MOST_LINES)]
         more = sum(1 for _ in handle)

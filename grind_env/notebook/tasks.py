@@ -29,7 +29,7 @@ class Page(str):
 
 
 def html(task: Task) -> str:
-    """Return the job, its kinds of block, and what an action chooses."""
+    """Return set-up, kinds of block and ranges of the actions of a task as HTML."""
     low, high = task.action.speed_ends
     setup, dress = task.setup, task.dress
     said = [
@@ -45,7 +45,7 @@ def html(task: Task) -> str:
 
 
 def page(task: Task) -> Page:
-    """Return the page of a task; for a user's file with all defaults."""
+    """Return the page of a task; for a user's task file, its content with all defaults."""
     if task.file:
         return Page(f"# {task.name}\n\n```toml\n{toml_text(document(task))}\n```\n")
     return Page(page_of(task.environment_id))

@@ -17,11 +17,11 @@ from grind_env.errors import GrindError
 
 AnyVectorEnv = VectorEnv[Any, Any, Any]
 EPISODE = "episode"
-"""Where `RecordEpisodeStatistics` and SB3's `Monitor` keep the return and the length of an episode."""
+"""Key of an info under which `RecordEpisodeStatistics` and SB3's `Monitor` write return and length of an episode."""
 
 
 def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArray[np.bool_]]]:
-    """Environments with equal reset options: these options, and which they are, bool of shape (N,)."""
+    """Return the distinct reset options, each with the mask of its environments, bool of shape (N,)."""
     found: list[tuple[dict[str, Any], NDArray[np.bool_]]] = []
     for i, each in enumerate(options):
         for known, mask in found:
@@ -54,7 +54,7 @@ def single_infos(info: dict[str, Any], n: int) -> list[dict[str, Any]]:
 
 
 class SB3VecEnv(VecEnv):
-    """A vector environment for Stable-Baselines3: what `DummyVecEnv` makes of its single environments.
+    """A vector environment for Stable-Baselines3, with the same results as `DummyVecEnv` of single environments.
 
     Args:
         env: a vector environment in SAME_STEP mode, wrapped or not.
@@ -75,7 +75,7 @@ class SB3VecEnv(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every environment, with the last `seed()` and `set_options()`."""
-        # Gymnasium's types know one seed only, its environments and those here a list of them, too
+        # Gymnasium's types allow a single seed only; its vector environments also take a list of seeds
         seeds: Any = self._seeds if any(seed is not None for seed in self._seeds) else None
         for options, mask in alike(self._options):
             observations, info = self.env.reset(seed=seeds, options={**options, "reset_mask": mask})
@@ -86,7 +86,7 @@ class SB3VecEnv(VecEnv):
         return np.asarray(observations)
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Keep the actions for `step_wait`."""
+        """Store the actions for `step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
@@ -96,7 +96,7 @@ class SB3VecEnv(VecEnv):
         done = terminated | truncated
         for i in np.flatnonzero(done):
             final, last = infos[i].pop("final_info"), infos[i].pop("final_obs")
-            # a wrapper of Gymnasium has put its statistics beside the info of the reset, which is what is left
+            # a wrapper of Gymnasium puts the statistics of the finished episode into the info of the reset
             statistics = {EPISODE: infos[i].pop(EPISODE)} if EPISODE in infos[i] else {}
             self.reset_infos[i], infos[i] = infos[i], {**final, **statistics, "terminal_observation": last}
         for each, cut in zip(infos, (truncated & ~terminated).tolist(), strict=True):
@@ -108,11 +108,11 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return the attribute of the vector environment, or of what it wraps, once for each index."""
+        """Return an attribute of the vector environment, or of one that it wraps, once for each index."""
         return [getattr(self._owner(attr_name), attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refused: the environments share their attributes.
+        """Raise an error: the environments share their attributes.
 
         Raises:
             GrindError: always.
@@ -122,12 +122,12 @@ class SB3VecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the vector environment, or of what it wraps, once, and return its result for each index."""
+        """Call a method of the vector environment, or of one that it wraps, and return the result for each index."""
         result = getattr(self._owner(method_name), method_name)(*method_args, **method_kwargs)
         return [result] * len(list(self._get_indices(indices)))
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """False for each index: wrappers are around all environments at once."""
+        """Return False for each index: wrappers are around all environments at once."""
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
@@ -138,7 +138,7 @@ class SB3VecEnv(VecEnv):
         return list(pictures)
 
     def _owner(self, name: str) -> AnyVectorEnv:
-        """Return the outermost of the environment and what it wraps that has an attribute; else the innermost."""
+        """Return the outermost environment that has this attribute, or else the innermost one."""
         env = self.env
         while isinstance(env, VectorWrapper) and not hasattr(env, name):
             env = env.env

@@ -17,19 +17,19 @@ from grind_env.sb3.shown_view import check_scale, shown_form
 
 
 class ModelPolicy:
-    """The most likely actions of a model that was trained in environments of this package, or loaded from its file.
+    """A policy that takes the most likely actions of a model trained in environments of this package.
 
-    It sees what the model saw in training: measurements, with what wrappers of this package around the environment
-    show, and as `VecNormalize` scales them. Its spaces say what that is, and are saved with it; a `VecNormalize` is
-    not, and such a model is loaded with one: `PPO.load(path, env=VecNormalize.load(...))`.
+    The model sees the observations of its training: measurements, with the wrappers of this package and the scaling of
+    `VecNormalize`. The spaces of the model describe these wrappers and are in its file. A `VecNormalize` is not in the
+    file; load such a model with one: `PPO.load(path, env=VecNormalize.load(...))`.
 
     Args:
-        model: it may go on training afterwards.
-        name: in tables.
+        model: model, just trained or loaded; you can continue its training afterwards.
+        name: name of the policy in tables.
 
     Raises:
-        GrindError: the model was trained in an environment of another package or behind a wrapper of one, sees or
-            chooses what no policy does, or has lost the `VecNormalize` that it was trained with.
+        GrindError: the model was trained with an environment or a wrapper of another package, uses readings or actions
+            that policies do not have, or lacks the `VecNormalize` of its training.
     """
 
     sees: ClassVar[Sees] = "measurements"
@@ -40,19 +40,19 @@ class ModelPolicy:
         check_scale(self.name, model.observation_space, None if model.env else model._last_obs)
 
     def __repr__(self) -> str:
-        """Return the same for the same weights, in every run."""
+        """Return a text with a hash of the weights, the same in every run."""
         digest = hashlib.sha256(repr(self.form).encode())
         for values in self.model.policy.state_dict().values():
             digest.update(values.numpy(force=True).tobytes())
         return f"ModelPolicy({self.name!r}, {digest.hexdigest()[:16]})"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """That many episodes begin.
+        """Begin `episodes` episodes of a simulation.
 
         Raises:
             GrindError: the model was trained on another task, or its training has diverged.
         """
-        # what such weights make is NaN, of which a distribution of torch says nothing in a sentence and argmax nothing
+        # such weights give NaN: a distribution of torch reports NaN without a plain sentence, argmax not at all
         if not all(np.isfinite(each.numpy(force=True)).all() for each in self.model.policy.state_dict().values()):
             raise GrindError(
                 f"{self.name} has weights that are no finite numbers: its training has diverged; train it anew, with a"
@@ -64,11 +64,11 @@ class ModelPolicy:
         self.state: tuple[NDArray[Any], ...] | None = None
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming step.
+        """Choose E and D of the coming step.
 
         Args:
-            observation: measured, shape (N, entries).
-            episodes: nothing of it is read.
+            observation: measured observations, shape (N, entries).
+            episodes: not used.
 
         Returns:
             E in mm/min and D, each shape (N,).

@@ -16,7 +16,7 @@ from grind_env.policies.choices import Decision
 from grind_env.task_version import TASK_VERSION, of_version
 
 PRE_DRESS = "last_pre_dress"
-"""The entry that says that actions can ask for a dress before the first plunge."""
+"""Observation entry that exists only if actions can ask for a dress before the first plunge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class ShownForm:
 
 
 class ShownView:
-    """Observations behind the wrappers of an environment.
+    """Observations and actions of a model, as the wrappers around its environment convert them.
 
     Args:
         simulation: simulation of the environment.
@@ -73,7 +73,7 @@ def shown_form(observation_space: spaces.Space[Any], action_space: spaces.Space[
     """Return the observations and actions of a model, from its spaces.
 
     Raises:
-        GrindError: nobody knows, or it saw or chose what no policy does.
+        GrindError: the space does not describe the observations, or policies do not have such readings or actions.
     """
     if not isinstance(observation_space, ShownBox):
         raise GrindError(
@@ -98,7 +98,7 @@ def check_scale(name: str, observation_space: spaces.Space[Any], last: Any) -> N
         last: its last observations in training, shape (N, entries); None if unknown.
 
     Raises:
-        GrindError: they had been scaled, by what is not there.
+        GrindError: the observations had been scaled, but the normalisation is missing.
     """
     if last is None or not isinstance(observation_space, spaces.Box):
         return

@@ -16,7 +16,7 @@ def load_zip(path: Path, simulation: Simulation) -> ModelPolicy:
     """Return the agent in a trusted .zip of Stable-Baselines3 that was trained in an environment of this package.
 
     Raises:
-        GrindError: it holds no such agent, or one of another task, or of other observations or actions.
+        GrindError: the file holds no such agent, or an agent for another task or with other observations or actions.
     """
     try:
         loaded: Any = load_from_zip_file(path, device="cpu")
@@ -25,7 +25,7 @@ def load_zip(path: Path, simulation: Simulation) -> ModelPolicy:
         policy = data["policy_class"](seen, acting, lambda left: 0.0, **data["policy_kwargs"])
         policy.load_state_dict(parameters["policy"])
     except Exception as error:
-        # a pickle runs whatever its author wrote, which may raise anything; PyTorch goes on to advise more trust
+        # code in a pickle may raise any error; later sentences of PyTorch's messages advise to trust the file
         said = reason(error).partition(". ")[0]
         raise PolicyFileError(f"{path} holds no model of Stable-Baselines3 ({said})") from None
     model: Any = SimpleNamespace(

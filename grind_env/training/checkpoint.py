@@ -89,7 +89,7 @@ class Saver(pickle.Pickler):
 
 
 class Loader(pickle.Unpickler):
-    """An unpickler that puts objects in the places of those that `Saver` has left out."""
+    """An unpickler that inserts other objects for those that `Saver` has left out."""
 
     def __init__(self, file: IO[bytes], left_out: Sequence[object]) -> None:
         super().__init__(file)
@@ -100,7 +100,7 @@ class Loader(pickle.Unpickler):
 
 
 def find_checkpoint(inputs: Iterable[object]) -> Checkpoint:
-    """Return the checkpoint of a training with these inputs, whose `repr` must tell them apart, and with this code."""
+    """Return the checkpoint of a training with these inputs and this code; different inputs need different `repr`."""
     digest = hashlib.sha256(repr((torch.__version__, *inputs)).encode())
     for path in sorted(Path(grind_env.__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 JUDGES = "held-out-laws"
 """Set of machines on which agents are judged."""
 NOT_RECOMMENDED = 3
-"""Exit status."""
+"""Exit status for an agent that is not recommended."""
 
 
 def register(app: typer.Typer) -> None:
@@ -122,7 +122,7 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
     """Return the named problem; a part program without a number of parts is a batch, as for `grind advise`.
 
     Raises:
-        GrindError: there is no such problem, or what is said of a part program is said of another one.
+        GrindError: there is no such problem, or a task has options of part programs.
     """
     from grind_env.errors import GrindError
     from grind_env.policies.problem import JOB, find_problem
@@ -138,7 +138,7 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
 
 
 def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
-    """Yield all inputs of a training by name: those of the agent, and of a job its plant, wheel and uncertainty."""
+    """Yield all inputs of a training by name: inputs of the agent and, for a job, plant, wheel and uncertainty."""
     from grind_env.envs.inputs import inputs_of, named
 
     yield from inputs_of(simulation).items()
@@ -149,7 +149,7 @@ def _usual_file(task: str, problem: "Problem") -> Path:
     """Return the default file of the agent: beside the part program, or in the current folder.
 
     Raises:
-        FileError: it cannot be written there, or something else than an agent would be replaced.
+        FileError: the file cannot be written, or a file that is no agent would be replaced.
     """
     from grind_env.files import beside
     from grind_env.policies.learned.saved import ENTRY, SUFFIX
@@ -165,14 +165,14 @@ def _usual_file(task: str, problem: "Problem") -> Path:
 def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> tuple[bool, str]:
     """Return whether an agent is recommended, and why, from policies on the same episodes.
 
-    It has to be significantly cheaper than the adviser, and no dearer than any other policy.
+    A recommended agent is significantly cheaper than the adviser and no dearer than any other policy.
     """
     import numpy as np
 
     from grind_env.policies.statistics import bootstrap, cost_per_good_part
 
     run, beside = found.evaluation, adviser.evaluation
-    # nothing is known where neither has a good part
+    # the ratio is NaN where neither policy makes a good part
     with np.errstate(invalid="ignore"):
         saved = bootstrap(
             lambda cost, good, least, best: 1.0 - cost_per_good_part(cost, good) / cost_per_good_part(least, best),

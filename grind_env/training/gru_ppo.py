@@ -1,6 +1,6 @@
 """PPO with a GRU in one file, to be read from top to bottom: plain PyTorch on the native vector environment.
 
-`grind train` trains with it, and writes and judges the agent.
+`grind train` calls this module, then writes and evaluates the agent.
 
 The style is CleanRL's (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Comments give the source of each choice: PPO
 is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog 2022;
@@ -37,14 +37,14 @@ from grind_env.training.checkpoint import Checkpoint
 
 Memory = Literal["none", "stack", "gru", "belief", "state"]
 SEEN: dict[Memory, MemoryKind] = {"none": "none", "stack": "stack", "gru": "none", "belief": "belief", "state": "none"}
-"""What the features show; `state` is the full observation, all others begin with what is measured."""
+"""Memory in the features of each agent; `state` sees the full observation, all others start from the measured one."""
 FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
-"""Of the training seeds, the distance between those of two trainings, and the last training before validation's."""
+"""First training seed, distance between the seeds of two trainings, and last training before the validation seeds."""
 KIND = "ppo_"
-"""Before the memory in the name of an agent."""
+"""Prefix of the memory in the name of an agent."""
 LEAST_DEVIATION = 1e-2
 DRAWN = 256
-"""Machines whose constants say how much these differ."""
+"""Number of machines that are drawn to standardise the constants of machines."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
@@ -56,53 +56,53 @@ class Settings:
     steps: int = 1_000_000
     envs: int = 128
     rollout: int = 60
-    """Steps of an environment between two updates; an episode of most tasks, through which gradients then run whole."""
+    """Steps of an environment between two updates: one episode of most tasks, so that gradients cover all of it."""
     minibatches: int = 8
     epochs: int = 4
     learning_rate: float = 2e-3
-    """A factor on each step of the optimiser."""
+    """Learning rate at the start: a factor on each step of the optimiser."""
     gamma: float = 0.97
-    """Factor by which a reward counts less with each step that it is ahead."""
+    """Discount factor: a reward counts less by this factor with each step into the future."""
     gae_lambda: float = 0.9
-    """Factor likewise, on what a value says of a step further ahead."""
+    """Lambda of generalised advantages: a factor on the errors of the values with each step into the future."""
     clip: float = 0.2
-    """By which the ratio of new to old likelihood counts at most."""
+    """Largest distance from 1 at which a ratio of new to old likelihood counts."""
     entropy: float = 0.003
-    """Factor on the entropy; it falls to 0, as the learning rate does."""
+    """Factor on the entropy; like the learning rate, this factor falls linearly to 0."""
     value: float = 0.5
     """Factor on the error of the critic."""
     guess: float = 0.5
-    """Factor on the error of the guess of what is hidden."""
+    """Factor on the error of the guess of the hidden values."""
     alike: float = 1.0
-    """Number of levels of E over which what is learned of one spreads."""
+    """Number of levels of E over which the logit of one level spreads, as a standard deviation."""
     norm: float = 0.5
-    """Largest norm of the gradient; a longer one is shortened by a factor."""
+    """Largest norm of the gradient; a longer gradient is scaled down by a factor."""
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
     shifts: int = 1
-    """Episodes on a machine, all of which the GRU remembers (RL^2: Duan et al., arXiv:1611.02779)."""
+    """Number of episodes on a machine; the GRU remembers all of them (RL^2: Duan et al., arXiv:1611.02779)."""
     critic_first: int = 0
-    """Updates of the critic alone, before the others: it is new where the actor is not."""
+    """Number of first updates that train only the critic, which is new when training starts with a trained actor."""
     budget: float | None = None
-    """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
+    """Largest share of scrap parts, which a multiplier enforces; None for no limit."""
     multiplier_rate: float = 0.5
-    """Most that the multiplier grows with an update, a factor on scrap in rewards: where twice the budget is spoilt."""
+    """Largest growth of the multiplier (a factor on scrap in rewards) in an update: for scrap at twice the budget."""
 
     @property
     def signals(self) -> int:
-        """Rewards, and with a budget scrap: each has a value."""
+        """Return the number of signals that the critic predicts: reward and, with a budget, scrap."""
         return 1 if self.budget is None else 2
 
 
 class Agent(nn.Module):
-    """A GRU, if it has one, with a guess of what is hidden, and behind it an actor and a critic.
+    """An actor and a critic, and for the memory `gru` a GRU before them with a guess of the hidden values.
 
     Args:
-        entries: of the features.
-        hidden: number of entries behind them that the simulator alone knows.
-        choices: number of E and of D.
-        settings: of the training.
+        entries: number of features.
+        hidden: number of hidden values after the features, which only the simulator knows.
+        choices: number of values of E and of D.
+        settings: settings of the training.
     """
 
     def __init__(self, entries: int, hidden: int, choices: list[int], settings: Settings) -> None:
@@ -114,31 +114,31 @@ class Agent(nn.Module):
                 # 37: orthogonal weights, no bias; gate by gate, or few entries would hardly move the gates
                 for gate in values.data.chunk(3):
                     nn.init.orthogonal_(gate, 2**0.5) if "weight" in name else nn.init.zeros_(gate)
-            # what is seen goes past the GRU, too: what needs no memory is learned as without one
+            # the features also bypass the GRU: choices that need no memory are learned as without a GRU
             width = settings.units + entries
-            # tried, +2.7: the GRU is told what there is to remember (Mirowski et al., arXiv:1611.03673)
+            # tried, +2.7: the GRU also learns to guess the hidden values (Mirowski et al., arXiv:1611.03673)
             self.guess = nn.Linear(settings.units, hidden)
-        # matters: actor and critic share no layer, and the last one of the actor begins near 0
+        # matters: actor and critic share no layer, and the last layer of the actor begins near 0
         self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
         self.critic = layers((width, *settings.hidden, settings.signals), 1.0)
-        # tried, +3.1: near levels of E are alike, so their logits share what is learned
+        # tried, +3.1: neighbouring levels of E have similar effects, so each logit spreads over its neighbours
         away = torch.arange(choices[0]).float() - torch.arange(choices[0])[:, None]
         near = (-0.5 * (away / settings.alike).square()).exp()
         self.blur = torch.eye(sum(choices))
         self.blur[: choices[0], : choices[0]] = near / near.norm(dim=0)
 
     def forward(self, seen: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor, Tensor]:
-        """Log-probabilities of every E and every D, values, how wrong a guess of what is hidden is, and the next state.
+        """Return log-probabilities of every E and D, values, squared error of the guess, and the next state of the GRU.
 
         Args:
-            seen: shape (steps, N, entries + hidden).
-            state: of the GRU before them, shape (1, N, units).
+            seen: features and hidden values, shape (steps, N, entries + hidden).
+            state: state of the GRU before these steps, shape (1, N, units).
             begun: 1 where the first episode on a machine begins, shape (steps, N).
         """
         features, hidden = seen[..., : self.entries], seen[..., self.entries :]
         wrong = torch.zeros(())
         if self.gru is not None:
-            # 37: nothing is remembered of the machine before; between such steps the GRU runs in one call
+            # 37: the GRU forgets the machine before; between two new machines the GRU runs in one call
             cuts = [0, *(k for k in range(1, len(begun)) if begun[k].any()), len(begun)]
             outputs = []
             for first, stop in pairwise(cuts):
@@ -148,12 +148,12 @@ class Agent(nn.Module):
             wrong = (self.guess(remembered) - hidden).square().mean()
             features = torch.cat([remembered, features], -1)
         logits = (self.actor(features) @ self.blur).split(self.choices, -1)
-        # what is remembered is for the actor and the guess to shape
+        # only the actor and the guess train the GRU, not the critic
         return [each.log_softmax(-1) for each in logits], self.critic(features.detach()), wrong, state
 
 
 def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
-    """Linear layers with tanh between them; 37 and matters: orthogonal weights, the last ones with a gain."""
+    """Return linear layers with tanh between them; 37, matters: orthogonal weights, `gain` on the last layer."""
     made: list[nn.Module] = []
     for k, (inputs, outputs) in enumerate(pairwise(widths)):
         layer = nn.Linear(inputs, outputs)
@@ -164,7 +164,7 @@ def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
 
 
 def likelihood(logs: list[Tensor], actions: Tensor) -> Tensor:
-    """Log-probability of actions, shape (..., 2)."""
+    """Return the log-probability of actions of shape (..., 2)."""
     taken = [log.gather(-1, actions[..., k : k + 1]) for k, log in enumerate(logs)]
     return torch.cat(taken, -1).sum(-1)
 
@@ -176,7 +176,7 @@ class ReturnScale:
         self.count, self.mean, self.square = 0, torch.zeros(signals), torch.zeros(signals)
 
     def take(self, returns: Tensor) -> None:
-        """Count these in, shape (N, signals): Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
+        """Add returns of shape (N, signals) to the statistics: Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
         count, shift = self.count + len(returns), returns.mean(0) - self.mean
         self.square += returns.var(0, correction=0) * len(returns) + shift**2 * self.count * len(returns) / count
         self.mean = self.mean + shift * len(returns) / count
@@ -191,7 +191,7 @@ class ReturnScale:
 class Seen:
     """Observations of N episodes: the features of a memory, followed by privileged values of the simulator.
 
-    It is an `EpisodeMemory` and its own form.
+    The class fulfils the protocols `EpisodeMemory` and `MemoryForm`.
 
     Args:
         simulation: simulation as the agent sees it.
@@ -203,29 +203,29 @@ class Seen:
         self.space, self.begin, self.restart = self.view.observation_space, self.view.begin, self.view.restart
 
     def memory(self, simulation: Simulation | None, observation_space: object, action_space: object) -> "Seen":
-        """See `grind_env.envs.shown.MemoryForm`."""
+        """Return this object, which is its own memory."""
         return self
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Take in full observations of the episodes in `mask`, shape (N,), and show them, shape (N, features)."""
+        """Return features and hidden values of full observations; `mask`, shape (N,), selects the episodes."""
         features = self.view.features(observations[:, : self.measured], mask)
         return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
 
 class Machines:
-    """The machines of the environments, each of which lasts for some shifts, an episode each.
+    """Machines of the environments; each machine stays for `shifts` episodes.
 
-    With one shift each the environments draw their machines themselves.
+    With one shift, the environments draw their machines themselves.
 
     Args:
         envs: the environments.
-        shifts: episodes on a machine.
-        seed: of the machines.
+        shifts: number of episodes on a machine.
+        seed: seed from which machines are drawn.
     """
 
     def __init__(self, envs: GrindVectorEnv, shifts: int, seed: int) -> None:
         self.envs, self.shifts, self.rng = envs, shifts, np.random.default_rng(seed)
-        # at any time some environments are in each of the shifts
+        # environments start in different shifts, so that every shift occurs at any time
         self.shift, self.hidden = np.arange(envs.num_envs) % shifts, torch.zeros(envs.num_envs, 0)
         self.plants = envs.simulation.plants if shifts > 1 else None
         if self.plants is not None:
@@ -238,10 +238,10 @@ class Machines:
             self._tell()
 
     def change(self, over: Flags) -> Flags:
-        """Give environments in `over`, shape (N,), a machine for the next episode: the one at hand, or another one.
+        """Set the machine of the next episode for environments in `over`, shape (N,): the present or a new machine.
 
         Returns:
-            Which have got another one, shape (N,).
+            Mask of the environments with a new machine, shape (N,).
         """
         self.shift[over] = (self.shift[over] + 1) % self.shifts
         if self.plants is not None:
@@ -264,24 +264,24 @@ class Machines:
         return self.plants.seeded(self._number())
 
     def _tell(self) -> None:
-        """Tell the constants of the machines, which an agent shall guess."""
+        """Set the standardised constants of the machines, which the agent learns to guess."""
         own = np.array([each.first.own for each in self.first])[:, self.differ]
         self.hidden = torch.as_tensor((own - self.mean) / self.deviation, dtype=torch.float32)
 
 
 class TrainingEnvs:
-    """The environments as the agent sees them.
+    """Environments of a training, as the agent sees them.
 
     Args:
-        problem: what is ground, on the model or on machines that are drawn.
-        settings: of the training.
-        seed: of the training.
+        problem: problem on the model or on drawn machines.
+        settings: settings of the training.
+        seed: seed of the training.
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
         self.envs = problem.make_vec(settings.envs, observation="full", action=GRID, autoreset_mode="Disabled")
         self.memory, self.everyone = Seen(model_of(problem), settings.memory), np.ones(settings.envs, bool)
-        # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
+        # matters: all is standardised, by observations of good play: readings of spoilt parts are many times as large
         self.standard = fit_standard(self.envs.simulation, self.envs.codec, [self.memory])
         first = FIRST_SEED + SEED_STRIDE * seed
         self.machines = Machines(self.envs, settings.shifts, first)
@@ -293,20 +293,20 @@ class TrainingEnvs:
 
     @property
     def entries(self) -> int:
-        """Number of features."""
+        """Return the number of features."""
         return self.memory.space.shape[0]
 
     @property
     def scale(self) -> Standard:
-        """Of the features."""
+        """Return mean and standard deviation of the features."""
         return Standard(*(values[: self.entries] for values in astuple(self.standard)))
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, Tensor]:
-        """Step.
+        """Grind one block in every environment.
 
         Returns:
-            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short on the last shift of a
-            machine, and what is seen before these begin anew.
+            Rewards and scrap, shape (N, 2); number of finished parts; mask of the episodes that were truncated on the
+            last shift of a machine, shape (N,); observations before new episodes begin.
         """
         last, rewards, terminated, truncated, _ = self.envs.step(actions)
         over, observations, begun = terminated | truncated, last, np.zeros(len(last), bool)
@@ -317,18 +317,18 @@ class TrainingEnvs:
             self.memory.restart(over)
             shows = np.where(over[:, None], self.memory.take(observations, None, over), seen)
         self.seen, self.begun = self._standardised(shows), torch.as_tensor(begun, dtype=torch.float32)
-        # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
+        # the probability of scrap, which the simulator knows, tells more about a part than the verdict good or bad
         finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
-        # tried on Rush: lateness is charged as it grows; as a lump it is cut, and on public machines all dawdled
+        # tried on Rush: lateness is charged as it grows; one large charge is cut, and agents on public machines dawdled
         charged = rewards + self.late - lateness(self.envs.simulation, last)
         self.late = lateness(self.envs.simulation, observations)
-        # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
+        # rewards are raised by one: the best fixed plan earns about 0, and scrap does not dominate an update
         earned = np.stack([ease_rewards(charged), finished - good], axis=1)
         return earned, float(finished.sum()), truncated & begun, self._standardised(seen)
 
     def _standardised(self, seen: Array) -> Tensor:
         values = torch.as_tensor((seen - np.array(self.standard.mean)) / self.standard.deviation, dtype=torch.float32)
-        # the features are not cut, for the scale is folded into the layer that reads them
+        # the features are not cut, because their scale is folded into the layer that reads them
         values[:, self.entries :].clamp_(-CLIP, CLIP)
         return torch.cat([values, self.machines.hidden], 1)
 
@@ -337,13 +337,13 @@ class Training:
     """The state of a training between two updates. A training resumed from it gives the same agent, to the bit.
 
     Args:
-        problem: as `shown` shows it, on the model or on machines that are drawn.
-        settings: of the training.
-        seed: of weights, choices and episodes; at most `LAST_SEED`, or validation's would be trained on.
-        actor: with which the agent begins; None for a new one.
+        problem: problem as `shown` returns it, on the model or on drawn machines.
+        settings: settings of the training.
+        seed: seed of weights, choices and episodes; at most `LAST_SEED`, to leave out the validation seeds.
+        actor: actor with which the training begins; None for a new one.
 
     Attributes:
-        updates: how many have been made.
+        updates: number of finished updates.
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int, actor: Actor | None) -> None:
@@ -367,15 +367,15 @@ def train(
     checkpoint: Checkpoint | None = None,
     actor: Actor | None = None,
 ) -> tuple[Agent, Standard]:
-    """Return an agent that has been trained, and how it scales its features.
+    """Return a trained agent, and mean and standard deviation of its features.
 
     Args:
-        problem: as for `Training`, like the next two and the last.
-        settings: of the training.
-        seed: of the training.
-        advance: called with the number of steps that have been made since it was called last.
-        checkpoint: saved after each update, and resumed from if its file exists.
-        actor: with which the training begins.
+        problem: problem, as for `Training`.
+        settings: settings of the training.
+        seed: seed of the training, as for `Training`.
+        advance: called with the number of steps since its last call.
+        checkpoint: file that is written after each update; if the file exists, its training is resumed.
+        actor: actor with which the training begins; None for a new one.
     """
     torch.set_num_threads(1)  # at this size a second thread only costs
     training = Training(problem, settings, seed, actor)
@@ -408,7 +408,7 @@ def train(
             rewards[k] = torch.as_tensor(reward[:, : settings.signals])
             scrap, parts = scrap + reward[:, 1].sum(), parts + finished
             if truncated.any():
-                # a limit of time is no end: what was to come is in the value (Pardo et al., arXiv:1712.00378)
+                # a time limit is no end: the value stands for the rewards to come (Pardo et al., arXiv:1712.00378)
                 with torch.no_grad():
                     rest = worth.mean + worth.deviation * agent(last[None], state, torch.zeros(1, n))[1][0]
                 rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)[:, None]
@@ -426,12 +426,12 @@ def train(
         gains = advantages[..., 0]
         if settings.budget is not None:
             # the Lagrangian of PPO-Lagrangian (Ray, Achiam, Amodei, Benchmarking Safe Exploration, 2019)
-            # it grows no faster than it can fall again: a beginner scraps half of all parts
+            # the multiplier grows no faster than it can fall: a beginner scraps half of all parts
             excess = min(scrap / max(parts, 1.0) / settings.budget - 1.0, 1.0)
             multiplier = max(multiplier + settings.multiplier_rate * excess, 0.0)
             gains = gains - multiplier * advantages[..., 1]
         for _ in range(settings.epochs):
-            # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
+            # 37: a minibatch has all steps of some environments, because the GRU needs steps in their order
             for index in torch.randperm(n).chunk(settings.minibatches):
                 logs, value, wrong, _ = agent(seen[:, index], before[:, index], begun[:-1, index])
                 # 37: the advantages of a minibatch have mean 0 and deviation 1
@@ -457,7 +457,7 @@ def train(
 
 
 def acting_part(agent: Agent, scale: Standard) -> Actor:
-    """Return the actor in NumPy; its first layer includes the scaling, its last the sharing of levels of E."""
+    """Return the actor in NumPy; its first layer includes the scaling, its last the spreading over levels of E."""
     acts = {name: each for name, each in agent.state_dict().items() if name.startswith(("actor", "gru"))}
     state = _folded(agent, {name: each.detach().double().numpy() for name, each in acts.items()}, scale, agent.blur)
     network = Network(
@@ -472,7 +472,7 @@ def acting_part(agent: Agent, scale: Standard) -> Actor:
 
 
 def take_over(agent: Agent, actor: Actor, scale: Standard) -> None:
-    """Give an agent what `acting_part` made of another one; its critic and its guess stay as they are."""
+    """Load an actor from `acting_part` into an agent; the agent's critic and guess stay as they are."""
     mean, deviation = np.array(scale.mean), np.array(scale.deviation)
     back = Standard(tuple(-mean / deviation), tuple(1.0 / deviation))
     acts = {name: values.astype(np.float64) for name, values in actor.tensors.items()}
@@ -481,13 +481,13 @@ def take_over(agent: Agent, actor: Actor, scale: Standard) -> None:
 
 
 def _folded(agent: Agent, state: dict[str, Array], scale: Standard, blur: Tensor) -> dict[str, Array]:
-    """Acting layers with a scale in those that read features, and with what levels share in the last one."""
+    """Return acting layers with `scale` folded into the layers that read features, and `blur` into the last layer."""
     entries, mean, found = len(scale.mean), np.array(scale.mean), dict(state)
     seen = [("actor.0.weight", "actor.0.bias")]
     if agent.gru is not None:
         seen.append(("gru.weight_ih_l0", "gru.bias_ih_l0"))
     for weight, bias in seen:
-        # the features are the last that the first layer reads
+        # the features are the last inputs of the first layer
         factors = state[weight][:, -entries:] / scale.deviation
         found[bias] = state[bias] - factors @ mean
         found[weight] = np.concatenate([state[weight][:, :-entries], factors], axis=1)
@@ -505,11 +505,11 @@ def policy_of(agent: Agent, scale: Standard, problem: Problem, memory: Memory) -
 
 
 def form_of(memory: Memory) -> LearnerForm:
-    """Return the observations and actions of such an agent."""
+    """Return the observations and actions of an agent with this memory."""
     return LearnerForm(SEEN[memory])
 
 
 def shown(problem: Problem, memory: Memory) -> Problem:
-    """Return the problem as such an agent is shown it."""
+    """Return the problem with the observations of an agent with this memory."""
     full = (("observation", "full"),) if memory == "state" else ()
     return replace(problem, arguments=(*problem.arguments, *full))

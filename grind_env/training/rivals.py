@@ -21,13 +21,13 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import policy_for
 
 RULE = "empirical_rule"
-"""Adviser of a task, which has no part program."""
+"""Policy that stands for the adviser in tasks, which have no part program."""
 RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
-"""E of a fixed plan over that of the program, in all blocks."""
+"""Ratios of E in a fixed plan to E in the program, for all blocks."""
 EVERY = (1, 2, 4)
-"""Parts, or blocks of a task, from one that is dressed to the next."""
+"""Dress intervals of the fixed plans, in parts of a program or blocks of a task."""
 TRIALS = 32
-"""Machines on which the fixed plan is chosen."""
+"""Number of machines on which the fixed plan is chosen."""
 
 
 @dataclass
@@ -35,9 +35,9 @@ class Programmed:
     """A plan that a shop can write into its part program; by default the program as it is."""
 
     ratio: float = 1.0
-    """E over that of the program."""
+    """Ratio of E to the E of the program."""
     every: int | None = None
-    """Dress in every so many parts, in their first block that can be; None as the program says."""
+    """Interval of dressed parts, dressed in the first block that takes a dress; None for the dresses of the program."""
     sees: Sees = "measurements"
     speeds: Array = field(init=False, repr=False)
     executions: Array = field(init=False, repr=False)
@@ -65,13 +65,13 @@ class Programmed:
 
 
 def _due(blocks: tuple[BlockOutline, ...], every: int) -> list[bool]:
-    """Return for each block whether it is the first of a part to be dressed in which a dress can be."""
+    """Return whether each block is dressed: the first block that takes a dress in one of `every` parts."""
     first = {block.part: k for k, block in reversed([*enumerate(blocks)]) if block.takes_dresses}
     return [block.part % every == 0 and first.get(block.part) == k for k, block in enumerate(blocks)]
 
 
 def fixed_plans(simulation: Simulation) -> list[Policy]:
-    """Return 15 fixed plans, or none of a program that only the control can execute, which is slow."""
+    """Return 15 fixed plans; none for a program that only the control can execute, because that is slow."""
     if isinstance(simulation, JobSimulation):
         return [Programmed(*plan) for plan in product(RATIOS, EVERY)] if simulation.compiled else []
     speeds = speed_grid(simulation.task, len(RATIOS)).tolist()
@@ -82,9 +82,9 @@ def fixed_plans(simulation: Simulation) -> list[Policy]:
 
 
 def rivals(problem: Problem, judges: Problem) -> Iterator[Policy]:
-    """Yield the adviser, the best fixed plan and, of a part program, the program as it is.
+    """Yield the adviser, the best fixed plan and, for a part program, the unchanged program.
 
-    The fixed plan is chosen on other machines of the set that judges.
+    The fixed plan is chosen on other machines of the evaluation set.
     """
     simulation, ground = problem.simulation(), judges.simulation()
     yield policy_for(None, simulation) if isinstance(simulation, JobSimulation) else make_policy(RULE, simulation)

@@ -1,1 +1,1 @@
-"""Tasks of cycle blocks: their numbers, tapes, compiled step, observations and programs."""
+"""Tasks of cycle blocks: their job, part program, script, simulation and writer."""

@@ -22,7 +22,7 @@ RECIPROCATING_AXIS = 0
 
 
 def check_task(task: Task, cycle: str | None = None) -> None:
-    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none."""
+    """Check that the program of a task can be run, and that its blocks have this cycle; None accepts any cycle."""
     try:
         job(task, task.kinds[0])
         for kind in task.kinds:
@@ -39,7 +39,7 @@ def check_task(task: Task, cycle: str | None = None) -> None:
 
 
 def _check_gauging(task: Task, kind: Kind) -> None:
-    """Refuse a time to gauge a part that is over before the wheel is back, from its farther end, on the whole depth."""
+    """Refuse a gauging time shorter than the way of the wheel off the far end of the part and back to full depth."""
     depth = sum(each.stock for each in task.kinds)
     there = f"G00 X{number(kind.length + task.setup.overrun)} Y{number(-depth)} Z0."
     way = "\n".join([*start_of(task), there, "M01", *approach(task, depth), "M30"])
@@ -53,8 +53,8 @@ def _check_gauging(task: Task, kind: Kind) -> None:
 def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     """Return the job, for `machine.grind`, of parts that are ground in blocks of these kinds in turn.
 
-    Other kinds of parts are in the `conditions`. The dress set-up time is the task's dress time less the motions of the
-    dress program, which the wheel first meets `first` mm deep, or else where the first block begins to cut.
+    Parts of other kinds are in `conditions`. The dress set-up time is the task's dress time less the motions of the
+    dress program. The first dress begins `first` mm deep; by default, where the first block begins to cut.
     """
     setup = Setup(
         wheel=task.wheel,
@@ -79,7 +79,7 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
 
 
 def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
-    """Return the job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
+    """Return the job of a program of these blocks, for nominal parts; its part is made from the kinds of part 1."""
     if task.cycle != "G82":
         return job(task, *task.kinds, first=0.0)
     first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
@@ -87,7 +87,7 @@ def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
 
 
 def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
-    """Return a part that is ground in blocks of these kinds, a stage each, which remove these stocks, mm."""
+    """Return a part with one stage for each block of these kinds; each block removes its stock, mm."""
     kind, depths = kinds[-1], list(itertools.accumulate(stocks))
     stages = tuple(
         Stage(
@@ -135,6 +135,6 @@ def conditions(task: Task, tape: NDArray[np.float64]) -> list[PartConditions]:
 
 
 def _factors(task: Task, row: TapeRow, fields: tuple[str, ...]) -> dict[str, float]:
-    """Factors on the stroke parameters `FACTORS`, from these fields of the tape, with those fixed in the task."""
+    """Return factors on stroke parameters: `FACTORS` from these fields of the tape, times fixed factors of the task."""
     drawn = {name: getattr(row, field) for name, field in zip(FACTORS, fields, strict=True)}
     return {**task.factors, **{name: value * task.factors.get(name, 1.0) for name, value in drawn.items()}}

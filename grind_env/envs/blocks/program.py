@@ -1,7 +1,6 @@
 """The part program of an episode of a task, ready to run on a machine.
 
-Interpreting that program with `machine.grind` gives the record that the agent's episode was made of
-(tests/envs/test_program_equality.py).
+`machine.grind` runs this program to the same record as the episode (tests/envs/test_program_equality.py).
 """
 
 import functools
@@ -15,12 +14,12 @@ from grind_env.process.state import WheelState
 
 DRESS_PROGRAM = 9100
 CLEAR = 20.0
-"""mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""
+"""Height at which the wheel crosses the part, mm: the height in the dress program, above the clamps."""
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
-"""What is left out of a comment: parentheses, which end it, and what a control may not have."""
+"""Characters that are left out of a comment: parentheses, which end it, and characters that a control may lack."""
 LONGEST_COMMENT = 80
 NEAR = 1.0
-"""mm; from here on the wheel comes down beside the part with a feed."""
+"""Height below which the wheel comes down beside the part with a feed, mm."""
 
 
 REQUEST = "OPERATOR ASKS FOR A DRESS"
@@ -28,7 +27,7 @@ REQUEST = "OPERATOR ASKS FOR A DRESS"
 
 
 NO_WHEEL = WheelState(*[0.0] * len(WheelState._fields))
-"""Wheel of a block whose text alone counts."""
+"""Placeholder for the wheel of a block of which only the text is needed."""
 
 
 class CycleBlock(NamedTuple):
@@ -46,13 +45,13 @@ class CycleBlock(NamedTuple):
     pre_dress: bool = False
     """Whether the block begins with a dress (G82.1)."""
     wheel: WheelState = NO_WHEEL
-    """With which it began."""
+    """Wheel at the start of the block."""
     wheel_changes: int = 0
     """Wheel changes of the episode before the block."""
     extra_state: tuple[float, ...] = ()
     """Memory of process and gauge at the start, without the wheel."""
     stroke: tuple[float, float] | None = None
-    """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
+    """Time of a stroke and of the rest at its end, s; None for the times of the control."""
 
 
 @functools.lru_cache(4096)
@@ -63,7 +62,7 @@ def number(value: float) -> str:
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
-    """Return the cycle block as the control reads it, of a G81 with its infeeds, dwells and G80, a line each."""
+    """Return the text of a cycle block; a G81 includes its infeeds, dwells and G80, a line each."""
     overrun, kind = task.setup.overrun, block.kind
     table = f"X{number(kind.length + overrun)} I{number(-overrun)}"
     speed = f"E{number(block.speed)} P{DRESS_PROGRAM}"
@@ -92,7 +91,7 @@ def _infeeds(task: Task, block: CycleBlock) -> list[str]:
 
 
 def lines_of(task: Task, block: CycleBlock) -> list[str]:
-    """Return a block as part of a program; the wheel starts at the surface, for a G82 at its first pick."""
+    """Return the lines of a block and the approach before it: to the surface, for a G82 to its first pick."""
     text = block_text(task, block)
     if task.cycle != "G82":
         return [*approach(task, 0.0), text, *(["G80"] if task.cycle == "G83" else [])]
@@ -101,7 +100,7 @@ def lines_of(task: Task, block: CycleBlock) -> list[str]:
 
 
 def approach(task: Task, depth: float) -> list[str]:
-    """Over the part and down beside it to a depth, mm, from wherever the operator has left the wheel."""
+    """Return the lines that move the wheel from any place over the part and down beside it to a depth, mm."""
     return [
         f"G00 Y{number(CLEAR)} (CLEAR OF THE PART)",
         f"G00 X{number(-task.setup.overrun)} Z0. (BESIDE IT)",
@@ -118,9 +117,9 @@ def start_of(task: Task) -> list[str]:
 
 
 def program_of(task: Task, blocks: Sequence[CycleBlock]) -> str:
-    """Return a main program of the lines of each block, M00 before each further part, and the dress program.
+    """Return a main program with the lines of each block, M00 before each further part, and the dress program.
 
-    Where the episode changed the wheel, the operator does so at that M00 or M01.
+    Where the episode changed the wheel, the comment of the M00 or M01 tells the operator to change it.
     """
     lines = start_of(task)
     for k, block in enumerate(blocks):

@@ -17,10 +17,10 @@ from grind_env.machine.script.tables import BlockRow, ScriptTables, is_covered, 
 
 
 def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
-    """Return the script of a task, whose kinds in every material have these numbers, shape (rows, fields of `KindRow`).
+    """Return the script of a task; `kinds` are the numbers of its kinds, shape (rows, fields of `KindRow`).
 
-    With it come how far below the surface the cycle of each row begins, mm, shape (rows,), and whether the wheel covers
-    the parts. The wheel's way to a block lies within the time for which the machine waits for its part.
+    The second value is the depth below the surface at which the cycle of each row begins, mm, shape (rows,). The third
+    says whether the wheel covers the parts. The wheel moves to a block while the machine waits for the part.
     """
     scripts = [_script_of(task, kind) for kind in task.kinds]
     found = [tables_of(script) for script in scripts]
@@ -57,7 +57,7 @@ def _script_of(task: Task, kind: Kind) -> Script:
 
 
 def _row(task: Task, kind: Kind, row: BlockRow, numbers: KindRow) -> BlockRow:
-    """Return the row of a block of a kind: after every one the part is gauged and judged by the limits of the kind."""
+    """Return the script row of a kind; after each block the part is gauged and judged by the limits of the kind."""
     limits = {name: getattr(numbers, name) for name in ("rise", "power", "roughness", "size", "counts_all")}
     begins = {"starts_part": numbers.starts_part, "ends_part": numbers.ends_part, "wait": task.wait_seconds(kind)}
     return row._replace(**limits, **begins, gauged=1.0, judged=1.0, stock=0.0)

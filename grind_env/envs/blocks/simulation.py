@@ -1,4 +1,4 @@
-"""The simulation of a task: its program has holes for E and D, and its tape holds the stocks."""
+"""The simulation of a task: actions set E and D in the script, and the noise tape has the stocks."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -74,7 +74,7 @@ class BlockSimulation(Simulation):
         return TaskViewer(self.task, self.writer.text)
 
     def stroke_times(self, episodes: Episodes, i: int, choice: Sequence[float]) -> tuple[float, float]:
-        """Return how long a stroke takes in the coming block of a G81, and the rest at its end, s: a copy shows it."""
+        """Return the times of a stroke in the coming G81 block and of the rest at its end, s, from a step on a copy."""
         room = self._scratch.take(1)
         numbers = tuple(np.array([number]) for number in choice)
         self._run(episodes.pick([i]), (*numbers, NO_SETTINGS), np.arange(1), room)

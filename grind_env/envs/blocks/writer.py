@@ -23,7 +23,7 @@ WHEEL_CHANGES, SURFACE = History._fields.index("wheel_changes"), PartState._fiel
 
 @dataclass(frozen=True, slots=True)
 class TaskWriter(ProgramWriter):
-    """Writes the cycle blocks of a task; its functions are those of the simulation, and its process grinds."""
+    """Writer of the cycle blocks of a task, with the process and two methods of the simulation."""
 
     task: Task
     process: Process
@@ -39,7 +39,7 @@ class TaskWriter(ProgramWriter):
         block = CycleBlock(*here, episodes.wheel(i), changes, episodes.extra_state(i))
         if self.task.infeed == 0.0 or self.process.before is None:
             return block
-        # the table has a speed of its own
+        # the process may change the speed of the table
         return block._replace(stroke=self.stroke_times(episodes, i, (speed, executions, pre_dress)))
 
     def text(self, block: CycleBlock) -> str:
@@ -67,9 +67,9 @@ class TaskWriter(ProgramWriter):
 
 
 def request_times(programs: Programs, job: Job) -> tuple[float, ...]:
-    """Times of the control, s, at which the operator asks for a dress; for `Control.operator_dress_at`.
+    """Return the control times at which the operator asks for a dress, s; for `Control.operator_dress_at`.
 
-    A request is made when the last motion or dwell before the dwell that says so has ended.
+    A request follows the last motion or dwell before the dwell with the comment `REQUEST`.
     """
     ahead, before = set(), 0
     for source in programs.main.blocks:
@@ -83,11 +83,11 @@ def request_times(programs: Programs, job: Job) -> tuple[float, ...]:
     execution = execute(programs, control)
     run = None if job.process.before is None else GrindingRun(programs, job, control)
     for event in execution:
-        if run is not None:  # the table has a speed of its own
+        if run is not None:  # the process may change the speed of the table
             run.take(event)
             run.tell(execution)
         if isinstance(event, Motion) and event.source is Source.PROGRAM and event.line in ahead:
             control.request_dress()
-            # just after it, not in the same moment, in which the table may turn
+            # just after the motion, because the table may turn in the moment of its end
             times.append(event.finish + 1e-6)
     return tuple(times)

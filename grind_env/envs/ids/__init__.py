@@ -1,1 +1,1 @@
-"""Ids with a form of their own: each module registers the id of its name by `make` and `make_vector`."""
+"""Ids with their own `make` and `make_vector`: each module belongs to the id of its name."""

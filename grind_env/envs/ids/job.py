@@ -33,58 +33,58 @@ def make(
 
     ## Description
 
-    Before every G81, G82 or G83 the program takes E and D from the agent in place of those in the block, and goes on to
-    the next cycle block. A step is therefore everything from one cycle block to the next one. The program is run in
-    compiled code if it alone settles where the strokes lie, and by the control if the wheel, the operator or a grooving
-    cycle has a say (`env.unwrapped.simulation.why` says it). `part_program()` is the program with the words chosen;
-    `machine.grind` runs it to the same record. A cycle block that runs more than once, in a subprogram that M98 calls
-    several times, is several steps, and no one text holds what was chosen for them: write such calls out where the
-    program is to be taken back to the machine.
+    Before every G81, G82 or G83 the program takes E and D from the agent instead of the block, and runs to the next
+    cycle block. So a step covers everything from one cycle block to the next. The program runs in compiled code if the
+    program alone decides where the strokes lie. The control executes a program in which the wheel, the operator or a
+    grooving cycle decides, too (`env.unwrapped.simulation.why` has the reason). `part_program()` is the program with
+    the chosen words; `machine.grind` runs it to the same record. A cycle block that runs several times, because M98
+    calls its subprogram several times, is several steps, and no single text can hold their choices: write such calls
+    out if you want to take the program back to the machine.
 
-    With `parts` the program is run for a batch: the operator loads the next part where it ends, the wheel carries over,
-    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none. What
-    a program keeps in #100 to #199 and #500 to #999 carries over from run to run, so that it may count.
+    With `parts` the program is run for a batch: the operator loads the next part at its end, the wheel carries over,
+    and lots and stocks change as in `[lots]` of the job. A program that loads its parts itself (M00) needs no `parts`.
+    Variables #100 to #199 and #500 to #999 keep their values from run to run, so that a program can count.
 
     ## Action space
 
-    By default `Box(-1, 1, (2,), float32)`: E geometric from 3000 to 30,000 mm/min, D = 0 up to 1/3 and 1 to 3 in equal
-    bins above. The other forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which
-    has no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). A
-    pre-dress is no third component: it is not a word of the block but another code, and whether a G82 is a G82.1 the
-    program says.
+    The default is `Box(-1, 1, (2,), float32)`: E on a geometric scale from 3000 to 30,000 mm/min, D = 0 up to 1/3 and 1
+    to 3 in equal bins above. The other forms are those of `GrindEnv`, with E in mm/min even for a program in inches. In
+    a G81, which has no D word, and in a block without a known dress program P, D has no effect (`info["D"]` is then 0).
+    Actions have no pre-dress: G82.1 is another code and not a word of the block, so the program decides between G82 and
+    G82.1.
 
     ## Observation space
 
     `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled to about -1..1.
-    `observation_info()` lists every entry; what is the same in all blocks of the program is none, so that two programs
-    may have observations of different length. `observation="full"` adds the hidden state of the wheel and of the lot,
-    behind all that is measured.
+    `observation_info()` lists every entry; readings that are equal in all blocks of the program are left out, so that
+    two programs may have observations of different length. `observation="full"` adds the hidden state of the wheel and
+    of the lot, after all measured entries.
 
     ## Reward
 
-    Minus the cost of the step in units of `task.reference_cost`, which is what a cycle block costs when the program
-    runs with its own words on nominal parts: a program with good words earns about -1 a step. The terms are machine
-    time (`info["reward_time"]`), wheel, dresser, the expected cost of scrap when a part is finished, and with the last
-    block the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, and the expected
-    number with `info="full"`; all else is as for `GrindEnv`. No cost is negative, so no step earns more than 0.
-    No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes while a G81
-    reciprocates, is up to the program.
+    Minus the cost of the step in units of `task.reference_cost`: the mean cost of a cycle block when the program runs
+    with its own words on nominal parts. A program with good words earns about -1 a step. The terms are machine time
+    (`info["reward_time"]`), wheel, dresser, the expected cost of scrap when a part is finished, and with the last block
+    the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, or with `info="full"` the
+    expected number; all else is as for `GrindEnv`. No cost is negative, so no step earns more than 0. There is no known
+    lower bound, because the program decides what happens between two cycle blocks and how often the table strokes in a
+    G81.
 
     ## Episode
 
-    The program from its start to its end, `parts` times, where it is `terminated`. Wheel, coolant and lots of material
-    differ from episode to episode as in the other tasks; everything random is decided at reset. `reset(options=...)`
-    fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
+    An episode is `parts` runs of the program from start to end, and is `terminated` after the last one. Wheel, coolant
+    and lots of material differ from episode to episode as in the other tasks; everything random is decided at reset.
+    `reset(options=...)` fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
     (`grind_env.envs.contexts`); stock and material are those of the job.
 
-    `env.spec.max_episode_steps` is one more than the steps of an episode: wrappers such as `TimeAwareObservation` read
-    it, and a `TimeLimit` of it truncates no episode. A `max_episode_steps` that you give to `gym.make` or
-    `gym.make_vec` truncates.
+    `env.spec.max_episode_steps` is one more than the steps of an episode. Wrappers such as `TimeAwareObservation` read
+    this number, and a `TimeLimit` of this length truncates no episode. A `max_episode_steps` that you give to
+    `gym.make` or `gym.make_vec` truncates.
 
     Args:
         program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
-        parts: how often the program is run.
+        parts: number of runs of the program.
         observation: `"measured"` or `"full"`.
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
         show_block: put the text of the block that was run into `info["block"]`.
@@ -95,7 +95,7 @@ def make(
         variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
         plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;
             `"module:name"` for your own (`grind_env.plants`). The default is that of the job.
-        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
+        info: `"measured"` for what a shop knows of a step, or `"full"` for probabilities and true ratios instead.
         out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
             `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.
 

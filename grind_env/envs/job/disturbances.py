@@ -1,7 +1,7 @@
 """The noise tape of an episode of a user's job, drawn in full at reset from the key of the episode.
 
-The spreads are those of the scenarios (section 3), or those that the job's `[lots]` names: every wheel, coolant and lot
-of material differs somewhat from the catalogue, and gauges are noisy.
+The spreads are those of the scenarios (section 3) or of the job's `[lots]`: every wheel, coolant and lot of material
+differs somewhat from the catalogue, and gauges are noisy.
 """
 
 import itertools
@@ -24,7 +24,7 @@ WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.
 """Logarithmic standard deviation of each factor that an episode draws once, by stroke parameter."""
 
 WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SPREAD}
-"""What a context calls them."""
+"""Names of these factors in a context, by stroke parameter."""
 
 LOT_FACTORS = ("kA", "pm")
 """Factors that every lot of material draws, by stroke parameter."""
@@ -32,14 +32,14 @@ LOT_FACTORS = ("kA", "pm")
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 OF_NEW_WHEEL = ("kA", "ra_scale")
-"""Factors that a new wheel has of its own."""
+"""Factors that differ between the first wheel and a new wheel."""
 STATED = [
     TapeRow._fields.index(name) for name in ("stock", "gauged", *FACTORS, *(f"spare_{name}" for name in OF_NEW_WHEEL))
 ]
-"""Columns in which stated parts differ."""
+"""Columns of the tape in which parts with stated conditions differ."""
 
 LEAST_STOCK = 0.4
-"""Least stock over the nominal stock."""
+"""Smallest ratio of stock to nominal stock."""
 
 
 def barred_factors(spread: float) -> dict[str, str]:
@@ -51,7 +51,7 @@ def barred_factors(spread: float) -> dict[str, str]:
 
 
 def spreads(lots: Lots, factor: float) -> dict[str, float]:
-    """Return the random spreads of wheels, coolant, lots and gauges of a job, as `tasks.Spread`, times a factor."""
+    """Return the spreads of wheels, coolant, lots and gauges of a job times a factor, by name as in `tasks.Spread`."""
     return {
         "measurement": factor,
         "lot_growth": factor * lots.growth,
@@ -79,7 +79,7 @@ class JobGenerator(Disturbances):
         stated: stated differences of each part.
 
     Raises:
-        JobError: a factor that cannot differ from part to part here.
+        JobError: `stated` has a factor that cannot differ from part to part.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class JobGenerator(Disturbances):
         self._stated = np.array(rows)[np.array(part_of_block)] if stated else None
 
     def draws(self, given: Given) -> Draws:
-        # what is ground and with which wheel, the program and its job say in every split
+        # in every split, program and job decide what is ground and with which wheel
         return draws_of(given.split)._replace(stock=1.0, foreign=0.0)
 
     def mount(self, episodes: Episodes, index: NDArray[np.int64], which: NDArray[np.int64], fixed: Table) -> None:
@@ -144,6 +144,6 @@ def conditions_of(
     drawn = zip(part_of_block[first].tolist(), rows[:, STOCK].tolist(), strict=True)
     stocks = [None if stock == nominal[part] else stock for part, stock in drawn]
     found = [PartConditions(stock=stock, factors=each) for stock, each in zip(stocks, factors, strict=True)]
-    # a part without a cycle block is as the one with the next block, or with the last one
+    # a part without a cycle block has the conditions of the part with the next block, or with the last block
     of_part = np.minimum(np.searchsorted(part_of_block[first], np.arange(parts)), len(found) - 1)
     return tuple(found[k] for k in of_part.tolist())

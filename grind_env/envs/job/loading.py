@@ -19,7 +19,7 @@ MOST_SPREAD = 2.0
 """Highest factor on all that is random."""
 
 EXAMPLE = examples.path("plate_g82.nc")
-"""The program that the environment steps if none is given."""
+"""Default program of the environment."""
 
 
 def load_simulation(
@@ -31,7 +31,7 @@ def load_simulation(
     variables: Mapping[int, float] = {},
     plant: str | None = None,
 ) -> JobSimulation:
-    """Return the simulation of a program's file, as `grind_env.envs.ids.job.make`; `variables` by number."""
+    """Return the simulation of a program file; arguments as for `envs.ids.job.make`, but `variables` by number."""
     check_file("program", program)
     check_file("job", job)
     check_number("spread", spread, 0.0, MOST_SPREAD)
@@ -52,5 +52,5 @@ def load_simulation(
             batch, settings, spread, full=full, name=batch_name(path, parts), file=file, plants=plants, once=programs
         )
     except GrindError:
-        JobSimulation(programs, settings, spread)  # tells the line of the file
+        JobSimulation(programs, settings, spread)  # its error names the line of the file, not of the batch
         raise

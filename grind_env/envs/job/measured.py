@@ -30,7 +30,7 @@ class Measured(NamedTuple):
     mean_power: float = 0.0
     """Mean load of the spindle in the last (up to 6) full plunges since a dress, W above idle; 0 if none was read."""
     first_power: float = 0.0
-    """The same of the first full plunges."""
+    """Mean load of the spindle in the first (up to 6) full plunges, W above idle; 0 if none was read."""
     peak_power: float = 0.0
     """Highest load, W; 0 if none was read."""
     size_error: float | None = None
@@ -38,7 +38,7 @@ class Measured(NamedTuple):
     Ra: float | None = None
     """Ra of the finished part, um; the observation shows it one part later."""
     Ra_before: float | None = None
-    """Ra of the part before it, um, if unknown until now."""
+    """Ra of the part before, um, if unknown until now."""
     diameter: float | None = None
     """Diameter of the wheel, mm."""
     new_wheel: bool = False
@@ -51,11 +51,11 @@ class MeasuredEpisode:
     """One episode, block by block.
 
     Args:
-        simulation: of the program; its observations are the ones that are made.
+        simulation: simulation of the program, which defines the observations.
     """
 
     def __init__(self, simulation: JobSimulation) -> None:
-        # without spread, and with wheels that are changed only when it is said
+        # without spread, and with wheel changes only where the user enters them
         self.simulation = without_wheel_changes(simulation.with_spread(0.0))
         self._episodes = self.simulation.start([np.random.default_rng(0)])
         self._episodes.tape[..., NEW_LOT] = 0.0
@@ -89,7 +89,7 @@ class MeasuredEpisode:
         settings = simulation.own_settings(episodes)
         speeds, dresses = np.array([speed]), np.array([float(executions)])
         settings[:, E], settings[:, D] = speeds, dresses
-        # a wheel as it was mounted: the nominal one may stall where the true one has not
+        # with the wheel as mounted: the nominal worn wheel may stall where the true wheel has not
         fresh = simulation.branches.first_wheels(1)
         fresh[:, DIAMETER] = episodes.wheels[:, DIAMETER]
         episodes.wheels[:, : fresh.shape[1]] = fresh

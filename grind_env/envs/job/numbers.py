@@ -21,14 +21,14 @@ STROKES_AT_MOST = int(POWER_WINDOW)
 
 
 def kind_of(block: BlockOutline, job: Job) -> KindRow:
-    """Return the numbers of a block that cost and gauges need; its loading is in the time of the script."""
+    """Return the numbers of a block that cost and gauges need; the time of the script includes the loading."""
     part = job.part
     return KindRow(
         stock=part.stock,
         pick=block.plan.primary_pick,
         sparkout=float(block.plan.spark_out),
         width=part.width,
-        # the volume since a dress is that per width of the wheel in use
+        # the volume since a dress is per width of the wheel in use
         length=part.length * part.width / min(part.width, job.setup.wheel.width),
         scrap=part.scrap_cost,
         starts_part=float(block.starts_part),
@@ -56,8 +56,8 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
 def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
     """Return the tally of an executed block, up to the next block.
 
-    For a block that finishes a part, the heat is that of the judged part; else the heat that counts if the stage ends
-    at a depth of `finish`, mm.
+    The temperature rise of a block that finishes a part is that of the judged part. Otherwise it is the rise that
+    counts if the stage ends at a depth of `finish`, mm.
     """
     strokes, plan = run.strokes, run.plan
     table, power = strokes["groove"] == 0, strokes["mean_load"]
@@ -93,15 +93,15 @@ def tally_of(run: BlockRun, job: Job, finish: float) -> Tally:
 
 
 class JobMachines(NamedTuple):
-    """M machines of one process, which may be another one than that of the job."""
+    """M machines of one process, which may differ from the process of the job."""
 
     jobs: tuple[Job, ...]
     base: Table
     """Parameters, shape (M, 1 or blocks, fields of `StrokeParameters`)."""
     cooler: Table
-    """By how much the limits of temperature lie above those of the first job, K, shape (M, 1 or blocks)."""
+    """Limits of temperature less those of the nominal job, K, shape (M, 1 or blocks)."""
     starts: Table
-    """Wheel as the first block finds it, and what the process remembers then, shape (M, fields of both)."""
+    """Wheel before the first block, followed by the memory of the process, shape (M, fields of both)."""
 
 
 def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> JobMachines:
@@ -117,7 +117,7 @@ def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Jo
 
 
 def _by_block(job: Job, blocks: Sequence[BlockOutline]) -> list[Job]:
-    """Return the job of each block where its parts may differ, or the one of all."""
+    """Return the job of each block if parts may differ, else a list of the one job."""
     return [job.of_part(block.part + 1) for block in blocks] if job.stations else [job]
 
 

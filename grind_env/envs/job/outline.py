@@ -18,10 +18,10 @@ from grind_env.machine.script.tables import BlockRow, ScriptTables
 from grind_env.process.cost import Limits
 
 INCH = 25.4
-"""mm."""
+"""Length of an inch, mm."""
 
 MOST_BLOCKS = 2000
-"""Cycle blocks of an episode, with feed moves that are strokes."""
+"""Most cycle blocks of an episode, feed moves that are strokes included."""
 
 
 class JobChoice(NamedTuple):
@@ -41,22 +41,23 @@ class JobProgramError(GrindError):
 class BlockOutline:
     """A cycle block as the program has it."""
 
-    block: Block  # as it was read
-    plan: CyclePlan  # its parameters
-    inch: bool  # whether it is read in inches
-    dress: DressPlan | None  # one execution of its dress program; None if it knows none
-    depth: float  # by which the part gets deeper from this block to the next one, mm; in a G81 by other blocks
+    block: Block  # the block as read
+    plan: CyclePlan  # parameters of its cycle
+    inch: bool  # whether its numbers are inches
+    dress: DressPlan | None  # one execution of its dress program; None without a dress program
+    depth: float  # depth that the part gains up to the next cycle block, mm; in a G81 other blocks feed
     finish: float  # depth of the deepest block of its stage of the part, mm
     part: int  # number of its part, from 0
-    starts_part: bool  # whether it is the first one on its part
-    finished: int  # parts that are taken off before the next block
-    limits: Limits  # of its stage of the part
+    starts_part: bool  # whether it is the first block on its part
+    finished: int  # number of parts that are taken off before the next block
+    limits: Limits  # limits of its stage of the part
     counts_all: bool  # whether heat counts over all plunges of that stage
 
     def words(self, choice: JobChoice) -> Words:
-        """Return the words that say a choice in this block; a G81, or a block without a dress program, takes no D.
+        """Return the words for a choice in this block; a G81 or a block without a dress program takes no D.
 
-        Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
+        E stays as written if the block already has this value, because it may have decimals or be clamped; so does F of
+        a feed move.
         """
         letter = speed_word(self.plan)
         speed = f"{choice.speed / INCH:.4f}" if self.inch else f"{choice.speed:.0f}."
@@ -64,7 +65,7 @@ class BlockOutline:
             own = [str(word)[1:] for word in self.block.words if word.letter == letter]
             if own:
                 speed = own[0]
-            elif letter == FEED_WORD and not self.inch:  # that in force may have decimals
+            elif letter == FEED_WORD and not self.inch:  # the F in force may have decimals
                 speed = f"{choice.speed:.4f}".rstrip("0")
         return {letter: speed, "D": str(choice.executions)} if self.takes_dresses else {letter: speed}
 
@@ -102,7 +103,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 def outline_of_runs(
     programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
-    """Return the cycle blocks of a program that has to be run to know them, on parts as the job states them."""
+    """Return the cycle blocks of a program that must be run to find them, on parts as stated in the job."""
     episode = ProgramEpisode(programs, job)
     runs: list[BlockRun] = []
     while episode.block is not None:
@@ -124,15 +125,15 @@ def parts_of(blocks: Sequence[BlockOutline]) -> int:
 
 
 def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
-    """Return the values of a program that no choice in its blocks changes."""
+    """Return the sequence of cycle blocks and parts of a program, which no choice may change."""
     return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)
 
 
 def refuse_many(programs: Programs, job: Job) -> tuple[str, ...]:
-    """Refuse a program of too many cycle blocks, or of none; other faults are for those who grind with it.
+    """Refuse a program with too many cycle blocks; other faults show when the program is ground.
 
     Returns:
-        What to say of each variable of the job whose value it does not read.
+        A sentence for each variable of the job whose value the program does not read.
     """
     events = execute(programs, replace(job.control, whole_cycles=True))
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
@@ -144,7 +145,7 @@ def refuse_many(programs: Programs, job: Job) -> tuple[str, ...]:
 
 
 def refuse_more(programs: Programs, blocks: int) -> None:
-    """Refuse a program of more blocks than an episode may have; errors as of `refuse_many`."""
+    """Raise `JobProgramError` for a program with more blocks than an episode may have."""
     if blocks > MOST_BLOCKS:
         raise JobProgramError(
             f"{programs.name} runs more than {MOST_BLOCKS} cycle blocks; let it come to its M30 before"

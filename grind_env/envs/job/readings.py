@@ -18,7 +18,7 @@ from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 
 ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
-"""The table speeds of nearly every scenario (scenarios, section 1); a higher D was never worthwhile (section 5)."""
+"""Table speeds of nearly all scenarios (scenarios, section 1); a higher D was never worthwhile (section 5)."""
 
 SEEN = (
     *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
@@ -95,7 +95,7 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDAr
         key = place, block.block.source.text, job.of_part(block.part + 1).part
         if key not in known:
             known[key] = len(kinds)
-            # its numbers are in `numbers.kind_of`: a program may say what no task may, such as no pick
+            # its numbers are in `numbers.kind_of`: a program may have values that a task may not, such as no pick
             kinds.append(replace(task.kinds[0], name=f"block_{len(kinds) + 1}"))
         numbers.append(known[key])
     return np.array(numbers), tuple(kinds)
@@ -104,7 +104,7 @@ def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDAr
 def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *, picks: bool) -> dict[str, float]:
     """Return the measured readings, with values, that no choice, draw or context changes in a job.
 
-    What is said of the coming block or of the last one before the first and after the last block does not count.
+    Readings of the last block before the first block, and of the coming block after the last block, do not count.
     """
     said = [{"pick": block.plan.primary_pick, "sparkout": float(block.plan.spark_out), **_said_of(block)}
             for block in blocks]  # fmt: skip
@@ -133,7 +133,7 @@ def _said_of(block: BlockOutline) -> dict[str, float]:
 
 
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
-    """Return the program's entries of each coming block, shape (blocks + 1, entries); NaN for none, 0 at the end."""
+    """Return entries that the program decides, shape (blocks + 1, entries); NaN for other entries, 0 at the end."""
     table = np.full((len(blocks) + 1, len(entries)), np.nan)
     for number, block in enumerate(blocks):
         said = _said_of(block)

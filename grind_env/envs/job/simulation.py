@@ -86,12 +86,12 @@ class JobSimulation(Simulation):
         file: file of the program; empty for a program of the package.
         gauge: the gauges; the process comes from the job.
         plants: out-of-model machines in place of gauge and process; each episode has one of them.
-        between: called between two blocks while the control executes the program; an error from it ends this.
+        between: called between two blocks while the control executes the program; an error in it ends the execution.
         script: script of the program, or of more runs of it; None to make it.
         once: the original program, if `programs` is a batch of it.
 
     Raises:
-        GrindError: it cannot be run, or there is nothing to choose in it.
+        GrindError: the program cannot be run, or there is nothing to choose in it.
     """
 
     branches: ProgramBranches
@@ -116,7 +116,7 @@ class JobSimulation(Simulation):
     ) -> None:
         if plants is not None:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
-        self.plants = None  # what the program costs, it costs on the model
+        self.plants = None  # the reference cost is the cost on the model
         self.unread = refuse_many(programs, job)  # a sentence for each variable of the job that the program ignores
         self._grind_with(job.process, gauge, job.own_at_start)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
@@ -165,7 +165,7 @@ class JobSimulation(Simulation):
         self.shops, self._lead = np.array([shop_of(job, 1.0)]), np.full(len(self.blocks), -1.0)
         self._said_of = coming(self.blocks, self.entries)
         self._said = np.flatnonzero(np.isfinite(self._said_of).all(axis=0))
-        # one kind a block, and the material is that of the job
+        # each block has a row of its own in `kinds`, and the material is that of the job
         scaled = scaling(task, self.entries)
         self._scaling = scaled._replace(layout=scaled.layout._replace(materials=np.array([-1])))
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
@@ -217,12 +217,12 @@ class JobSimulation(Simulation):
         return float(total / len(self.blocks))
 
     def start_on(self, rngs: Sequence[np.random.Generator], machine: Numbers, forces: Table) -> Episodes:
-        """Begin episodes on machines by their numbers, shape (N,), with factors on the forces in each block.
+        """Return new episodes on machines given by number, with factors on the forces in each block.
 
         Args:
-            rngs: a generator for each.
-            machine: number of each one's, in `machines`.
-            forces: the factors, shape (N, 1 or blocks).
+            rngs: generator of each episode.
+            machine: number of the machine of each episode in `machines`, shape (N,).
+            forces: factors on the forces, shape (N, 1 or blocks).
         """
         episodes = self.start(rngs)
         episodes.machine, episodes.forces = machine, forces
@@ -270,11 +270,11 @@ class JobSimulation(Simulation):
         return said, executions * self._takes_dresses[number]
 
     def words(self, block: int, speed: float, executions: float) -> Words:
-        """Return the words that say a choice in a block."""
+        """Return the words for a choice in a block."""
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def _rows(self, episodes: Episodes) -> Numbers:
-        """Numbers of the coming blocks, or of the last ones on the tapes, shape (N,)."""
+        """Return the numbers of the coming blocks (at the end: of the last blocks), shape (N,)."""
         at = np.minimum(episodes.block, episodes.tape.shape[1] - 1)
         if episodes.tape.shape[1] == len(self.blocks):
             return np.asarray(at)

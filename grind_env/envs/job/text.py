@@ -21,13 +21,13 @@ from grind_env.envs.job.outline import INCH, JobProgramError
 from grind_env.envs.program_episode import Words
 
 LOAD = ("G80", "M00", "G92.1", "G00 G18 G07 G71 G90 G94 G97 G40 G54")
-"""What stands between two parts: the next one is loaded, and the modes are those in which a program begins (10-23)."""
+"""Blocks between two parts: they load the next part and set the modes in which a program begins (10-23)."""
 
 MOST_PARTS = 1000
-"""Parts for which a program can be run."""
+"""Largest number of parts for which a program can be run."""
 
 MOST_LABELS = 100_000
-"""N numbers that there are, 0 among them."""
+"""Number of possible N numbers, 0 included."""
 
 _COMMENT = r"\([^()]*\)"
 _COMMENTS = re.compile(_COMMENT)
@@ -42,7 +42,7 @@ _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
 
 def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]]) -> str:
-    """Return the text of the main program's file with other numbers in the words of blocks that have been run."""
+    """Return the text of the main program's file with the chosen words in the blocks that have been run."""
     with programs.main.blocks.text.open() as handle:
         lines = _LINE.findall(readable(handle.read().decode("utf-8-sig", "surrogateescape")))
     changed: dict[tuple[int, int], tuple[str, str]] = {}
@@ -75,20 +75,20 @@ class Batch(NamedTuple):
 
     programs: Programs
     origins: Mapping[int, SourceText]
-    """Blocks of the program itself, by the line at which each stands in the one program; empty if it is the same."""
+    """Blocks of the original program, by their line in `programs`; empty if both programs are the same."""
 
     def origin(self, block: Block) -> Block:
-        """Return a block as it stands in the program itself."""
+        """Return a block as it is in the original program."""
         source = self.origins.get(block.source.line) if block.source.file == self.programs.name else None
         return block if source is None else read_block(source)
 
 
 Written: TypeAlias = tuple[str, SourceText | None]
-"""A block of a batch, and the block of the program that it is."""
+"""Text of a block of a batch, and its block in the original program; None for an added block."""
 
 
 def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Programs:
-    """Return a program that is run for many parts; arguments and errors as of `batch_of`."""
+    """Return a program that is run for many parts; arguments and errors as for `batch_of`."""
     return batch_of(programs, parts, variables).programs
 
 
@@ -127,13 +127,13 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
 
 
 def _with_own_words(programs: Programs, variables: Mapping[int, float]) -> dict[SourceText, str]:
-    """Return the texts of cycle blocks that take E from F, or I from where the table stands, with these as words.
+    """Return new texts, with E and I as words, of cycle blocks that take E from F or I from the position of the table.
 
-    They do so as long as no block before has such a word. Empty where every cycle block has both from the first one on.
+    Blocks do so as long as no block before has an E or I. The result is empty if the first cycle block has both words.
     """
     execution = execute(programs, Control(variables=variables, announce_cycles=True, whole_cycles=True))
     found: dict[SourceText, list[dict[str, str]]] = {}
-    with suppress(ControlError):  # told when the batch is executed
+    with suppress(ControlError):  # reported when the batch is executed
         for event in execution:
             if isinstance(event, CycleAhead):
                 source = event.block.source
@@ -147,7 +147,7 @@ def _with_own_words(programs: Programs, variables: Mapping[int, float]) -> dict[
         for words in taken:
             for name in [*words]:
                 if (at_end.feed if name == "E" else at_end.secondary) is None:
-                    del words[name]  # no run takes it from the one before
+                    del words[name]  # no run takes this word from the run before
         words = taken[0]
         if any(each != words for each in taken) or (words and source not in main):
             raise JobProgramError(
@@ -158,7 +158,7 @@ def _with_own_words(programs: Programs, variables: Mapping[int, float]) -> dict[
 
 
 def _taken_words(start: CycleStart, remembered: ModalWords) -> dict[str, str]:
-    """Return the words, with numbers as written, that a cycle has not and takes from no cycle before."""
+    """Return the words that a cycle has neither itself nor from an earlier cycle, with their numbers as text."""
     plan, modes, words = start.plan, start.modes, dict[str, float]()
     if remembered.feed is None and modes.feed is not None:
         words["E"] = modes.feed
@@ -196,7 +196,7 @@ def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], p
 
 
 def _led(number: int, match: re.Match[str]) -> str:
-    """Return the GOTO of a block led elsewhere; a comment as it is."""
+    """Return a GOTO with another target number; a comment stays as it is."""
     return match[1] or f"{match[2]}{number}"
 
 
@@ -214,7 +214,7 @@ def _target(source: SourceText, parts: int) -> int | None:
 
 
 def _local_variables(programs: Programs, variables: Mapping[int, float]) -> Iterator[str]:
-    """Assignments by which local variables are again as they were before the first run: the end takes them (20-13)."""
+    """Yield assignments that restore the local variables of the first run: the end of a program clears them (20-13)."""
     texts = [_COMMENTS.sub("", source.text) for program in programs for source in program.blocks]
     assigned = {int(number) for text in texts for number in _ASSIGNED.findall(text)}
     if any(_INDIRECT.search(text) for text in texts):
@@ -227,7 +227,7 @@ def jumps(source: SourceText) -> bool:
     """Return whether a block jumps by GOTO."""
     try:
         return isinstance(read_block(source).statement, Goto)
-    except ControlError:  # it is refused when it is executed
+    except ControlError:  # the execution refuses the block
         return False
 
 

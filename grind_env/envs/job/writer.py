@@ -17,7 +17,7 @@ from grind_env.machine.record import GrindingRecord
 
 
 class RunBlock(NamedTuple):
-    """A cycle block with what was chosen for it."""
+    """A cycle block with its chosen E and D."""
 
     number: int
     """Number of the block, from 0."""
@@ -61,6 +61,6 @@ class JobWriter(ProgramWriter):
         return outline.block, outline.words(JobChoice(block.speed, block.executions))
 
     def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
-        """Return the job with the parts of episode i, and what its process remembered when it began."""
+        """Return the job with the parts of episode i and the memory of its process at the start."""
         own = blocks[0].extra_state[: len(self.job.process.own._fields)]
         return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)

@@ -37,15 +37,15 @@ from grind_env.process.tables import check, refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
 
 DRESS_CLEARANCE = 10.0
-"""mm that a dress traverse runs beyond the wheel width, both sides together."""
+"""Travel of a dress traverse beyond the wheel width, both sides together, mm."""
 PICK_FEED, CROSS_FEED = 60.0, 1500.0
-"""mm/min of the picks of a G82, and of all picks of a G83."""
+"""Feed of the picks of a G82, and of all picks of a G83, mm/min."""
 
 MOST_STROKES, MOST_ACROSS = 100_000, 200
-"""Strokes of a block, and of a traverse; with more of them a pick or an infeed is a slip."""
+"""Most strokes of a block, and of a traverse; more strokes mean a mistake in a pick or an infeed."""
 
 
-@dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
+@dataclass(frozen=True, kw_only=True)  # no slots, because derived values are cached
 class Task:
     """A task: its blocks, its set-up and its random draws.
 
@@ -75,8 +75,8 @@ class Task:
         file: user's file of the task; empty for a task of the package.
 
     Raises:
-        TaskError: a value is out of its range, a name unknown, the blocks do not make whole parts, or the due dates
-            whole episodes.
+        TaskError: a value is out of its range, a name is unknown, the blocks do not make whole parts, or the due dates
+            do not divide the episode evenly.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Task:
         return tuple(kind.name for kind in self.kinds for _ in range(parts))
 
     def numbers(self, sequence: tuple[str, ...], place: str) -> tuple[int, ...]:
-        """Return the indices into `kinds` of all blocks, if the sequence repeats.
+        """Return the index into `kinds` of each block of an episode that repeats `sequence`.
 
         Raises:
             TaskError: at `place`, if a kind is unknown or the blocks do not make whole parts.
@@ -165,7 +165,7 @@ class Task:
         return sum(self.kinds[number].ends_part for number in self.numbers(self.nominal_sequence, "sequence"))
 
     def kind_of_block(self, block: int) -> int:
-        """Return the index into `kinds` of a block of the nominal sequence; episodes with orders have others."""
+        """Return the index into `kinds` of a block of the nominal sequence; episodes with orders differ from it."""
         sequence = self.nominal_sequence
         return [kind.name for kind in self.kinds].index(sequence[block % len(sequence)])
 
@@ -198,16 +198,16 @@ class Task:
 
     @cached_property
     def rates(self) -> Rates:
-        """Prices of time, wheel and dresser."""
+        """Return the prices of time, wheel and dresser."""
         return rates_of(self.wheel, self.dresser, self.machine)
 
     @cached_property
     def materials(self) -> tuple[str, ...]:
-        """Names of all materials of its catalogue, in alphabetical order; numbers of materials count in it."""
+        """Return the names of all materials of the catalogue in alphabetical order, the order of material indices."""
         return tuple(sorted(self.catalogue.materials))
 
     def parameters(self, kind: Kind) -> StrokeParameters:
-        """Stroke parameters of a block kind, with the fixed factors of this task."""
+        """Return the stroke parameters of a block kind, with the fixed factors of this task."""
         part = kind.material, kind.width, kind.height
         if part not in self._parameters:
             p = stroke_parameters(
@@ -241,22 +241,22 @@ class Task:
 
     @property
     def wheel_revolutions(self) -> float:
-        """Wheel speed, 1/s."""
+        """Return the wheel speed, 1/s."""
         return 1000.0 * self.setup.wheel_speed / (math.pi * self.wheel.diameter)
 
     @property
     def dress_feed(self) -> float:
-        """Traverse feed of the diamond, mm/s; in mm/min it has three decimals, as the control reads it."""
+        """Return the traverse feed of the diamond, mm/s; in mm/min it has three decimals, as the control reads it."""
         return round(60.0 * self.dress.lead * self.wheel_revolutions, 3) / 60.0
 
     @property
     def dress_lead(self) -> float:
-        """Lead that this feed gives, mm per wheel revolution."""
+        """Return the lead at `dress_feed`, mm per wheel revolution."""
         return self.dress_feed / self.wheel_revolutions
 
     @property
     def dress_seconds(self) -> float:
-        """Time of one dress execution, s."""
+        """Return the time of one dress execution, s."""
         return self.dress.setup + self.dress.passes * (self.wheel.width + DRESS_CLEARANCE) / self.dress_feed
 
     @property
@@ -265,11 +265,11 @@ class Task:
         return 2.0 * self.dress.passes * self.dress.depth
 
     def stroke_length(self, kind: Kind) -> float:
-        """Distance between the reversal points of a block of that kind, mm."""
+        """Return the distance between the reversal points of a block of that kind, mm."""
         return kind.length + 2.0 * self.setup.overrun
 
     def strokes(self, kind: Kind, stock: float) -> int:
-        """Strokes of a block of that kind and `stock` (mm): one to the primary point, the plunges and the spark-out."""
+        """Return the number of strokes of a block with `stock` (mm): one to the primary point, plunges, spark-out."""
         plunges = picks_to(stock, kind.pick)
         if self.cross_pick > 0.0:
             # after the stroke to the primary point a traverse for each plunge and each spark-out
@@ -278,25 +278,25 @@ class Task:
         return plunges + 1 + kind.sparkout
 
     def stroke_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a stroke of a block of that kind at E `speed` (mm/min) with its reversal dwell, s."""
+        """Return the time of a stroke of a block of that kind at E `speed` (mm/min) with its reversal dwell, s."""
         return (
             motion_time(self.stroke_length(kind), speed / 60.0, self.machine.acceleration) + self.machine.reversal_dwell
         )
 
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a block of nominal stock at E `speed` (mm/min) without a dress, with what comes before it, s."""
+        """Return the time of a nominal block at E `speed` (mm/min), with loading or gauging, without a dress, s."""
         stroke, wait = self.stroke_seconds(kind, speed), self.wait_seconds(kind)
         if self.infeed > 0.0:
             return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + wait
         return self.strokes(kind, kind.stock) * stroke + wait
 
     def wait_seconds(self, kind: Kind) -> float:
-        """Time before a block of that kind in which its part is loaded or gauged, s."""
+        """Return the time before a block of that kind in which its part is loaded or gauged, s."""
         return self.setup.load if kind.starts_part else self.setup.gauge
 
 
 def _check_whole(task: Task) -> None:
-    """Check what depends on more than one table, or on the catalogue."""
+    """Check rules that depend on several tables, or on the catalogue."""
     if not task.kinds:
         raise TaskError("kind is missing: give at least one block, headed [[kind]]", "kind")
     names = [kind.name for kind in task.kinds]
@@ -353,7 +353,7 @@ def _check_wheel_covers(task: Task, kind: Kind) -> None:
 
 
 def _check_strokes(task: Task, kind: Kind) -> None:
-    """Refuse more strokes than anyone waits for, and picks that are not over when the table is back."""
+    """Refuse more than `MOST_STROKES` strokes, and picks that take longer than half a stroke."""
     fastest = task.stroke_seconds(kind, task.action.speed_ends[1])
     strokes = 60.0 * kind.stock / task.infeed / fastest if task.infeed > 0.0 else task.strokes(kind, kind.stock)
     if strokes > MOST_STROKES:
@@ -379,7 +379,7 @@ def _check_strokes(task: Task, kind: Kind) -> None:
 def _check_clear(task: Task, kind: Kind) -> None:
     """Refuse an overrun so short that the wheel would grind the part before the G82, which begins at the first pick."""
     diameter, overrun = task.wheel.diameter, task.setup.overrun
-    # the first pick goes no deeper than the stock, of which a part with a spread may have any
+    # the first pick is at most as deep as the stock, which has no upper limit in a task with a spread
     first = kind.pick if task.spread.stock > 0.0 else min(kind.pick, kind.stock)
     least = math.ceil(1000.0 * half_chord(0.5 * diameter, first)) / 1000.0
     if overrun < least:
@@ -391,7 +391,7 @@ def _check_clear(task: Task, kind: Kind) -> None:
 
 
 def _check_infeeds(task: Task) -> None:
-    """Refuse more dresses than there are micrometres to part the infeed between them."""
+    """Refuse so many dresses that an infeed between two of them would be less than 0.001 mm."""
     for kind in task.kinds:
         least = kind.stock * (kind.least_stock if task.spread.stock > 0.0 else 1.0)
         if least < 0.001 * (task.action.executions + 1):

@@ -10,7 +10,7 @@ from grind_env.process.parameters import stroke_parameters
 
 
 class OtherWheel(NamedTuple):
-    """Stroke parameters with another wheel over those with the task's own: factors with no unit."""
+    """Ratios of stroke parameters with another wheel to those with the wheel of the task: factors with no unit."""
 
     kA: float = 1.0
     fc: float = 1.0
@@ -19,9 +19,10 @@ class OtherWheel(NamedTuple):
 
 
 def other_materials(task: Task) -> Sequence[str]:
-    """Materials that a task does not have and that are no harder on its wheel than its own hardest one.
+    """Return the materials outside a task that are no harder on its wheel than the task's hardest material.
 
-    Harder ones leave next to no good part, whatever is done. The wear flats grow no faster, and no harder pressed.
+    With harder materials, almost no part is good under any policy. With the returned materials, wear flats grow no
+    faster, and the pressure on them is no higher.
     """
     entries, own = task.catalogue.materials, {kind.material for kind in task.kinds}
     growth = max(entries[name].wear_flat_growth for name in own)
@@ -32,10 +33,10 @@ def other_materials(task: Task) -> Sequence[str]:
 
 
 def other_wheels(task: Task) -> Sequence[OtherWheel]:
-    """Return the wheels of the same abrasive that may run as fast, by catalogue name.
+    """Return the wheels of the same abrasive that may run as fast, sorted by catalogue name.
 
-    Another wheel differs from the task's own in dulling, grain strength, wear and roughness only. Price, body and
-    grains are those of the task's wheel.
+    Another wheel differs from the wheel of the task only in dulling, grain strength, wear and roughness. Price, body
+    and grains are those of the task's wheel.
     """
     wheels, own = task.catalogue.wheels, task.catalogue.wheels[task.setup.wheel]
     usual = _numbers(task, own)

@@ -2,10 +2,10 @@
 
 ::
 
-    [setup]                    # optional like all but a kind: what is left out is as `grind tasks --schema` says
+    [setup]                    # optional, like all tables but [[kind]]; defaults: `grind tasks --schema`
     wheel = "a60j"
 
-    [[kind]]                   # of cycle block; several are ground in turn
+    [[kind]]                   # a kind of cycle block; several kinds are ground in turn
     material = "aisi_52100"
     stock = 0.2                # mm
     pick = 0.01                # mm
@@ -39,7 +39,7 @@ from grind_env.process.user_catalogue import files_of
 from grind_env.toml import TomlError, read_toml
 
 SUFFIX = ".toml"
-"""By it the file of a task is told from a name."""
+"""Suffix that tells the file of a task from a name."""
 
 TABLES: Mapping[str, type[Any]] = MappingProxyType(
     {
@@ -53,12 +53,12 @@ TABLES: Mapping[str, type[Any]] = MappingProxyType(
         "start": tables.Start,
     }
 )
-"""Tables of a task file by their heading; a task has those without a default only if its file does."""
+"""Tables of a task file by heading; orders, due dates and wheel changes exist only if the file has their tables."""
 
 OWN = ("title", "reference_cost")
-"""Keys that are never those of a base."""
+"""Keys that are never taken from a base."""
 ALTERNATIVES = (("sequence", "orders"), ("speed_range", "speed_levels"))
-"""Keys of which one takes the place of the other; a file that gives one does without that of its base."""
+"""Pairs of keys that exclude each other; a file that gives one key drops the other key of its base."""
 
 PLAIN = tuple(key for key in keys(Task) if key not in ("name", "kinds", "catalogue", "file", *TABLES))
 """Keys of a task file above its tables."""
@@ -66,7 +66,7 @@ LEGAL = ("base", *PLAIN, *TABLES, "kind", "catalogue", *KINDS)
 """All keys and headings of a task file."""
 
 USUAL_ROUNDS = 30
-"""How often a task that does not say its blocks repeats the sequence."""
+"""Number of repetitions of the sequence in a task without the key `blocks`."""
 DERIVED = {
     "title": "its name",
     "blocks": f"{USUAL_ROUNDS} times the sequence",
@@ -74,17 +74,17 @@ DERIVED = {
     "sequence": "all kinds in turn",
     "plant": "the model",
 }
-"""What keys of `PLAIN` without a default are if a file leaves them out."""
+"""Values of keys of `PLAIN` without a fixed default, if a file leaves them out."""
 
 
 def load_task(source: str) -> Task:
-    """Return a task of blocks by its name, or the one in a file of the user.
+    """Return a task of blocks by its name or from a user's file.
 
     Args:
         source: name of a task that `GrindEnv` steps, or the path of a file, which ends in `.toml`.
 
     Raises:
-        TaskError: if there is no such task, or as `read_task`.
+        TaskError: if there is no such task, or its file is faulty (see `read_task`).
     """
     if not is_file(source):
         _refuse_other(source, task_names())
@@ -92,7 +92,7 @@ def load_task(source: str) -> Task:
 
 
 def read_task(source: str) -> Task:
-    """Return a task as `load_task` does, also of environments with classes of their own.
+    """Return a task by its name or from a user's file, also a task of an id with a module of its own.
 
     Raises:
         TaskError: if a file cannot be read, lacks a key, or has one that is unknown or illegal; the message names file,
@@ -137,7 +137,7 @@ def _document(path: Path) -> dict[str, Any]:
 
 
 def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Return a task file and its bases, each with what it says itself."""
+    """Yield a task file and its bases, each with its own content."""
     document, seen = _parsed(path), [path.resolve()]
     yield path, document
     while "base" in document:
@@ -166,7 +166,7 @@ def _base(source: object, path: Path) -> Path:
 
 
 def _merged(base: TomlTable, own: TomlTable) -> dict[str, Any]:
-    """Two documents in one: tables change single keys, other values are replaced."""
+    """Return a document merged with its base: tables change single keys, other values are replaced."""
     document = {key: value for key, value in base.items() if key not in OWN}
     if "kind" in own:
         document.pop("sequence", None)

@@ -40,7 +40,7 @@ class SchemaRow:
 
     @property
     def holds(self) -> str:
-        """Type, range and unit: `number, 0 to 86400 s`."""
+        """Return type, range and unit: `number, 0 to 86400 s`."""
         content = self.content
         holds = " or ".join(content.choices) or TYPES[content.type]
         if content.type in (tuple, Mapping):
@@ -98,7 +98,7 @@ def schema_text() -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the same as a JSON Schema (2020-12) of the document, catalogue entries included."""
+    """Return the JSON Schema (2020-12) of task files, catalogue entries included."""
     listed = rows()
     tables = {name: _object([row for row in listed if row.table == name]) for name in {row.table for row in listed}}
     top = tables.pop("")

@@ -13,11 +13,11 @@ from grind_env.process.entries import Quantity
 from grind_env.process.tables import TableError, check, wrong
 
 SPEED = Quantity("E", "mm/min", 1000, 60_000)
-"""The control goes no faster; the process model holds from 3000 to 40,000 mm/min."""
+"""Legal range of E, up to the limit of the control; the process model holds from 3000 to 40,000 mm/min."""
 LONGEST_NAME = 40
-"""Characters of the name of a kind, which stands in messages and in the names of observation entries."""
+"""Most characters in the name of a kind, which appears in messages and in names of observation entries."""
 USUAL_SPEEDS = (3000.0, 30_000.0)
-"""mm/min; the range of E for a task that gives none."""
+"""Range of E for a task that gives none, mm/min."""
 
 
 class TaskError(TableError):
@@ -25,7 +25,7 @@ class TaskError(TableError):
 
 
 class ReadOnly(Mapping[str, float]):
-    """Numbers by name that nobody can change: tasks are cached, and shared by all environments."""
+    """Read-only numbers by name: tasks are cached, and shared by all environments."""
 
     __slots__ = ("_numbers",)
 
@@ -72,7 +72,7 @@ class ActionRange:
 
     @property
     def speed_ends(self) -> tuple[float, float]:
-        """Lowest and highest E, mm/min."""
+        """Return the lowest and highest E, mm/min."""
         speeds = self.speed_levels or self.speed_range or ()
         return min(speeds), max(speeds)
 
@@ -87,9 +87,9 @@ class TaskSetup:
         fluid: name of the coolant.
         machine: name of the machine tool.
         wheel_speed: surface speed of the new wheel.
-        overrun: of the table beyond the part, on each side, where the wheel of a G82 has to be clear of it a pick deep.
-        load: time to load each part, the way of the wheel to it included.
-        gauge: time to gauge a part between two blocks on it, the way of the wheel off it and back included.
+        overrun: overrun of the table on each side of the part; in a G82, a wheel one pick deep must clear the part.
+        load: time to load each part, including the way of the wheel to the part.
+        gauge: time to gauge a part between two blocks on it, including the way of the wheel off the part and back.
         coolant_ageing: with every part the convection of the coolant is multiplied by exp(-coolant_ageing).
         wheel_overrides: values that replace values of the wheel's catalogue entry, in its units.
         dresser_overrides: values that replace values of the dresser's catalogue entry, in its units.
@@ -121,9 +121,9 @@ class Dress:
     """The dress program of the task.
 
     Attributes:
-        passes: of the diamond in an execution.
-        lead: of the diamond in a wheel revolution.
-        depth: of each pass.
+        passes: number of passes of the diamond in an execution.
+        lead: lead of the diamond in a wheel revolution.
+        depth: depth of each pass.
         setup: time of an execution beyond the motions of the passes.
     """
 
@@ -142,20 +142,20 @@ class Kind:
     """A kind of cycle block.
 
     Attributes:
-        name: that `sequence` has it by.
+        name: name of the kind in `sequence`.
         material: catalogue name of the work material.
         stock: depth to grind off.
         pick: depth of a plunge.
         sparkout: strokes at full depth after the plunges; traverses of a G83.
-        width: of the part.
-        length: of the part, along the table.
-        height: of the part above the chuck, by which it warms up and grows.
+        width: width of the part.
+        length: length of the part, along the table.
+        height: height of the part above the chuck, which decides how it warms up and grows.
         scrap: price of a spoilt part, charged with the block that ends it.
         roughness_limit: highest Ra; 0 for none.
-        tolerance: on the size error; 0 for none.
-        rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is ground
+        tolerance: largest size error, too large or too small; 0 for none.
+        rise_allowance: allowed temperature rise above the rise that tempers the material, for a surface that is ground
             again later; above 0 every plunge counts and not only the last 0.05 mm.
-        least_stock: the least that the stock of a part is drawn, over the nominal one.
+        least_stock: smallest ratio of the drawn stock of a part to the nominal stock.
         starts_part: whether the block starts a part; else it goes on with the part of the block before.
         ends_part: whether the block ends a part.
     """
@@ -201,14 +201,14 @@ class Orders:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Due:
-    """Due dates, from one to the next the nominal time of the blocks between times a factor.
+    """Due dates; the time between two dates is the nominal time of the blocks between them times a factor.
 
-    The nominal time is that without dresses, with nominal stock and the loading.
+    The nominal time includes loading and has nominal stock and no dresses.
 
     Attributes:
-        blocks: from one due date to the next.
+        blocks: number of blocks from one due date to the next.
         speed: E of the nominal time, mm/min.
-        slack: lowest and highest factor on it, drawn uniformly.
+        slack: lowest and highest factor on the nominal time, drawn uniformly.
         late: price of lateness in $/h, without limit.
     """
 
@@ -226,8 +226,8 @@ class WheelChange:
     """A wheel below its minimum diameter is replaced by a new one, dressed; without this table it stays.
 
     Attributes:
-        price: of the change.
-        seconds: that it takes.
+        price: price of the change.
+        seconds: time of the change.
     """
 
     price: Annotated[float, Quantity("", "$", 0, 1e6)]
@@ -246,7 +246,7 @@ class Spread:
 
     Attributes:
         stock: standard deviation of the stock of a part over the nominal one.
-        gauge: standard deviation of the error of its gauged stock.
+        gauge: standard deviation of the error of the gauged stock.
         measurement: factor on the noise of power, size and roughness readings; 0 for exact gauges.
         lot_probability: probability that a part begins a new lot of material.
         lot_growth: logarithmic standard deviation of the dulling rate of a lot.
@@ -285,8 +285,8 @@ class Start:
     """State of the wheel at the start where it differs from new and freshly dressed.
 
     Attributes:
-        wear_flat_area: A, share of the wheel face; left out for that of a dressed wheel.
-        volume: V, ground since the last dress.
+        wear_flat_area: wear-flat area A, a share of the wheel face; left out for a freshly dressed wheel.
+        volume: volume V ground since the last dress.
         executions_left: fewest and most dress executions left before the minimum diameter, drawn uniformly; left out
             for a new wheel.
     """
@@ -303,7 +303,7 @@ def whole_micrometres(table: object, place: str, *names: str) -> None:
     """Check lengths that become words of a program, which the control reads to 0.001 mm.
 
     Raises:
-        TaskError: one is between two of them.
+        TaskError: a length is no multiple of 0.001 mm.
     """
     for name in names:
         value = getattr(table, name)
