@@ -18,7 +18,7 @@ def speed_ratio(vs: Table, vw: Table) -> Table:
 def aggressiveness(vw: Table, vs: Table, ae: Table, ds: Table) -> Table:
     """Return the aggressiveness of surface grinding, Aggr = 10^6 (vw/vs) (ae/ds)^0.5 [B].
 
-    Aggressiveness measures the chip thickness without the grains. All are of shape (strokes,).
+    Aggressiveness is a measure of chip thickness that leaves out the grains. All are of shape (strokes,).
 
     Args:
         vw: table speed, mm/s.

@@ -116,8 +116,8 @@ def handover_cost(
 ) -> float:
     """Return the price of handing over a wheel that is duller than a dressed wheel, $.
 
-    The wheel costs the dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) that bring wear-flat area and
-    loading back to within a tenth of a dressed wheel.
+    The price is that of the dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) that bring wear-flat area
+    and loading back to within a tenth of a dressed wheel.
     """
     per_dress = restoration(passes, depth, wheel.lam, wheel.A, p.dd)
     effort = sharpening_effort(wheel.A, wheel.lam, dressed_wheel(wheel.ds, wheel.wd, lead, depth, p).A)

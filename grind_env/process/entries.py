@@ -125,7 +125,7 @@ class Material(Entry):
     g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]  # of the wheel wear over the chip thickness
     pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
     burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
-    burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # surface rise of burn, on Malkin's contact
+    burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # rise at which the work burns, on Malkin's contact
     thermal_expansion: Annotated[float, Quantity("alpha_th", "1/K", 0, 1e-4)] = 12e-6
     power_factor: Annotated[float, Quantity("cF", "", 0.1, 10)] = 1.0  # on the tangential force, found by calibration
     heat_factor: Annotated[float, Quantity("cH", "", 0.02, 10)] = 1.0  # on the heat in the work, found by calibration
@@ -185,7 +185,7 @@ class Wheel(Entry):
     fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
     initial_wear: Annotated[float, Quantity("wi", "mm", 0, 0.1)]  # radial wear early after a medium dress
-    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # loses three quarters of initial_wear
+    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which 3/4 of initial_wear are lost
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
     wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # factor on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]

@@ -24,7 +24,7 @@ class GaugeReadings(NamedTuple):
 
 
 QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))
-"""No noise."""
+"""Noise of 0 in all gauges."""
 
 
 class Gauge(NamedTuple):

@@ -19,7 +19,7 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
-"""Lead and depth of the last dress if the program has none, mm."""
+"""Lead and depth of the dress before a program without dresses, mm."""
 
 
 class Mount:
@@ -29,7 +29,7 @@ class Mount:
         self.job = job
         self.wheel: WheelState | None = None  # None before the first cycle, which mounts it
         self.changes = 0
-        self._plan: DressPlan | None = None  # of the cycle in force or before
+        self._plan: DressPlan | None = None  # dress of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
         # memory of the process, shape (1, fields of its `own`), and the time of the job that it stands for, s
         self.own, self.lived = self._row[:, OWN_FROM:], 0.0

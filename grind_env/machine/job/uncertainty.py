@@ -14,7 +14,7 @@ from grind_env.process.tables import TomlTable
 MOST = 3.0
 """Highest legal spread; a higher value is a mistake."""
 NEARLY = 1e-9
-"""Added to the diagonal of a correlation that may be singular."""
+"""Least number added to the diagonal of a correlation, which may be singular."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

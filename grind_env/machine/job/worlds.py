@@ -99,6 +99,6 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
 
 
 def value_of(entries: Mapping[str, Any], name: str) -> float:
-    """Return a number of some entries, by a name such as `material.chip_energy`."""
+    """Return a number of the entries, by a name such as `material.chip_energy`."""
     kind, key = name.split(".")
     return float(getattr(entries[kind], key))

@@ -61,7 +61,7 @@ class FeedMotion(NamedTuple):
     cross_way: float
     """Change of `cross` from begin to end, mm."""
     path: float
-    """Length of the path, mm; 0 of a dwell."""
+    """Length of the path, mm; 0 for a dwell."""
     rate: float
     """Speed along the path, mm/s."""
     last_begin: float

@@ -91,7 +91,7 @@ def contact_at(tip: float) -> Contact:
 
 @inlined
 def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
-    """Return the contact with a zone added, which is `under` the wheel or not: the least stock removed so far."""
+    """Return the contact with a zone added; a zone `under` the wheel may have the least stock removed."""
     first = under & (contact.reached == math.inf)
     Rs = zone.Rs if first else contact.Rs
     S_step, Rs_step = zone.S_step if first else contact.S_step, zone.Rs_step if first else contact.Rs_step

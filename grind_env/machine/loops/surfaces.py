@@ -16,9 +16,9 @@ class Place(NamedTuple):
     """Place of a stroke. Lengths are mm."""
 
     Z: float
-    """Depth at which it is programmed."""
+    """Programmed depth of the stroke."""
     depth: float
-    """Depth at which the wheel passes, into a part that may have grown."""
+    """Depth of the wheel, thermal growth of the part included."""
     edge: float
     """Cross coordinate of the wheel's edge on the minus side."""
     end: float
@@ -55,8 +55,8 @@ class SurfaceLanes(NamedTuple):
     store: Callable[..., Any]
     """`store(rows, lane, surfaces, i)`: write the surface of a lane to machine i."""
     advance_lanes: Callable[..., Any]
-    """`advance_lanes(rows)`: make a stroke in every lane; a separate function: it vectorises only if `rows` is its
-    only argument."""
+    """`advance_lanes(rows)`: make a stroke in every lane. This is a separate function, because it vectorises only
+    with `rows` as its only argument."""
 
 
 def whole(buffer: Buffer) -> SurfaceLanes:

@@ -17,11 +17,11 @@ from grind_env.machine.dress.wheel_body import half_chord, position_at
 from grind_env.machine.job import Job
 
 FEED = "G01"
-"""Code of the cycle plan of such a stroke."""
+"""Code of the cycle plan of a feed move that is a stroke."""
 FEED_WORD = "F"
 
 LEAST_PICK = 2.0 * DEPTH_TOLERANCE
-"""J of such a stroke, mm: any gain in depth counts as a plunge; its L is 1."""
+"""J of a feed move that is a stroke, mm: any gain in depth counts as a plunge; its L is 1."""
 
 SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
 """Sources of moves that may be strokes; moves that an operator asks for in between are no strokes."""

@@ -62,7 +62,7 @@ class Groove:
 
 
 class Grooves:
-    """The grooves of one part; an infeed where a groove has been cut before goes on with it."""
+    """The grooves of one part; a further infeed at the place of a groove deepens this groove."""
 
     def __init__(self, surface: float, length: float, width: float) -> None:
         self.surface, self.length, self.width = surface, length, width

@@ -112,10 +112,10 @@ class PartRun:
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Pass over the part once or many times, with dresses after so many strokes as `due` says.
+        """Pass over the part once or many times; `due` lists the number of strokes before each dress.
 
-        `rows`, dtype `record.STROKE_ROW`, have time, seconds, E and Z; what the strokes do is written. `first_ends` are
-        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side;
+        `rows`, dtype `STROKE_ROW`, have time, seconds, E and Z; the results of strokes are written. `first_ends` are
+        the reversal points of the first stroke, mm; `edges` cross coordinates of the wheel's edge on the minus side;
         `turns` are the reversal points of the cycle, mm; `acceleration` is that of the table, mm/s2.
         Returns the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any
         before it at some place.

@@ -71,7 +71,7 @@ def met(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
-    """Return whether a part lies under a sweep with a wheel that reaches so many mm to both sides."""
+    """Return whether a part lies under a sweep with a wheel that reaches `reach` mm to both sides."""
     (low, high), (near, far) = sweep.along, sweep.edges
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
     width = job.setup.wheel.width

@@ -72,7 +72,7 @@ def _speeds_between(own: float, ends: Sequence[float], length: float, accelerati
 
 
 def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
-    """Refuse strokes that pass over some of the length of the part only."""
+    """Refuse strokes that do not pass over the whole length of the part."""
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
     for ends in ((plan.primary, plan.secondary), (first, plan.primary)):

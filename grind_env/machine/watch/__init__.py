@@ -1,4 +1,4 @@
-"""Warnings of a run: each watcher follows one matter, and all report in this order."""
+"""Warnings of a run: one watcher for each matter; all add to the same `Notices`."""
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop

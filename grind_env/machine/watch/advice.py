@@ -1,4 +1,4 @@
-"""Warning texts of a run: accepted by the control, but not ground as it seems (PD-6)."""
+"""Warning texts of a run: programs that the control accepts, but that do not grind as they seem to (PD-6)."""
 
 import math
 
@@ -37,7 +37,7 @@ def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
 
 
 def feed_for(length: float, seconds: float, acceleration: float) -> float | None:
-    """Return the least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
+    """Return the least feed, mm/min, that covers `length` mm from rest to rest in `seconds`; None if none does."""
     # length/v + v/acceleration = seconds, the inverse of rules.motion_time
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length

@@ -1,7 +1,7 @@
 """Checks that moves outside the cycles keep clear of part, table and diamond: only strokes grind the part.
 
-A feed move of the program along the table is such a stroke (`part/feeds.py`). Any other one over the part would grind
-it, too, where it is deeper than the surface that strokes have left: this is not simulated, and `pass_depths` finds it.
+A feed move of the program along the table is a stroke, too (`part/feeds.py`). Any other feed move over the part would
+grind where it is deeper than the surface left by strokes. This is not simulated, and `pass_depths` finds it.
 
 The wheel is a cylinder with its radius and width. Obstacles are the part below the depth that strokes have ground, the
 table below the height of the part, and the diamond below its tip. A job may give the places of table and diamond.

@@ -18,10 +18,10 @@ from grind_env.machine.watch import advice
 from grind_env.machine.watch.advice import Notices
 
 SHARE = 0.1
-"""Share of its plunge: a cycle that removes less, no deeper than ground before, only grinds what was left there."""
+"""Share of its plunge: a cycle that goes no deeper than before and removes less only grinds what was left."""
 
 ANEW = 0.5
-"""Share of the depth ground before: a cycle that plunges from above it and cuts nothing begins another part."""
+"""Share of the depth ground before: a cycle in the air that plunges from above this share begins another part."""
 
 
 class Cycle(NamedTuple):
@@ -92,7 +92,7 @@ class Cycles:
         self._forget()
 
     def _forget(self) -> None:
-        self._in_air = False  # whether the last cycle was
+        self._in_air = False  # whether the last cycle was in the air
         self._ground = False  # whether a cycle that is not idle has ended
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each

@@ -53,7 +53,7 @@ def graded_g_ratio(g: float, hard: float) -> float:
 
 
 def graded_renewal(dr: float, hard: float) -> float:
-    """Return the wear depth that renews the face, mm: hard wheels hold, and dull, grains longer [as above; C]."""
+    """Return the wear depth of a new face, mm: hard wheels hold, and dull, grains longer [as `graded_g_ratio`; C]."""
     return float(dr * hard**RENEWAL_EXPONENT)
 
 

@@ -16,7 +16,7 @@ BOILING_SPAN = 20.0
 CARRYING_SPEED, CARRYING_LENGTH = 30.0, 2.4
 """Wheel speed, m/s, and contact length, mm, for which fluid entries state their convection."""
 CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
-"""Root of that length over that speed, (mm s/m)^0.5."""
+"""Root of `CARRYING_LENGTH` over `CARRYING_SPEED`, (mm s/m)^0.5."""
 MOST_TO_CHIPS = 0.45
 """Highest share of the power that chips carry off."""
 NO_SINK = 1e-150
@@ -27,7 +27,7 @@ NO_SINK = 1e-150
 def jaeger_factor(lc: float, peclet: float) -> float:
     """Return the squared temperature factor of the moving heat source at the Peclet number L.
 
-    The factor falls on slow tables like that of the peak temperature under Jaeger's moving band of heat, which is
+    The factor falls on slow tables like that of the peak temperature under Jaeger's moving band of heat, which has
     (4/pi)/(1 + 0.29 L^(-3/4)) within 2 % from L = 0.1 to 31. The level here is lower: 1.06^2 [R] within 1 % at L = 14,
     a usual table. The reason: heat that falls off along the contact warms less than an even band.
 

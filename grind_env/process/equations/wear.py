@@ -112,7 +112,7 @@ def wear_flat_growth(sliding: float, T: float, A: float, kA: float, per_Amax: fl
 
 @inlined
 def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: float) -> float:
-    """Return the wear-flat area after a stroke: the grown area, of which fresh grains (area Af) replace `renewal`.
+    """Return the wear-flat area after a stroke: flats grow, and fresh grains (area Af) replace the share `renewal`.
 
     The area is limited to `Amax`, because a whole stroke is one step of the growth.
     """
