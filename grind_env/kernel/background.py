@@ -26,17 +26,17 @@ from numba.extending import is_jitted
 from grind_env.kernel.fingerprint import names_in
 
 WORKERS = "PYTEST_CURRENT_TEST", "RAY_RAYLET_PID"
-"""Environment variables of tests and of workers on a cluster, which start no background process."""
+"""Environment variables of tests and of cluster workers; these start no background process."""
 LENGTH = 8
-"""Bytes that tell the length of a message."""
+"""Number of bytes that hold the length of a message."""
 
 
 class Background:
-    """The background process of this process."""
+    """The background process that compiles for this process."""
 
     process: ClassVar[subprocess.Popen[bytes] | None] = None
     sent: ClassVar[dict[Any, bool]] = {}
-    """Whether each kernel could be sent, by the kernel and the types of its arguments."""
+    """Whether a kernel could be sent; a key is a kernel with the types of its arguments."""
     queue: ClassVar[SimpleQueue[bytes]] = SimpleQueue()
 
     @classmethod
@@ -60,7 +60,7 @@ class Background:
                 cls.process = subprocess.Popen(command, stdin=pipe, stdout=nowhere, stderr=nowhere, env=environment)
                 atexit.register(cls._end, cls.process)
                 threading.Thread(target=cls._write, args=(cls.process.stdin,), daemon=True).start()
-        except Exception:  # an object in the kernel may refuse to be pickled in any way
+        except Exception:  # pickling an object of the kernel may raise any error
             return False
         return True
 
@@ -71,7 +71,7 @@ class Background:
 
     @classmethod
     def _write(cls, stream: BinaryIO) -> None:
-        """Write the queue into the pipe, which may have to wait for the background."""
+        """Write the queued messages into the pipe; a write may wait for the background process."""
         with suppress(OSError):
             while True:
                 message = cls.queue.get()
@@ -80,7 +80,7 @@ class Background:
 
 
 class Packer(pickle.Pickler):
-    """Pickles compiled functions, closures among them."""
+    """Pickler for compiled functions and closures."""
 
     def reducer_override(self, value: Any) -> Any:
         """Return how a function or module is rebuilt; pickle itself handles all other values."""
@@ -96,10 +96,10 @@ class Packer(pickle.Pickler):
 
 
 def packed(value: Any) -> bytes:
-    """Pickle a value.
+    """Return a value as pickled bytes.
 
     Raises:
-        Exception: it holds an object that cannot be pickled.
+        Exception: the value holds an object that cannot be pickled.
     """
     file = io.BytesIO()
     Packer(file).dump(value)
@@ -107,7 +107,7 @@ def packed(value: Any) -> bytes:
 
 
 def _parts(function: FunctionType) -> tuple[Any, ...]:
-    """Return the arguments of `_function` that rebuild a function; `own` are globals that its module does not have."""
+    """Return the arguments of `_function` to rebuild a function; `own` holds globals that differ from its module's."""
     module = importlib.import_module(function.__module__)
     own = {
         name: function.__globals__[name]
@@ -154,15 +154,15 @@ def _inlined(function: FunctionType) -> Any:
 
 
 def main() -> None:
-    """Compile the kernels that come through the pipe, until the parent closes it."""
+    """Compile the kernels that come through the pipe, until the parent closes the pipe."""
     if hasattr(os, "nice"):
         os.nice(10)
     todo: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(todo,), daemon=True).start()
     while True:
-        kernel, types = pickle.loads(todo.get())  # from the process that has begun this one
+        kernel, types = pickle.loads(todo.get())  # safe: the parent process sends it
         kernel.compile(types)
-        if not kernel._cache.has(types):  # the cache refuses files: the parent sees this process end, and compiles
+        if not kernel._cache.has(types):  # the cache cannot write: this process ends, and the parent compiles
             return
 
 

@@ -1,15 +1,14 @@
-"""Compiled kernels on disk: a file for each kernel and each kind of arguments, checked before it is loaded.
+"""Compiled kernels on disk: one file for each kernel and its argument types, checked before it is loaded.
 
-numba's own cache has an index that processes which write at once can spoil, loads whatever the files hold, and
-notices edits in the file of the kernel alone. Here the name of a file is the fingerprint of all that its code depends
-on, so there is no index and nothing can be stale, and the file begins with the SHA-256 of its name and of the rest.
-Whatever happens to the files, a kernel can be compiled anew, and one line says so. Of workers that start at once, each
-kernel is compiled by one.
+Concurrent processes can damage the index of numba's own cache. That cache does not check the files that it loads, and
+it notices edits only in the file of the kernel. Here the name of a file is the fingerprint of everything that its code
+depends on: there is no index, and no file can be stale. A file begins with the SHA-256 of its name and of the rest.
+A damaged or missing kernel is compiled again, and one line says so. Workers that start together compile a kernel once.
 
-A kernel from disk brings the symbols of the process that compiled it, and of two with one name LLVM takes the first,
-whatever the other holds. numba numbers them, so that those of two processes meet: here the numbers are drawn.
+A kernel from disk contains the symbol names of the process that compiled it. LLVM uses the first of two symbols with
+the same name. numba counts the symbols of each process, so names of two processes would collide; random numbers do not.
 
-The checksum is against damage, not against malice: who may write into the folder may run code here.
+The checksum protects against damage, not against attacks: whoever can write into the folder can run code here.
 """
 
 import contextlib
@@ -37,20 +36,20 @@ from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fin
 from grind_env.lock import alone
 
 DIGEST = hashlib.sha256().digest_size
-UNUSED = 30 * 24 * 3600.0  # s, after which a file is deleted
-COMPILATION = 0.1  # s of one core for each function that a kernel is made of, within a factor of two
-LONG = 3.0  # s that somebody waits without wondering
+UNUSED = 30 * 24 * 3600.0  # s without use, after which a file is deleted
+COMPILATION = 0.1  # s to compile one function of a kernel on one core, within a factor of two
+LONG = 3.0  # s from which a compilation is announced
 
 FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), -1)
 
 
 def cache_folder() -> Path:
-    """Where kernels are kept: the folder `kernels` under NUMBA_CACHE_DIR or the user's cache."""
+    """Return the folder of compiled kernels: `kernels` under NUMBA_CACHE_DIR or the user's cache."""
     return Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
 
 
 def keep_on_disk(kernel: Any) -> None:
-    """Give a function that numba compiles this cache."""
+    """Replace the cache of a function that numba compiles by this cache."""
     if hasattr(kernel, "_cache"):
         kernel._cache = KernelCache(kernel, cache_folder())
         kernel.compile = functools.partial(_compile_once, kernel._cache, kernel.compile)
@@ -59,15 +58,15 @@ def keep_on_disk(kernel: Any) -> None:
 
 
 class KernelCache:
-    """The cache of one kernel, in the place of numba's own (`Dispatcher._cache`, which sets the names of its methods).
+    """The cache of one kernel. It replaces numba's `Dispatcher._cache` and has the same method names.
 
-    Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
-    `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU)
-    `serialize.dumps`, `rtsys.initialize`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
+    The class uses these internals of numba: `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
+    `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU),
+    `serialize.dumps`, `rtsys.initialize`, and the call of a dispatcher's `compile` under `global_compiler_lock`.
     """
 
     announced: ClassVar[bool] = False
-    """Has this process said that it compiles?"""
+    """Whether this process has announced a compilation."""
 
     def __init__(self, kernel: Any, folder: Path) -> None:
         self._kernel, self.folder = kernel, folder
@@ -78,42 +77,42 @@ class KernelCache:
     def has(self, signature: Any) -> bool:
         """Return whether the cache holds the kernel compiled for these types of arguments."""
         name = self._kernel.__name__.strip("<>")
-        with contextlib.suppress(Exception):  # there cannot be a file
-            if next(self.folder.glob(f"{name}-*.nbc"), None) is not None:  # a fingerprint takes longer
+        with contextlib.suppress(Exception):  # without a fingerprint there is no file
+            if next(self.folder.glob(f"{name}-*.nbc"), None) is not None:  # faster than a fingerprint
                 return self._path(signature, self._kernel.targetctx.codegen()).exists()
         return False
 
     @property
     def cache_path(self) -> str | None:
-        """The folder; None where it cannot be made."""
+        """Folder of the cache; None if it could not be created."""
         return str(self.folder) if self.folder.is_dir() else None
 
     def lock(self, signature: Any) -> Path | None:
-        """What is held while the kernel is compiled for these types of arguments; None if it need not be, or cannot."""
+        """Return the lock file of a compilation for these argument types; None if no lock is needed or possible."""
         try:
             path = self._path(signature, self._kernel.targetctx.codegen())
-        except Exception:  # `save_overload` says why it has no file
+        except Exception:  # `save_overload` reports the reason
             return None
         return None if path.exists() or not self.cache_path else path.with_suffix(".lock")
 
     def forget(self, signature: Any) -> None:
-        """Take the fingerprint anew at the next compilation, in which names may be bound to something else."""
+        """Forget the fingerprint for these argument types: names may be rebound before the next compilation."""
         self._prints.pop(signature, None)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """The compiled kernel for these types of arguments; None if it has to be compiled."""
+        """Return the kernel compiled for these argument types; None if it has to be compiled."""
         try:
             path = self._path(signature, target.codegen())
             content = path.read_bytes()
         except FileNotFoundError:
             self.announce()
             return None
-        except Exception:  # there cannot be a file: `save_overload` says why
+        except Exception:  # without a fingerprint there is no file; `save_overload` reports the reason
             return None
         try:
             if _digest(path, content[DIGEST:]) != content[:DIGEST]:
                 raise ValueError("damaged")
-            # of what `target.refresh()` imports, SciPy with it, compiled code needs the counting of references alone
+            # not `target.refresh()`, which imports SciPy: compiled code needs only the reference counting
             rtsys.initialize(target)
             compiled = numba.core.compiler.CompileResult._rebuild(target, *pickle.loads(content[DIGEST:]))
         except Exception:
@@ -124,7 +123,7 @@ class KernelCache:
         return compiled
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Write what was compiled for these types of arguments."""
+        """Write the kernel compiled for these argument types."""
         try:
             if compiled.library.has_dynamic_globals:
                 raise UnknownIngredient("its code holds addresses of this process")
@@ -138,10 +137,10 @@ class KernelCache:
             _say(f"{self._kernel.__qualname__} is compiled at every start: {error}")
 
     def flush(self) -> None:
-        """Nothing: what `recompile` makes of changed constants has another name."""
+        """Do nothing: after a change of constants `recompile` writes a file with another name."""
 
     def announce(self) -> None:
-        """Say that it takes a while, if it does; one line a process, and none for each of many workers."""
+        """Announce a long compilation: one line for each process, but none in worker processes."""
         seconds = compile_seconds(self._kernel)
         if seconds >= LONG and self.cache_path and not KernelCache.announced and not multiprocessing.parent_process():
             KernelCache.announced = True
@@ -161,9 +160,9 @@ def compile_seconds(kernel: Any) -> float:
 
 
 def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature: Any) -> Any:
-    """Load or compile a kernel; of processes that want one at a time, one compiles it and the others wait for it."""
+    """Load or compile a kernel; if several processes need the kernel, one compiles and the others wait."""
     with contextlib.ExitStack() as held:
-        # in this order in every thread: a kernel compiles those that it calls
+        # the same order in every thread prevents a deadlock: a kernel compiles the kernels that it calls
         held.enter_context(global_compiler_lock)
         held.callback(cache.forget, signature)
         lock = cache.lock(signature)
@@ -175,12 +174,12 @@ def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature:
 
 
 def _digest(path: Path, payload: bytes) -> bytes:
-    """Of the name, too: a file under the name of another kernel is no better than a damaged one."""
+    """Return the SHA-256 of name and content: a file with the name of another kernel counts as damaged."""
     return hashlib.sha256(path.name.encode() + payload).digest()
 
 
 def _delete_unused(folder: Path) -> None:
-    """Delete kernels of former versions, and what writers that were killed have left."""
+    """Delete kernels and temporary files of killed writers that nobody has used for `UNUSED` seconds."""
     for path in [*folder.glob("*.nbc"), *folder.glob(".grind-*")]:
         with contextlib.suppress(OSError):
             if path.stat().st_mtime < time.time() - UNUSED:
@@ -189,5 +188,5 @@ def _delete_unused(folder: Path) -> None:
 
 @functools.cache
 def _say(line: str) -> None:
-    """Once a process: a full disk refuses every kernel."""
+    """Log a line once in each process, because a full disk affects every kernel."""
     logging.getLogger(__name__).warning(line)

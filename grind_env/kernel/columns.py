@@ -1,12 +1,12 @@
-"""Named tuples of floats as rows of a table and as lanes of a buffer.
+"""Readers and writers of named tuples of floats, as rows of a table or lanes of a buffer.
 
 A lane buffer is one flat array: row k of a record holds field k of all lanes side by side, so that a loop over
 the lanes reads and writes whole vector registers.
 
-Compiled code gets a load or a store per field where a reader or writer is called. As compiled functions of their own,
-they took a third of the time to compile. A record is at a lane or row that counts from 0, never from the end.
+A call of a reader or writer becomes one load or store per field. As separate compiled functions, readers and writers
+took a third of the compile time. Numbers of lanes and rows count from 0; negative numbers are not allowed.
 
-Arrays of numba are imported where code is made, for kernels from disk do without.
+`numba.np.arrayobj` is imported only where code is generated, because kernels from disk do not need it.
 """
 
 from collections.abc import Callable
@@ -21,26 +21,26 @@ from numba.extending import lower_builtin, type_callable
 Record = TypeVar("Record")
 
 Indices: TypeAlias = Callable[[Any, Any], list[tuple[Any, ...]]]
-"""From LLVM's builder and the integer that is the place of a record: the indices of its fields in the array."""
+"""Function of LLVM's builder and a lane or row number; returns the array indices of the fields of that record."""
 
 LANES, ROWS = 1, 2
-"""Dimensions of the array."""
+"""Number of dimensions of a lane buffer, and of a table."""
 
 
 class Replace(Protocol):
-    """`replace(old, numbers)` of whatever record has the fields."""
+    """Function `replace(old, numbers)` for any record with the fields."""
 
     def __call__(self, old: Record, numbers: tuple[Any, ...], /) -> Record:
-        """The record with these numbers."""
+        """Return the record with these numbers."""
 
 
 def dtype_of(*records: type[NamedTuple]) -> np.dtype[np.void]:
-    """The structured dtype with one float64 per field of some named tuples, one after the other."""
+    """Return the structured dtype with one float64 for each field of the named tuples, in their order."""
     return np.dtype([(name, np.float64) for record in records for name in record._fields])
 
 
 def lane_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int], Any]:
-    """Compiled `read(rows, lane) -> record`, for a record that begins at `first_row` of the buffer."""
+    """Return the compiled `read(rows, lane) -> record`, for a record that begins at `first_row` of the buffer."""
     fields = _lane_fields(record, first_row, lanes)
 
     def read(rows: Any, lane: int) -> Any:
@@ -50,7 +50,7 @@ def lane_reader(record: type[Any], first_row: int, lanes: int) -> Callable[[Any,
 
 
 def lane_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any, int, Any], None]:
-    """Compiled `write(rows, lane, value)`, the counterpart of `lane_reader`."""
+    """Return the compiled `write(rows, lane, value)`, the counterpart of `lane_reader`."""
     fields = _lane_fields(record, first_row, lanes)
 
     def write(rows: Any, lane: int, value: Any) -> None:
@@ -61,7 +61,7 @@ def lane_writer(record: type[Any], first_row: int, lanes: int) -> Callable[[Any,
 
 
 def column_reader(record: type[Any], first: int = 0) -> Callable[[Any, int], Any]:
-    """Compiled `read(table, i) -> record` from row i of a two-dimensional array, one field a column from `first` on."""
+    """Return the compiled `read(table, i) -> record`: row i of a 2-D array, one field a column from `first` on."""
     fields = tuple(range(first, first + len(record._fields)))
 
     def read(table: Any, i: int) -> Any:
@@ -71,7 +71,7 @@ def column_reader(record: type[Any], first: int = 0) -> Callable[[Any, int], Any
 
 
 def column_writer(record: type[Any], first: int = 0) -> Callable[[Any, int, Any], None]:
-    """Compiled `write(table, i, value)`, the counterpart of `column_reader`."""
+    """Return the compiled `write(table, i, value)`, the counterpart of `column_reader`."""
     fields = tuple(range(first, first + len(record._fields)))
 
     def write(table: Any, i: int, value: Any) -> None:
@@ -90,9 +90,9 @@ def replacer(record: type[Record], *names: str) -> Callable[[Record, tuple[Any, 
 
 
 def replacer(record: type[Any] | None, *names: str) -> Callable[[Any, tuple[Any, ...]], Any]:
-    """Compiled `replace(old, numbers) -> record` with other numbers in the fields of these names, in this order.
+    """Return the compiled `replace(old, numbers) -> record`: the fields `names` get the `numbers`, in this order.
 
-    Of any record that has them, if None is given. numba knows no `_replace`.
+    If `record` is None, `replace` takes any record with these fields. numba does not support `_replace`.
     """
     if record is not None:
         _places(record, names)
@@ -119,7 +119,7 @@ def replacer(record: type[Any] | None, *names: str) -> Callable[[Any, tuple[Any,
 
 
 def blend(one: Record, other: Record, share: float) -> Record:
-    """Return a record that has gone so far from one to the other of its kind, in every field."""
+    """Return `one + share * (other - one)` for every field of two records of the same kind."""
     numbers = zip(one, other, strict=True)  # type: ignore[call-overload]
     return one._make(a + share * (b - a) for a, b in numbers)  # type: ignore[attr-defined, no-any-return]
 
@@ -135,12 +135,12 @@ lower_builtin(blend, types.BaseTuple, types.BaseTuple, types.Float)(_blend)
 
 
 def _places(record: Any, names: tuple[str, ...]) -> list[int]:
-    """Where fields of a record stand in it."""
+    """Return the positions of named fields in a record."""
     return [record._fields.index(name) for name in names]
 
 
 def _lane_fields(record: type[Any], first_row: int, lanes: int) -> tuple[int, ...]:
-    """Where the fields of lane 0 lie in the buffer."""
+    """Return the buffer indices of the fields of lane 0."""
     return tuple((first_row + k) * lanes for k in range(len(record._fields)))
 
 
@@ -153,7 +153,7 @@ def _in_row(fields: tuple[int, ...]) -> Indices:
 
 
 def _loads(read: Callable[..., Any], record: type[Any], dimensions: int, indices: Indices) -> Callable[..., Any]:
-    """Tell numba what a reader gives back, and to load it where it is called."""
+    """Tell numba the return type of a reader, and how to load the record at the call."""
 
     def typed(array: Any, place: Any) -> Any:
         if _is_place(array, place, dimensions):
@@ -173,7 +173,7 @@ def _loads(read: Callable[..., Any], record: type[Any], dimensions: int, indices
 
 
 def _stores(write: Callable[..., Any], record: type[Any], dimensions: int, indices: Indices) -> Callable[..., Any]:
-    """Tell numba what a writer takes, and to store it where it is called."""
+    """Tell numba the argument types of a writer, and how to store the record at the call."""
 
     def typed(array: Any, place: Any, value: Any) -> Any:
         is_record = getattr(value, "instance_class", None) is record
@@ -197,12 +197,12 @@ def _stores(write: Callable[..., Any], record: type[Any], dimensions: int, indic
 
 
 def _is_place(array: Any, place: Any, dimensions: int) -> bool:
-    """Are these the types of an array and of the lane or row of a record?"""
+    """Return whether these are the types of an array and of a lane or row number."""
     return isinstance(array, types.Array) and array.ndim == dimensions and isinstance(place, types.Integer)
 
 
 def _pointers(context: Any, builder: Any, sig: Any, arguments: Any, indices: Indices) -> list[Any]:
-    """Where in memory the fields of the record lie."""
+    """Return pointers to the fields of the record."""
     kind, place_kind = sig.args[:2]
     array = context.make_array(kind)(context, builder, arguments[0])
     place = context.cast(builder, arguments[1], place_kind, types.intp)

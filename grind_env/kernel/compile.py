@@ -1,4 +1,4 @@
-"""The two ways in which a function of this package is compiled.
+"""The two ways to compile a function of this package.
 
 `inlined` marks a small scalar function (a rule of the control, an equation of the process). It is always
 inlined into its caller, because LLVM vectorises a loop over environments only if the loop body holds no call.
@@ -26,25 +26,24 @@ from grind_env.kernel.tiers import Entry, Inlined
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# a function within a loop allocates nothing: counting who refers to an array took a quarter of the time of a step
+# inlined functions allocate nothing: the reference counting of arrays took a quarter of the time of a step
 INLINED = {"error_model": "numpy", "forceinline": True, "_nrt": False}
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc]
     """numba's compiler, with instructions scheduled for parallelism.
 
-    LLVM's own order keeps registers free; a stroke, a long chain of divisions and exponentials, is faster where
-    independent operations stand side by side. The results have the same bits. The option is one of the process, and
-    set for the time of a compilation only, with those that it asks for, under numba's lock. For that time Python looks
-    for no cycles of garbage, which took a tenth of it.
+    LLVM's default order saves registers. A stroke is a long chain of divisions and exponentials, and runs faster if
+    independent operations stand side by side. The results have the same bits. The option holds for the whole process,
+    so it is set only during a compilation and the compilations inside it, under numba's lock. Meanwhile Python's
+    garbage collection, which took a tenth of the compile time, is off.
     """
 
     under_way: ClassVar[int] = 0
     collects: ClassVar[bool] = False
-    """Did Python look for garbage before?"""
+    """Whether garbage collection was on before the compilation."""
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile a function."""
         if KernelCompiler.under_way == 0:
             llvm.set_option("", "--pre-RA-sched=list-ilp")
             KernelCompiler.collects = gc.isenabled()
@@ -64,7 +63,7 @@ def inlined(function: Function) -> Function:
     """Compile a scalar function so that it is inlined wherever it is called."""
     compiled = numba.njit(**INLINED)(function)
     if not numba.config.DISABLE_JIT:
-        # ways in from Python took a third of the time to compile: a caller in compiled code takes a twin without any
+        # the wrappers for Python took a third of the compile time: compiled callers use a twin without wrappers
         twin = numba.njit(**INLINED, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
         compiled.get_call_template, compiled.get_overload = twin.get_call_template, twin.get_overload
         compiled.__class__ = Inlined
@@ -72,7 +71,7 @@ def inlined(function: Function) -> Function:
 
 
 def inlined_rule(rule: Function) -> Function:
-    """Compile a rule that is kept in plain Python, with the plain functions that it calls, as `inlined` does."""
+    """Return a plain Python rule compiled as by `inlined`, with the plain functions that the rule calls."""
     return cast(Function, _inlined_rule(rule))
 
 
@@ -84,9 +83,9 @@ def _inlined_rule(rule: FunctionType) -> Any:
 
 
 def entry(function: Function) -> Function:
-    """Compile a loop that Python calls, without the GIL and with a disk cache that cannot be stale."""
+    """Compile a loop that Python calls; the loop releases the GIL and is cached on disk."""
     options = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": KernelCompiler}
-    # numba passes `_nrt` from caller to callee: an entry first compiled within an inlined function could make no array
+    # numba passes `_nrt` from caller to callee: an entry first compiled in an inlined function could not make arrays
     compiled = numba.njit(**options, _nrt=True)(function)
     if not numba.config.DISABLE_JIT:
         keep_on_disk(compiled)

@@ -1,14 +1,14 @@
-"""What a compiled kernel is made of, as one hash.
+"""The fingerprint of a compiled kernel: one hash of everything that its machine code depends on.
 
-numba freezes into the machine code of a function all that the function names: other compiled functions, constants,
-arrays, fields of named tuples. So the fingerprint follows these names, through globals, closures, default arguments
-and attributes of modules, and hashes code, not files: generated code counts as any other. It is taken when numba
-compiles, since names may be bound after a function is defined.
+numba copies all values that a function names into its machine code: compiled functions, constants, arrays, fields of
+named tuples. The fingerprint follows these names through globals, closures, default arguments and attributes of
+modules. It hashes code, not files, so generated code counts like any other. The fingerprint is computed when numba
+compiles, because names may be bound after a function is defined.
 
-Only what intrinsics and overloads compile to cannot be seen from the code that uses them. They belong into
-`grind_env.kernel`, whose files are always part of the fingerprint.
+The code of intrinsics and overloads cannot be seen from their callers. They must be in `grind_env.kernel`, whose files
+are always part of the fingerprint.
 
-Of a library its version says all. Anything else is an `UnknownIngredient`: a guess could load stale code.
+A library counts by its version. Anything else is an `UnknownIngredient`, because a guess could load stale code.
 """
 
 import dis
@@ -28,21 +28,21 @@ import numpy as np
 KERNEL = __name__.rpartition(".")[0]
 LIBRARIES = sys.stdlib_module_names | {"numba", "numpy"}
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...))
-ELSEWHERE = ("CACHE_", "CUDA_", "NUMBA_")  # settings of numba: where its caches lie, graphics cards, numbers of threads
+ELSEWHERE = ("CACHE_", "CUDA_", "NUMBA_")  # numba settings to ignore: cache folders, graphics cards, numbers of threads
 
 Description: TypeAlias = Any  # a plain constant, or a tuple of descriptions: its `repr` is the same in every process
 Seen: TypeAlias = dict[Callable[..., Any], int]
 
 
 class UnknownIngredient(TypeError):
-    """A kernel is made of something whose content cannot be told."""
+    """A kernel that uses a value of unknown content."""
 
 
 def fingerprint(function: Callable[..., Any], *conditions: Any) -> str:
-    """Hash of a function, of the conditions that it is compiled for (types of arguments, CPU), and of the compiler.
+    """Return the hash of a function, its compile conditions (argument types, CPU) and the compiler.
 
     Raises:
-        UnknownIngredient: one of them cannot be described with certainty.
+        UnknownIngredient: a value cannot be described with certainty.
     """
     seen: Seen = {}
     if isinstance(function, types.FunctionType):
@@ -54,7 +54,7 @@ def fingerprint(function: Callable[..., Any], *conditions: Any) -> str:
 
 
 def count_functions(function: Callable[..., Any]) -> int:
-    """Number of functions that a function is made of, with itself; the time to compile it goes by that.
+    """Return the number of functions that a function uses, with itself; the compile time is proportional to it.
 
     Raises:
         UnknownIngredient: as for `fingerprint`.
@@ -65,7 +65,7 @@ def count_functions(function: Callable[..., Any]) -> int:
 
 
 def _compiler() -> Description:
-    """Versions and settings of all that turns code into machine code."""
+    """Return versions and settings of everything that turns code into machine code."""
     settings = {name: str(value) for name, value in vars(numba.config).items() if name.isupper()}
     chosen = sorted((name, value) for name, value in settings.items() if not name.startswith(ELSEWHERE))
     return sys.version, numba.__version__, llvmlite.__version__, np.__version__, *chosen
@@ -104,9 +104,9 @@ def _described(value: Any, place: str, seen: Seen) -> Description:
     if numba.extending.is_jitted(value):
         return "compiled", inner(value.targetoptions), inner(value.locals), _function(value.py_func, seen)
     if isinstance(value, numba.types.Omitted):
-        return "omitted", inner(value.value)  # numba may compare these by address
+        return "omitted", inner(value.value)  # numba may compare these types by address
     if isinstance(value, numba.types.Type):
-        return "type", type(value).__qualname__, inner(value.key)  # what numba itself compares types by
+        return "type", type(value).__qualname__, inner(value.key)  # numba itself compares types by this key
     if isinstance(value, type) and issubclass(value, enum.Enum):
         members = ((name, inner(member.value)) for name, member in value.__members__.items())
         return "enum", value.__module__, value.__qualname__, *map(inner, value.__mro__[1:-1]), *members
@@ -115,7 +115,7 @@ def _described(value: Any, place: str, seen: Seen) -> Description:
     if _known_by_name(value):
         return "name", _origin(value), value.__name__
     if isinstance(value, types.FunctionType) and _origin(value).rpartition(".")[0] == KERNEL:
-        return "made", _function(value, seen)  # by a function of ours, from what its closure holds
+        return "made", _function(value, seen)  # by a function of this package; its closure is described, too
     raise UnknownIngredient(
         f"{place} is of type {type(value).__name__}, whose content the cache of kernels cannot tell: compiled code may "
         f"name constants, arrays, named tuples, enums, @inlined functions and entries, and overloads of {KERNEL}"
@@ -123,7 +123,7 @@ def _described(value: Any, place: str, seen: Seen) -> Description:
 
 
 def _function(function: types.FunctionType, seen: Seen) -> Description:
-    """Code and defaults of a function, and all that it names; a function that was described before is its number."""
+    """Return code, defaults and named values of a function; a number if the function was described before."""
     if function in seen:
         return "again", seen[function]
     seen[function] = len(seen)
@@ -151,7 +151,7 @@ def _cells(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def _globals(function: types.FunctionType, seen: Seen) -> Iterator[Description]:
-    """Every global whose name is in the code, since telling names of globals from those of attributes takes long."""
+    """Yield every global whose name is in the code, also as an attribute, because telling these apart is slow."""
     names = names_in(function.__code__)
     for name in names:
         if name in function.__globals__:
@@ -163,16 +163,16 @@ def _globals(function: types.FunctionType, seen: Seen) -> Iterator[Description]:
                     if _loads(function.__code__, name):
                         raise
                     while len(seen) > before:
-                        seen.popitem()  # their descriptions are lost with this one
+                        seen.popitem()  # their descriptions are dropped with the failed one
 
 
 def names_in(code: types.CodeType) -> list[str]:
-    """Names of globals and attributes in a code, and in functions and comprehensions within it."""
+    """Return the names of globals and attributes in a code object, and in functions and comprehensions within it."""
     return list(dict.fromkeys([*code.co_names, *(name for within in _within(code) for name in names_in(within))]))
 
 
 def _loads(code: types.CodeType, name: str) -> bool:
-    """Is it a global that the code names so, and not an attribute?"""
+    """Return whether the code uses the name for a global, not only for an attribute."""
     loaded = (step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"))
     return name in loaded or any(_loads(within, name) for within in _within(code))
 
@@ -184,7 +184,7 @@ def _within(code: types.CodeType) -> Iterator[types.CodeType]:
 def _with_attributes(
     name: str, value: Any, names: list[str], above: tuple[types.ModuleType, ...] = ()
 ) -> Iterator[tuple[str, Any]]:
-    """What a name is bound to; for a module of ours, what those of its attributes are bound to that the code names."""
+    """Yield a name with its value; for a module that is no library, the attributes that the code names."""
     if not isinstance(value, types.ModuleType) or _known_by_name(value):
         yield name, value
     elif value not in above:
@@ -194,7 +194,7 @@ def _with_attributes(
 
 
 def _known_by_name(value: Any) -> bool:
-    """Is it what a library has under its name, one of our overloaded functions, or an exception?"""
+    """Return whether the name alone identifies a value: one of a library, our overloads, or an exception class."""
     if isinstance(value, type) and issubclass(value, BaseException):
         return True
     origin, name = _origin(value), getattr(value, "__name__", None)
@@ -206,7 +206,7 @@ def _known_by_name(value: Any) -> bool:
 
 
 def _origin(value: Any) -> str:
-    """The module of a thing that has a name, or that it is."""
+    """Return the name of the module of a value; for a module its own name."""
     if isinstance(value, np.ufunc):
-        return "numpy"  # ufuncs learnt of their module late
+        return "numpy"  # ufuncs of older versions have no `__module__`
     return str(value.__name__ if isinstance(value, types.ModuleType) else getattr(value, "__module__", None))

@@ -1,8 +1,7 @@
-"""Layers of a network with the same bits on every machine, whatever runs beside a row.
+"""Layers of a network: a row gives the same bits on every machine and beside any other rows.
 
-A matrix product of a BLAS adds up in another order on another processor and for another number of rows. Here every
-sum runs over the inputs in their order, in double precision, and tanh and the logistic function are built on the exp
-of this package.
+The order of the sums in a BLAS matrix product depends on the processor and on the number of rows. Here every sum runs
+over the inputs in their order, in double precision. Tanh and the logistic function use the exp of this package.
 """
 
 import numpy as np
@@ -16,7 +15,7 @@ Numbers = NDArray[np.float64]
 
 @entry
 def linear(values: Numbers, weights: Numbers, bias: Numbers) -> Numbers:
-    """What a linear layer says of N rows, shape (N, outputs).
+    """Return the outputs of a linear layer for N rows, shape (N, outputs).
 
     Args:
         values: shape (N, inputs), C-contiguous like the others.
@@ -25,7 +24,7 @@ def linear(values: Numbers, weights: Numbers, bias: Numbers) -> Numbers:
     """
     sums = np.empty((len(values), len(bias)))
     for i in range(len(values)):
-        # spelled out, because a product of a number and a row would be put into an array of its own
+        # explicit loops, because the product of a number and a row would allocate an array
         for j in range(len(bias)):
             sums[i, j] = bias[j]
         for k in range(len(weights)):
@@ -36,7 +35,7 @@ def linear(values: Numbers, weights: Numbers, bias: Numbers) -> Numbers:
 
 @entry
 def tanh_layer(values: Numbers) -> Numbers:
-    """Hyperbolic tangent of every number, shape (N, units)."""
+    """Return the hyperbolic tangent of every number, shape (N, units)."""
     result = np.empty_like(values)
     for i in range(values.shape[0]):
         for j in range(values.shape[1]):
@@ -46,7 +45,7 @@ def tanh_layer(values: Numbers) -> Numbers:
 
 @entry
 def logistic_layer(values: Numbers) -> Numbers:
-    """1 / (1 + e**-x) of every number, shape (N, units)."""
+    """Return 1 / (1 + e**-x) of every number, shape (N, units)."""
     result = np.empty_like(values)
     for i in range(values.shape[0]):
         for j in range(values.shape[1]):

@@ -1,8 +1,8 @@
 """Random numbers that are functions of a key and a counter, with the same bits on every machine.
 
 Philox4x32-10 (Salmon et al. 2011, Parallel random numbers: as easy as 1, 2, 3): any number of any episode can be drawn
-at any time, in any order, and alone. A word of 32 bits makes a uniform number, and that a normal one by the inverse of
-the normal distribution, AS241 (Wichura 1988).
+at any time, in any order, and alone. A word of 32 bits gives a uniform number. The inverse of the normal distribution,
+AS241 (Wichura 1988), turns a uniform number into a normal one.
 """
 
 import math
@@ -12,21 +12,21 @@ from grind_env.kernel.compile import inlined
 from grind_env.kernel.elementary import log
 
 Words: TypeAlias = tuple[int, int, int, int]
-"""Of 32 bits each."""
+"""Four words of 32 bits each."""
 
 WORD = 0xFFFFFFFF
 ROUNDS = 10
 MULTIPLIER_0, MULTIPLIER_2 = 0xD2511F53, 0xCD9E8D57
 WEYL_0, WEYL_1 = 0x9E3779B9, 0xBB67AE85
 CENTRE = 0.425
-"""Distance from probability 1/2 up to which one rational function serves."""
+"""Largest distance from probability 1/2 at which the first rational function is used."""
 
 
 @inlined
 def philox(key_0: int, key_1: int, counter_0: int, counter_1: int, counter_2: int, counter_3: int) -> Words:
-    """Philox4x32-10: four random words from a key of two words and a counter of four."""
+    """Return four random words (Philox4x32-10) from a key of two words and a counter of four words."""
     for _ in range(ROUNDS):
-        # in compiled code the products wrap around, which leaves their 64 bits what they are
+        # in compiled code the products overflow (signed), but their 64 bits are the same
         product_0, product_2 = MULTIPLIER_0 * counter_0, MULTIPLIER_2 * counter_2
         counter_0 = (product_2 >> 32) & WORD ^ counter_1 ^ key_0
         counter_2 = (product_0 >> 32) & WORD ^ counter_3 ^ key_1
@@ -37,13 +37,13 @@ def philox(key_0: int, key_1: int, counter_0: int, counter_1: int, counter_2: in
 
 @inlined
 def uniform(word: float) -> float:
-    """Number between 0 and 1, neither of them, evenly spaced by 2**-32."""
+    """Return a number above 0 and below 1, one of a grid of step 2**-32."""
     return (word + 0.5) * 2.0**-32
 
 
 @inlined
 def normal(u: float) -> float:
-    """Standard normal number that a share `u` of all is below; for the numbers of `uniform`, at most 6.4 from 0."""
+    """Return the quantile of the standard normal distribution at `u`; within 6.4 of 0 for the numbers of `uniform`."""
     q = u - 0.5
     if abs(q) <= CENTRE:
         r = CENTRE * CENTRE - q * q

@@ -1,7 +1,7 @@
 """Two ways to run an entry, with the same bits: plain Python for little work, compiled code for much.
 
-An entry that is neither compiled in this process nor in the cache on disk runs as plain Python. After a share of the
-time that its compilation takes, a background process compiles it into the cache, and the entry loads it from there.
+An entry that is neither compiled in this process nor in the cache on disk runs as plain Python. Once plain calls have
+taken a share of its compile time, a background process compiles the entry into the cache, from where it is loaded.
 Without a background process the entry is compiled in place, once plain calls have taken as long as its compilation.
 """
 
@@ -18,36 +18,35 @@ from grind_env.kernel.background import Background
 from grind_env.kernel.cache import compile_seconds
 
 SHARE = 0.05
-"""Plain calls over the time to compile, from which on the background compiles."""
+"""Ratio of the time of plain calls to the compile time at which the background process starts to compile."""
 FEW = 0.1
-"""s of plain calls after which an inlined function is compiled, about the time to compile one."""
+"""Time of plain calls after which an inlined function is compiled, s: about its compile time."""
 MANY = 16
-"""Parallel episodes from which on plain Python is too slow."""
+"""Number of parallel episodes from which on plain Python is too slow."""
 MANY_ROWS = 1024
-"""Rows in one call from which on plain Python is too slow."""
+"""Number of rows in one call from which on plain Python is too slow."""
 LOOK = 0.25
-"""s of plain calls between two looks into the cache."""
+"""Time of plain calls between two checks of the cache, s."""
 UNLIKE = ArithmeticError, ValueError
-"""Errors of Python's own floats, such as a division by 0, where compiled code goes on with infinity or NaN."""
+"""Errors of Python floats, such as a division by 0, where compiled code continues with infinity or NaN."""
 
 WRITTEN: dict[Any, FunctionType] = {}
 """The plain Python function of each compiled function that has run as plain Python."""
 
 
 class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
-    """An entry before its compilation. Afterwards its class is that of numba, so that a call costs no more."""
+    """An entry before its compilation. Afterwards numba's class replaces this one, so that calls are as fast."""
 
     at_once: ClassVar[bool] = False
     """Whether the first call compiles an entry."""
     alone: Callable[[], Any] | None = None
-    """See `runs_alone`."""
+    """Function that makes the stand-in for plain Python; None without one. `runs_alone` sets it."""
     spent: float = 0.0
     """CPU-seconds of plain calls so far."""
     due: float = 0.0
-    """CPU-seconds of plain calls at which `_pays` is asked next."""
+    """CPU-seconds of plain calls at which `_pays` is called next."""
 
     def __call__(self, *args: Any) -> Any:
-        """Run the entry."""
         if not (Entry.at_once or self.overloads or (self.spent >= self.due and self._pays(args))):
             before = [(array, array.copy()) for array in _arrays(args)]
             begin = time.thread_time()
@@ -63,7 +62,7 @@ class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
         return self(*args)
 
     def _pays(self, args: tuple[Any, ...]) -> bool:
-        """Return whether to go on compiled; start the background compilation when it is time."""
+        """Return whether to run compiled code; start the background compilation when it is due."""
         types = tuple(map(self.typeof_pyval, args))
         if self._cache.has(types):
             return True
@@ -76,7 +75,7 @@ class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
 
 
 class Inlined(CPUDispatcher):  # type: ignore[misc]  # numba has no types
-    """An inlined function as Python calls it: plain Python for few calls, compiled for many."""
+    """An inlined function that Python calls: plain Python for few calls, compiled code for many."""
 
     spent: float = 0.0
     """CPU-seconds of plain calls so far."""
@@ -102,7 +101,7 @@ def compile_at_once() -> None:
 
 
 def runs_alone(kernel: Any, twin: Callable[[], Any]) -> None:
-    """Let another entry stand in for a kernel in plain Python, such as one with a single lane; `twin()` makes it."""
+    """Let another entry replace a kernel in plain Python, such as a loop with one lane; `twin()` returns it."""
     if isinstance(kernel, Entry):
         kernel.alone = twin
 

@@ -29,7 +29,7 @@ class EventConsumer(ABC):
         self.dressing = DressPrograms(programs, job, control)
         self.dressing_speed = self.running.speed  # wheel speed at the start of the last dress
         self.position = control.start
-        self.axis, self.begun = 0, 0  # table axis of the last block of strokes; number of these, feed moves among them
+        self.axis, self.begun = 0, 0  # table axis of the last block of strokes; number of such blocks, with feed moves
         self.plan: CyclePlan | None = None  # of the last block of strokes; None before the first one
         self.has_ground = False  # whether a block or a groove has begun
         self.found = False  # whether the program has moved the wheel since an operator left it
@@ -46,21 +46,21 @@ class EventConsumer(ABC):
             self.dressing.follow(event)
 
     def let_part_go(self) -> None:
-        """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
+        """Take off the part of an earlier M00 with a moving table; the table now stands or a cycle takes it over."""
         stop, self.pending_stop = self.pending_stop, None
         if stop is not None:
             self.unload(self.stroked_until if self.stroked_until > stop.time + INSTANT else stop.time, stop)
 
     def unload(self, time: float, stop: motions.ProgramStop | None = None) -> None:
-        """Take the part off, unless it is off; what the program moves after an M00 is found there."""
+        """Take the part off, unless it is off; the wheel stays `found` only if the program moved it after an M00."""
         if self.unloaded_at is None:
             self.unloaded_at = self.take_off(time, stop)
             self.found = stop is not None and self._moved_at > stop.time - INSTANT
 
     def _stop(self, event: motions.ProgramStop) -> None:
-        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
+        """Take the part off at M00, gauge the part at M01; a stop within a dress is only for the dresser.
 
-        From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
+        No part is taken from a reciprocating table: the part stays until the table stands or the next cycle begins.
         """
         if self.dressing.under_way is None:
             if not event.reciprocating:
@@ -112,7 +112,7 @@ class EventConsumer(ABC):
 
     @property
     def along(self) -> tuple[int, Sequence[Job]]:
-        """Along which axis feed moves may be strokes, and the jobs of the parts that these may be over."""
+        """Return the axis along which feed moves may be strokes, and the jobs of the parts below such moves."""
         axis = self.axis if self.begun else self._first_axis
         if not self.found or axis is None:
             return self.axis, ()
@@ -124,11 +124,11 @@ class EventConsumer(ABC):
 
     @abstractmethod
     def begin_block(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
-        """Begin a block of strokes that meet stations; a feed move has no dress of its own."""
+        """Begin a block of strokes over these stations; a feed move has no dress of its own."""
 
     @abstractmethod
     def make_strokes(self, event: CycleStrokes, number: int) -> None:
-        """Make strokes, the first of which has a number within its cycle, or 0."""
+        """Make strokes; `number` is the number of the first stroke within its cycle, or 0."""
 
     @abstractmethod
     def move(self, event: motions.Motion) -> None:
@@ -140,11 +140,11 @@ class EventConsumer(ABC):
 
     @abstractmethod
     def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
-        """Take the part off; the time of the job, s."""
+        """Take the part off; return the time of the job, s."""
 
     @abstractmethod
     def coming_jobs(self) -> Sequence[Job]:
-        """Return the job of the part that a feed move may be over; none if it grinds nothing."""
+        """Return the job of the part that a feed move may grind; empty if the move grinds nothing."""
 
     def start_dress(self, event: motions.DressStart) -> None:
         self.dressing.begin(event)
@@ -168,4 +168,4 @@ class EventConsumer(ABC):
         motions.ProgramStop: _stop,
         motions.ProgramEnd: lambda self, event: self.end(event),
     }
-    """What happens with an event; others change nothing but where the axes stand."""
+    """Handler for each type of event; other events only move the axes."""

@@ -19,7 +19,7 @@ __all__ = ["GrindingError", "grind", "grind_file", "refuse_unjudged"]
 
 
 def grind(programs: Programs, job: Job, *, control: Control | None = None) -> GrindingRecord:
-    """Run a part program.
+    """Run a part program and return its record.
 
     A part begins at the start of the program and after each M00, at which the operator loads the next part and touches
     off the wheel on its true surface. At M01 the operator gauges the part, which compensates the wheel wear so far. At
@@ -36,7 +36,7 @@ def grind(programs: Programs, job: Job, *, control: Control | None = None) -> Gr
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
         GrindingError: the program makes no stroke or groove, or the process model has no finite numbers for one.
-        JobError: there are more parts than the job has conditions of.
+        JobError: the program has more parts than the job has conditions.
 
     Example:
         >>> from grind_env.control import read_file
@@ -50,7 +50,7 @@ def grind(programs: Programs, job: Job, *, control: Control | None = None) -> Gr
         [0.26, 0.25, 0.23]
     """
     control = control or job.control
-    if control.panel == Panel():  # one that an operator has touched goes with its control
+    if control.panel == Panel():  # a copy would lose what an operator set on the panel
         control = replace(control, whole_cycles=True)
     run = GrindingRun(programs, job, control)
     execution = execute(programs, run.control)
@@ -73,7 +73,7 @@ def grind_file(
     interrupts: Sequence[str] = (),
     plant: str | None = None,
 ) -> GrindingRecord:
-    """Grind a part program, as `machine.grind`, with the control of the job's machine.
+    """Run a part program as `machine.grind` does, with the control of the job's machine, and return its record.
 
     Args:
         program: its file, or the result of `control.read` or `control.read_file`.
@@ -82,7 +82,7 @@ def grind_file(
         blocks: most blocks and strokes to execute; the usual number if None.
         groove_retract: retract amount of G76 and G77, mm; 0.5 mm, or 0.02 in while G70 is in force, if None.
         variables: values of # variables at the start, as `{101: 15000}`; those of the job if None.
-        dress_at: time of the operator's request for a dress, s on the clock of the control.
+        dress_at: times at which the operator requests a dress, s on the clock of the control.
         interrupts: programs requested by the operator, as `9200@12.5`.
         plant: name of the machine, as `meter:7` (`grind_env.plants`); that of the job if None.
 
@@ -113,17 +113,17 @@ def grind_file(
 
 
 def refuse_unjudged(programs: Programs, job: Job) -> None:
-    """Refuse a program that grinds what is not simulated; faults of the program are for those who grind with it.
+    """Refuse a program with grinding that is not simulated; other faults of the program are left to its later run.
 
-    Who takes strokes for one part that meet two stations counts fewer parts, and would find conditions enough.
+    A caller that counts strokes over two stations as strokes on one part would miss the `JobError`.
 
     Args:
-        programs: what `control.read` or `control.read_file` returned.
+        programs: result of `control.read` or `control.read_file`.
         job: part, set-up and wheel.
 
     Raises:
-        UnjudgedError: a part of it is not judged.
-        JobError: there are more parts than the job has conditions of.
+        UnjudgedError: a part of the program is not judged.
+        JobError: the program has more parts than the job has conditions.
     """
     try:
         found = list(chain.from_iterable(grind(programs, job).unjudged))

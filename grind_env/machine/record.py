@@ -45,20 +45,20 @@ UNITS = {
     }.items()
     for name in names.split()
 }
-"""Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
+"""Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; other fields have no unit."""
 
 DIGITS = {"time": ".3f", "seconds": ".3f", "ds": ".5f"}
-"""How fields are rounded in a CSV file; the others have six digits."""
+"""Number formats of fields in a CSV file; other fields have six digits."""
 
 DRESS_ROW = np.dtype(
     [
         ("part", np.int64),
-        ("after", np.int64),  # strokes and infeeds of the run made before it
-        ("time", np.float64),  # at its start, s
+        ("after", np.int64),  # number of strokes and infeeds of the run before the dress
+        ("time", np.float64),  # at the start of the dress, s
         ("cause", "U8"),  # pre, auto or operator
         ("program", np.int64),
         ("seconds", np.float64),
-        ("ds", np.float64),  # wheel diameter after it, mm
+        ("ds", np.float64),  # wheel diameter after the dress, mm
         ("removed", np.float64),  # wheel volume, mm3
         *dtype_of(Sharpening).descr,
     ]
@@ -75,7 +75,7 @@ PART_ROW = np.dtype(
         ("S", np.float64),  # ground off, mean over the width or, without strokes, over the grooves, mm
         ("size_error", np.float64),  # stock left, um
         ("taper", np.float64),  # range of S, um
-        ("worst_error", np.float64),  # stock left where the part is farthest from its size: it is judged by it, um
+        ("worst_error", np.float64),  # stock left where the part is farthest from its size, which decides, um
         ("size_wear", np.float64),  # of size_error: wear of the wheel since it was gauged, um
         ("size_growth", np.float64),  # of size_error: how far the part stood higher because it was hot, um
         ("size_deflection", np.float64),  # of size_error: how far wheel and machine have yielded, um
@@ -83,30 +83,30 @@ PART_ROW = np.dtype(
         ("unground", np.float64),  # share of the surface that no stroke has reached; such a part is not good
         ("Ra", np.float64),  # mean as for S, um
         ("peak_power", np.float64),  # above idle, W
-        ("peak_torque", np.float64),  # over that at which the spindle stalls
-        ("rise", np.float64),  # highest temperature rise that counts, of its last stage, K
-        ("highest_rise", np.float64),  # the same of all its stages, K
+        ("peak_torque", np.float64),  # ratio to the stall torque
+        ("rise", np.float64),  # highest temperature rise that counts, in the last stage, K
+        ("highest_rise", np.float64),  # highest temperature rise that counts, in all stages, K
         ("burn_ratio", np.float64),  # highest of the plunges
         ("worn", np.float64),  # wheel volume, mm3
         ("dressed_off", np.float64),  # wheel volume, mm3
-        ("earlier", np.float64),  # probability that it was good in its stages before the last one; 1 without such
+        ("earlier", np.float64),  # probability that it was good in all stages before the last; 1 without these
         *dtype_of(PartVerdict).descr,
     ]
 )
 
 
 def heading(name: str) -> str:
-    """Return a field as files and data frames name it: with its unit, as in `time [s]`."""
+    """Return the heading of a field in files and data frames: its name with its unit, as in `time [s]`."""
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
 class RowLog:
-    """A table that grows, by a row or by many."""
+    """A table that grows by single rows or by arrays of rows."""
 
     def __init__(self, dtype: np.dtype[np.void]) -> None:
         self.dtype = dtype
-        self._bytes = bytearray()  # copied as such: field by field took ten times as long
-        self._single: list[tuple[object, ...]] = []  # rows after these
+        self._bytes = bytearray()  # bytes: copying field by field took ten times as long
+        self._single: list[tuple[object, ...]] = []  # rows after those in `_bytes`
 
     def __len__(self) -> int:
         return len(self._bytes) // self.dtype.itemsize + len(self._single)
@@ -140,15 +140,15 @@ class GrindingRecord:
     """Result of `machine.grind`.
 
     Attributes:
-        strokes: dtype `STROKE_ROW` in the units of `UNITS`, strokes and infeeds in their order.
-        dresses: dtype `DRESS_ROW`, in these units.
-        parts: dtype `PART_ROW`, in these units.
-        stages: of each part, for each of its stages that a stop has ended, the limits that it was beyond (fields of
+        strokes: strokes and infeeds in their order, dtype `STROKE_ROW` in the units of `UNITS`.
+        dresses: dresses in their order, dtype `DRESS_ROW` in the units of `UNITS`.
+        parts: parts in their order, dtype `PART_ROW` in the units of `UNITS`.
+        stages: for each part and each of its stages that a stop has ended, the exceeded limits (fields of
             `process.cost.Limits`).
-        unjudged: of each part, why it is not judged, that is, which grinding is not simulated; empty for a judged part.
-            A part that is not judged is not good.
+        unjudged: for each part, the grinding that is not simulated, so that the part is not judged; empty for a judged
+            part. A part that is not judged is not good.
         warnings: sentences on parts of the program without the expected effect.
-        blocks: N word of the block in each line that has ground, or else the line.
+        blocks: for each line that has ground, the N word of its block; the line number if there is no N.
         cycles: last executed cycle of each line.
         programs: the programs.
         job: the job, with the parts of the run.
@@ -180,15 +180,15 @@ class GrindingRecord:
 
     @property
     def cost_per_good_part(self) -> float:
-        """All costs over the expected number of good parts, $; infinite if there is none."""
+        """All costs over the expected number of good parts, $; infinite without good parts."""
         good = float(self.parts["survival"].sum())
         return float(self.parts["total_cost"].sum()) / good if good > 0.0 else float("inf")
 
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
         """Return a table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
-        Of a job with stations `frame["station"]` has their names, and on an out-of-model machine
-        `frame["plant"]` has its name.
+        For a job with stations, `frame["station"]` has their names; on an out-of-model machine, `frame["plant"]` has
+        the name of the machine.
 
         Raises:
             RecordError: there is no such table.
@@ -208,7 +208,7 @@ class GrindingRecord:
         return frame
 
     def plot(self) -> "Figure":
-        """Depth, power, heat, wheel, roughness and size of the run with the limits of its job, as `grind run --plot`.
+        """Return a figure of depth, power, heat, wheel, roughness and size with the limits, as `grind run --plot`.
 
         Raises:
             MissingExtra: matplotlib is not installed.
@@ -222,11 +222,11 @@ class GrindingRecord:
     def write(self, path: str | Path) -> None:
         """Write the strokes to a `.csv` or `.parquet` file, which appears only when it is complete.
 
-        A CSV file is to be read: its numbers are rounded, and its header has the units, as in `time [s]`.
+        The numbers of a CSV file are rounded, and its header has the units, as in `time [s]`.
 
         Raises:
-            RecordError: another suffix.
-            MissingExtra: a parquet file without pyarrow installed.
+            RecordError: the path has another suffix.
+            MissingExtra: pyarrow, which a parquet file needs, is not installed.
             FileError: the folder does not exist or cannot be written to.
         """
         path = Path(path)

@@ -42,20 +42,20 @@ class GrindingRun(EventConsumer):
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         super().__init__(programs, job, control)
-        self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
+        self.delay = 0.0  # job's clock less control's clock, s: loading, set-up of dresses
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)  # true speed and dwell of the table
         self.watch = RunWatch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = map(RowLog, (STROKE_ROW, DRESS_ROW, PART_ROW))  # rows so far
-        self.plunged = bytearray()  # of each stroke, whether it has gone deeper than all before it at some place
+        self.plunged = bytearray()  # for each stroke, 1 if it went deeper at some place than all before
         self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
-        self._left: dict[int, PartRun] = {}  # parts of this loading that have been worked on, by their stations
-        self._shared: dict[int, Unjudged] = {}  # stations that strokes have met at once with others in this loading
-        self._met: list[Station] = []  # of the parts taken off, as they lie on the machine
+        self._left: dict[int, PartRun] = {}  # parts of this loading left for other stations, by station
+        self._shared: dict[int, Unjudged] = {}  # stations of this loading whose strokes met others, too
+        self._met: list[Station] = []  # stations of the parts taken off, in machine coordinates
         self._unmet = {each.name for each in job.stations}
-        self._dresses_anew = False  # from a station from which the dress program of the cycle has not gone its way
+        self._dresses_anew = False  # whether the dress program is new at this station
         self.part = self._load(0.0)
         self.gauged_at: float | None = None
 
@@ -82,7 +82,7 @@ class GrindingRun(EventConsumer):
         return len(self.parts) if self.unloaded_at is not None else self.part.number - 1
 
     def tell(self, execution: Execution) -> None:
-        """Tell the control what the machine has become by what has happened: it measures wheel and table."""
+        """Give the control the current wheel radius, and the true speed and dwell of the table."""
         execution.set_wheel_radius(0.5 * self.mount.diameter)
         execution.set_table(*self.drive)
         if self._dresses_anew:
@@ -108,9 +108,9 @@ class GrindingRun(EventConsumer):
         return self.job if station == ANYWHERE else self.job.at_station(station, axis)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading or gauging of the part; whether it has been loaded since the last cycle.
+        """End the loading or gauging of the part; return whether the part was loaded after the last cycle.
 
-        What is not cut after an M00 is no part.
+        A part that is not cut after an M00 does not count.
         """
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
@@ -128,9 +128,9 @@ class GrindingRun(EventConsumer):
         return loads
 
     def _go_to(self, time: float, axis: int, stations: Sequence[int]) -> None:
-        """Go over to the part at the first of the stations that are met, unless it is that at hand.
+        """Change to the part at the first of the stations met, unless this part is current.
 
-        Until strokes meet a part, what they do in the air counts for the one that is met first.
+        Strokes in the air, before any part is met, count for the part that is met first.
         """
         part = self.part
         if self._leaves_for(stations):
@@ -158,15 +158,15 @@ class GrindingRun(EventConsumer):
         return bool(stations) and self.part.met and self.part.station not in stations
 
     def expect(self, time: float, sweep: Swept) -> None:
-        """Prepare for a block over this range with the table at rest; a worn wheel is changed between stations.
+        """Prepare for a block over this range with the table at rest: change a worn wheel between stations.
 
-        What runs block by block says so before the words of the block are chosen; otherwise the block itself does it.
+        A caller that chooses the words of each block calls this before; otherwise the block itself does it.
         """
         if self.unloaded_at is None and self._leaves_for(met(self.job, sweep)):
             self._change_worn_wheel(time)
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
-        """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
+        """Note the stations that a block meets; parts met together are not judged, because this is not simulated."""
         names = [self.job.stations[k].name for k in stations]
         self._unmet.difference_update(names)
         if len(stations) > 1:
@@ -293,7 +293,7 @@ class GrindingRun(EventConsumer):
         return (self.job.of_part(number + 1),)
 
     def _take_drive(self, time: float, plan: CyclePlan) -> None:
-        """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""
+        """Let the process change wheel and table at the start of a block; `tell` tells the control about the table."""
         if self.job.process.before is not None:
             part = self.part.job.part
             numbers = self.begun - 1, self.clock(time), part.start + 0.5 * part.length, plan.feed
@@ -321,7 +321,7 @@ class GrindingRun(EventConsumer):
             removed = self.mount.dress(plan, p)
             done = Dressed(0.0, self.mount.diameter, removed, dress_lead(before, plan.feed, p), before.wd)
         self.delay += plan.seconds - (event.time - began)
-        if not misses:  # such a dress is a wait, up to the next stroke
+        if not misses:  # a missed dress is a wait up to the next stroke
             self.mount.pass_time(self.clock(event.time), p)
         self.part.dress(plan.seconds, done.removed)
         self._add_dress(len(self.strokes), time, event.cause, number, plan, done)
@@ -346,7 +346,7 @@ class GrindingRun(EventConsumer):
     def make_strokes(self, event: CycleStrokes, number: int) -> None:
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
-            if self.part.station not in stations:  # of a table that goes on, for a cycle is at its station
+            if self.part.station not in stations:  # the table goes on; a cycle begins at its station
                 loads = self._take_part(event.begins[0], event.plan, stations)
                 self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
@@ -375,7 +375,7 @@ class GrindingRun(EventConsumer):
             for _ in due:
                 part.dress(dress.seconds, 0.0)
         stalls, stalled = part.stalled and not had_stalled, count
-        if stalls:  # as the clock has it stroke by stroke, to the bit
+        if stalls:  # bit by bit as a clock that counts stroke by stroke
             stalled = int(np.argmax(rows["torque"] >= STALL))
             rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, each in zip(due, began, map(Dressed._make, dressed.tolist()), strict=True):
@@ -385,7 +385,7 @@ class GrindingRun(EventConsumer):
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
 
     def _take_up_running(self, line: int) -> bool:
-        """Take up how the wheel turns and the coolant flows before a line grinds; whether that has changed."""
+        """Apply wheel speed and coolant before a line grinds; return whether the set-up has changed."""
         fault = self.running.fault
         if fault is not None:
             raise GrindingError(f"{self.programs.name}:{line}: {fault}")
@@ -393,7 +393,7 @@ class GrindingRun(EventConsumer):
         return self.part.take_up(self.running.setup)
 
     def _add(self, rows: Array, plunged: bytes, stalls: bool) -> None:
-        """Add strokes or an infeed, with a byte of `plunged` for each; a spindle that stalls makes all else later."""
+        """Add rows of strokes or of an infeed, each with a byte of `plunged`; a stall delays all that follows."""
         if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(table_of(rows)[:, NUMBERS_FROM:]).all()):
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.tally.peak_torque > SLOWED * self.part.p.rs:

@@ -56,7 +56,7 @@ RENAMED = {"force_ratio": "normal_force_ratio"}
 """Old names of keys, with the new ones."""
 
 UNCERTAINTY = "uncertainty"
-"""Heading of what a calibration leaves open."""
+"""Heading of the table with the uncertainty of a calibration."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,9 +64,9 @@ class Calibrated:
     """A calibrated file.
 
     Attributes:
-        table: what it leaves open, as its table says it.
-        names: of the entries in it, by kind.
-        file: its name; empty for a document.
+        table: content of its table `[uncertainty]`.
+        names: names of its entries, by kind.
+        file: name of the file; empty for a document.
     """
 
     table: Mapping[str, Any]
@@ -107,11 +107,11 @@ class Catalogue:
 
 
 def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = MappingProxyType({})) -> Catalogue:
-    """Return the built-in entries, then those of each file in turn, which add to or redefine what came before.
+    """Return the built-in entries with those of the files, in order; later entries redefine earlier ones.
 
     Args:
         paths: the files.
-        document: tables as of a file, which are read after them.
+        document: tables as in a file, read after the files.
 
     Raises:
         CatalogueError: A file cannot be read or is not TOML, or one of its entries is not usable; the message
@@ -143,7 +143,7 @@ def is_calibrated(path: Path) -> bool:
     """Return whether a catalogue file has the uncertainty of a calibration.
 
     Raises:
-        CatalogueError: it cannot be read or is not TOML.
+        CatalogueError: the file cannot be read or is not TOML.
     """
     return UNCERTAINTY in _content(path)
 
@@ -219,7 +219,7 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
             base = _find(kind, values.pop("base"), known)
         except CatalogueError as error:
             raise CatalogueError(f"{place}: base: {error}") from None
-        own = {"aliases": base.aliases} if base.name == name else {}  # of another entry they are not names
+        own = {"aliases": base.aliases} if base.name == name else {}  # the aliases of another entry are not inherited
         values = own | {key: getattr(base, key) for key in legal} | values
     missing = [f"{key} ({legal[key]})" for key in keys(kind, required=True) if key not in ("name", *values)]
     if missing:

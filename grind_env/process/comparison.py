@@ -11,14 +11,14 @@ from grind_env.arrays import Table
 
 
 def speed_ratio(vs: Table, vw: Table) -> Table:
-    """Speed ratio q = vs/vw of wheel and table [M]; all of shape (strokes,)."""
+    """Return the speed ratio q = vs/vw of wheel and table [M]; all of shape (strokes,)."""
     return 1000.0 * vs / vw
 
 
 def aggressiveness(vw: Table, vs: Table, ae: Table, ds: Table) -> Table:
-    """Aggressiveness of surface grinding, Aggr = 10^6 (vw/vs) (ae/ds)^0.5 [B]: chip thickness, whatever the grains.
+    """Return the aggressiveness of surface grinding, Aggr = 10^6 (vw/vs) (ae/ds)^0.5 [B].
 
-    All are of shape (strokes,).
+    Aggressiveness is a measure of chip thickness that leaves out the grains. All are of shape (strokes,).
 
     Args:
         vw: table speed, mm/s.

@@ -5,7 +5,7 @@ The tangential force at given depth, and with it normal force, power, heat and d
     (u/10 um)^depth (vw/200 mm/s)^speed ((V' + 10)/310)^volume
 
 with the interference u of the stroke, the table speed vw and the volume V' since the dress, mm3/mm. A constant factor
-on it, `power_factor`, is of the parameters of any process.
+on the force, `power_factor`, belongs to the parameters of any process.
 """
 
 from typing import Any, NamedTuple
@@ -17,9 +17,9 @@ from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import FORCES, StrokeConstants, StrokeResult, WheelState
 
 DEPTH, SPEED, VOLUME, EARLY = 0.010, 200.0, 300.0, 10.0
-"""mm, mm/s and mm3/mm at which the exponents change nothing; mm3/mm that are added to the volume."""
+"""Interference, mm, table speed, mm/s, and volume, mm3/mm, with factor 1; volume that is added to V', mm3/mm."""
 THINNEST, DEEPEST = 0.0005, 0.1
-"""mm; below and above no log tells how the force goes on, and it goes on as the model has it."""
+"""Range of the interference, mm, that logs cover; the factor is constant outside, and the force follows the model."""
 
 
 class CorrectedOwn(NamedTuple):
@@ -53,20 +53,20 @@ CORRECTED = PROCESS._replace(own=joined(PROCESS.own, CorrectedOwn), stroke=_stro
 
 
 EXPONENTS = ("power_depth_exponent", "power_speed_exponent", "power_volume_exponent")
-"""Fields of a material."""
+"""Fields of a material, in the order of `CorrectedOwn`."""
 
 
 def exponents_of(material: Material) -> tuple[float, ...]:
-    """Return the exponents of a material, as the process remembers them."""
+    """Return the exponents of a material, in the order of `CorrectedOwn`."""
     return tuple(float(getattr(material, name)) for name in EXPONENTS)
 
 
 def corrected_by(
     material: Material, process: Process, own: tuple[float, ...], *, open_: bool = False
 ) -> tuple[Process, tuple[float, ...]]:
-    """Return the process of a material and its memory at the start of a shift: the package's process without exponents.
+    """Return the process of a material and its memory at the start of a shift; without exponents `PROCESS`.
 
-    Any other process stays. `open_` says that exponents may exist, so that possible machines have some.
+    A process of another kind is not changed. `open_`: the uncertainty of the job includes exponents.
     """
     if process not in (PROCESS, CORRECTED):
         return process, own

@@ -12,16 +12,16 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 NO_LIMIT = 0.0
-"""A roughness limit or a tolerance of 0 is none."""
+"""Roughness limit or tolerance that means no limit."""
 
 STALL = 1.0
-"""Torque over that at which the spindle stalls."""
+"""Ratio of the torque to the stall torque at which the spindle stalls."""
 
 SCRAP_BELOW = 0.5
 """A part that is good with less than this probability counts as scrap."""
 
 MOST_HANDOVER_DRESSES = 4.0
-"""Dress executions that a dull wheel costs at most when it is handed over (scenarios, section 2)."""
+"""Highest price of a dull wheel at handover, in dress executions (scenarios, section 2)."""
 
 
 class Rates(NamedTuple):
@@ -41,7 +41,7 @@ class Limits(NamedTuple):
     rise: float
     """Highest temperature rise, K."""
     power: float
-    """Power of the spindle, W above idle: asked for more, it slows."""
+    """Power limit of the spindle, W above idle; a spindle that needs more slows."""
     roughness: float
     """Highest Ra, um; 0 for none."""
     size: float
@@ -57,7 +57,7 @@ def volume_left(diameter: float, width: float) -> float:
 
 @inlined
 def expenses(seconds: float, wheel_volume: float, dresses: float, rates: Rates) -> tuple[float, float, float]:
-    """Costs of time, of wheel volume (worn and dressed off, mm3) and of dress executions, each in $."""
+    """Return the costs of time, of wheel volume (worn and dressed off, mm3) and of dress executions, each in $."""
     return rates.hourly * seconds / 3600.0, rates.wheel * wheel_volume, rates.dress * dresses
 
 
@@ -70,17 +70,17 @@ def running_cost(seconds: float, wheel_volume: float, dresses: float, rates: Rat
 
 @inlined
 def survival(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> float:
-    """Probability that a part with these values is good.
+    """Return the probability that a part with these values is good.
 
     Each limit is a logistic step: 12 K wide in temperature rise, 2 % in torque, 4 % in roughness and 0.8 um in size. A
     spindle that has stalled leaves no good part.
 
     Args:
         rise: highest temperature rise that counts, K.
-        torque: highest torque over that at which the spindle stalls.
+        torque: ratio of the highest torque to the stall torque.
         roughness: Ra, um.
         size_error: stock left, um.
-        limits: the limits.
+        limits: limits of a good part.
     """
     burn = logistic((rise - limits.rise) / 12.0)
     stall = logistic((torque - STALL) / 0.02) if torque < STALL else 1.0
@@ -91,7 +91,7 @@ def survival(rise: float, torque: float, roughness: float, size_error: float, li
 
 
 def passed_limits(rise: float, torque: float, roughness: float, size_error: float, limits: Limits) -> tuple[str, ...]:
-    """Return the fields of `limits` that a part with these values is beyond; arguments as for `survival`.
+    """Return the fields of `limits` that a part with these values exceeds; arguments as for `survival`.
 
     `power` stands for a spindle that has stalled.
     """
@@ -106,7 +106,7 @@ def passed_limits(rise: float, torque: float, roughness: float, size_error: floa
 
 @inlined
 def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float, rates: Rates) -> float:
-    """Cost of one dress execution: its time, the wheel volume it takes off, the dresser, $."""
+    """Return the cost of one dress execution, $: time, wheel volume dressed off and dresser."""
     return running_cost(seconds, dressed_volume(passes, depth, ds, bs), 1.0, rates)
 
 
@@ -114,10 +114,10 @@ def dress_cost(passes: float, depth: float, seconds: float, ds: float, bs: float
 def handover_cost(
     wheel: WheelState, passes: float, lead: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
 ) -> float:
-    """Price of handing over a wheel that is duller than a dressed one, $.
+    """Return the price of handing over a wheel that is duller than a dressed wheel, $.
 
-    As many dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) as bring wear-flat area and loading back to
-    within a tenth of a dressed wheel.
+    The price is that of the dress executions (a fraction; at most `MOST_HANDOVER_DRESSES`) that bring wear-flat area
+    and loading back to within a tenth of a dressed wheel.
     """
     per_dress = restoration(passes, depth, wheel.lam, wheel.A, p.dd)
     effort = sharpening_effort(wheel.A, wheel.lam, dressed_wheel(wheel.ds, wheel.wd, lead, depth, p).A)

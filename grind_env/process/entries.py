@@ -1,8 +1,8 @@
 """Catalogue entries: work materials, wheels, dressers, fluids and machines.
 
 Each field of an entry states its symbol in the process model and in the literature (Malkin; Rowe; Wen, Tay and Nee),
-its unit and its legal range. The ranges are the range of the equations, wider than any grinding job, so that a
-calibration can move within them.
+its unit and its legal range. The ranges are those in which the equations hold. They are wider than any grinding job
+needs, so that a calibration has room.
 """
 
 import math
@@ -17,7 +17,7 @@ from grind_env.errors import GrindError, quoted
 ALUMINA, CBN = "alumina", "cbn"
 """Abrasives."""
 CLOSEST = 0.99
-"""Share of a field that another one, which must be less, may come to."""
+"""Largest ratio of the lesser to the greater field of a pair of `ASCENDING`."""
 
 
 class CatalogueError(GrindError):
@@ -69,7 +69,7 @@ class Entry:
 
     name: str
     aliases: tuple[str, ...] = field(default=(), compare=False, repr=False)
-    """Other names by which it is found, such as that of a standard."""
+    """Other names of the entry, such as its name in a standard."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.aliases, list | tuple) or not all(isinstance(each, str) for each in self.aliases):
@@ -87,7 +87,7 @@ class Entry:
                 raise CatalogueError(f"{self}: {lesser} is {low:g}, but must be below {greater}, {high:g}.")
 
     def ends(self, key: str) -> tuple[float, float]:
-        """Return the least and the greatest value that a field may have beside the others, in its unit."""
+        """Return the least and the greatest legal value of a field, given the other fields, in its unit."""
         quantity = quantities(type(self))[key]
         assert isinstance(quantity, Quantity)
         low, high = quantity.low, quantity.high
@@ -109,9 +109,9 @@ class Entry:
 class Material(Entry):
     """A work material; factors compare it with hardened AISI 52100."""
 
-    chip_energy: Annotated[float, Quantity("u_ch", "J/mm3", 1, 100)]  # of chip formation
-    chip_heat: Annotated[float, Quantity("e_ch", "J/mm3", 0, 50)]  # that leaves with the chips
-    ploughing_pressure: Annotated[float, Quantity("kp", "N/mm2", 0.01, 20)]  # tangential, by reference grains
+    chip_energy: Annotated[float, Quantity("u_ch", "J/mm3", 1, 100)]  # energy of chip formation
+    chip_heat: Annotated[float, Quantity("e_ch", "J/mm3", 0, 50)]  # heat that leaves with the chips
+    ploughing_pressure: Annotated[float, Quantity("kp", "N/mm2", 0.01, 20)]  # tangential, with reference grains
     conductivity: Annotated[float, Quantity("k", "W/(m K)", 1, 500)]
     density: Annotated[float, Quantity("rho", "kg/m3", 1000, 20_000)]
     specific_heat: Annotated[float, Quantity("c", "J/(kg K)", 100, 2000)]
@@ -119,19 +119,19 @@ class Material(Entry):
     poisson_ratio: Annotated[float, Quantity("nuw", "", 0, 0.49)]
     wear_flat_growth: Annotated[float, Quantity("kA", "1/mm", 0, 1e-4)]  # per mm that a grain slides
     loading_rate: Annotated[float, Quantity("kL", "1/(mm3/mm)", 0, 0.1)]  # per specific volume removed
-    tempering_rise: Annotated[float, Quantity("T_temper", "K", 50, 2000)]  # surface rise that softens
-    g_ratio_factor: Annotated[float, Quantity("gA", "", 0.001, 10)]  # with alumina
-    g_ratio_factor_cbn: Annotated[float, Quantity("gC", "", 0.001, 10)]  # with CBN
-    g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]  # of the wear over chip thickness
+    tempering_rise: Annotated[float, Quantity("T_temper", "K", 50, 2000)]  # surface rise that softens the work
+    g_ratio_factor: Annotated[float, Quantity("gA", "", 0.001, 10)]  # on the G-ratio, with alumina
+    g_ratio_factor_cbn: Annotated[float, Quantity("gC", "", 0.001, 10)]  # on the G-ratio, with CBN
+    g_ratio_exponent: Annotated[float, Quantity("mG", "", 0, 2)]  # of the wheel wear over the chip thickness
     pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
     burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
-    burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # at which it burns, on Malkin's contact
+    burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # rise at which the work burns, on Malkin's contact
     thermal_expansion: Annotated[float, Quantity("alpha_th", "1/K", 0, 1e-4)] = 12e-6
     power_factor: Annotated[float, Quantity("cF", "", 0.1, 10)] = 1.0  # on the tangential force, found by calibration
     heat_factor: Annotated[float, Quantity("cH", "", 0.02, 10)] = 1.0  # on the heat in the work, found by calibration
-    power_depth_exponent: Annotated[float, Quantity("cu", "", -2, 2)] = 0.0  # of it on the interference of a stroke
-    power_speed_exponent: Annotated[float, Quantity("cv", "", -2, 2)] = 0.0  # of it on the table speed
-    power_volume_exponent: Annotated[float, Quantity("cV", "", -2, 2)] = 0.0  # of it on the volume since the dress
+    power_depth_exponent: Annotated[float, Quantity("cu", "", -2, 2)] = 0.0  # of the force over the interference
+    power_speed_exponent: Annotated[float, Quantity("cv", "", -2, 2)] = 0.0  # of the force over the table speed
+    power_volume_exponent: Annotated[float, Quantity("cV", "", -2, 2)] = 0.0  # of the force over the volume since dress
 
     @property
     def effusivity(self) -> float:
@@ -153,7 +153,7 @@ class Material(Entry):
 class Wheel(Entry):
     """A grinding wheel; volumes are mm3 per mm of engaged width, areas fractions of the wheel face.
 
-    What grit size and structure act on is stated as of a grit of 0.25 mm (mesh 60) and a grain volume fraction of 0.52.
+    Values that depend on grit size or structure hold for a 0.25 mm grit (mesh 60) and a grain volume fraction of 0.52.
     """
 
     ASCENDING = (
@@ -162,55 +162,55 @@ class Wheel(Entry):
         ("dressed_wear_flat", "wear_flat_limit"),
     )
 
-    abrasive: Annotated[str, Choice((ALUMINA, CBN))]  # which of the material's factors holds on the G-ratio
+    abrasive: Annotated[str, Choice((ALUMINA, CBN))]  # selects the G-ratio factor of the material
     diameter: Annotated[float, Quantity("ds0", "mm", 100, 600)]  # when new
     minimum_diameter: Annotated[float, Quantity("ds_min", "mm", 50, 600)]  # below it the wheel is changed
-    maximum_speed: Annotated[float, Quantity("vs_max", "m/s", 5, 300)] = 300.0  # that its maker allows
+    maximum_speed: Annotated[float, Quantity("vs_max", "m/s", 5, 300)] = 300.0  # allowed by its maker
     width: Annotated[float, Quantity("bs", "mm", 5, 300)]
     price: Annotated[float, Quantity("cs", "$/mm3", 0, 1)]
-    grit_size: Annotated[float, Quantity("dg", "mm", 0.02, 1)]  # of alumina about 15.2 over the mesh number
-    grain_fraction: Annotated[float, Quantity("Vg", "", 0.2, 0.65)]  # of the volume: the structure
+    grit_size: Annotated[float, Quantity("dg", "mm", 0.02, 1)]  # for alumina about 15.2 over the mesh number
+    grain_fraction: Annotated[float, Quantity("Vg", "", 0.2, 0.65)]  # grain share of the volume: the structure
     grain_conductivity: Annotated[float, Quantity("kg", "W/(m K)", 1, 2000)]  # effective, of one grain
     youngs_modulus: Annotated[float, Quantity("Es", "GPa", 5, 500)]
     poisson_ratio: Annotated[float, Quantity("nus", "", 0, 0.49)]
     contact_roughness: Annotated[float, Quantity("Rr", "", 1, 20)]  # Rowe and Qi's roughness factor
     friction: Annotated[float, Quantity("mu", "", 0.05, 1)]  # wear flat on work, in emulsion
-    normal_force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # over tangential when cutting, in emulsion
+    normal_force_ratio: Annotated[float, Quantity("kc", "", 1, 5)]  # normal over tangential in cutting, in emulsion
     pressure_base: Annotated[float, Quantity("pa", "N/mm2", 0, 1000)]
-    pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of pressure over curvature difference
-    threshold_depth: Annotated[float, Quantity("a0", "mm", 1e-6, 0.01)]  # that contact keeps at no cut
-    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e6)]  # steady, unbroken, chip thickness 0.1 um
-    g_ratio_fluid: Annotated[float, Quantity("xf", "", 0, 2)]  # exponent of the fluid's factor on it
-    fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grain; what a wheel grade stands for
+    pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of the pressure over curvature difference
+    threshold_depth: Annotated[float, Quantity("a0", "mm", 1e-6, 0.01)]  # depth of the contact where nothing is cut
+    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e6)]  # steady, without fracture, at chip thickness 0.1 um
+    g_ratio_fluid: Annotated[float, Quantity("xf", "", 0, 2)]  # exponent of the fluid's g_ratio_factor
+    fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grain; stands for the wheel grade
     fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
-    initial_wear: Annotated[float, Quantity("wi", "mm", 0, 0.1)]  # of the radius, early after a medium dress
-    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which three quarters of it are lost
+    initial_wear: Annotated[float, Quantity("wi", "mm", 0, 0.1)]  # radial wear early after a medium dress
+    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which 3/4 of initial_wear are lost
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
-    wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
+    wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # factor on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]
     loading_area: Annotated[float, Quantity("AL", "", 0, 0.2)]  # rubbing area of a fully loaded face
     dressed_wear_flat: Annotated[float, Quantity("Ad", "", 1e-5, 0.1)]  # after a medium dress
-    damage_depth: Annotated[float, Quantity("dd", "mm", 0.0005, 0.1)]  # that a dress has to remove
-    roughness: Annotated[float, Quantity("RaRef", "um", 0.02, 5)]  # scale after a medium dress
-    roughness_floor: Annotated[float, Quantity("f0", "", 0.05, 2)]  # over that scale; what spark-out leaves
-    roughness_rate: Annotated[float, Quantity("f1", "", 0, 2)]  # over it, at 3 mm2/s
-    settling_volume: Annotated[float, Quantity("Vr", "mm3/mm", 1, 1000)]  # in which the dressed texture fades
-    roughness_wear_exponent: Annotated[float, Quantity("nr", "", 0, 1)]  # of its wear on that roughness
+    damage_depth: Annotated[float, Quantity("dd", "mm", 0.0005, 0.1)]  # damaged layer that a dress has to remove
+    roughness: Annotated[float, Quantity("RaRef", "um", 0.02, 5)]  # roughness scale after a medium dress
+    roughness_floor: Annotated[float, Quantity("f0", "", 0.05, 2)]  # ratio to the scale after spark-out
+    roughness_rate: Annotated[float, Quantity("f1", "", 0, 2)]  # term at 3 mm2/s, ratio to the scale
+    settling_volume: Annotated[float, Quantity("Vr", "mm3/mm", 1, 1000)]  # volume in which the dressed texture fades
+    roughness_wear_exponent: Annotated[float, Quantity("nr", "", 0, 1)]  # of the roughness over the wheel wear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dresser(Entry):
-    """A diamond dresser, standing or rotary; exponents are of the roughness that it leaves on the wheel."""
+    """A diamond dresser, standing or rotary; exponents apply to the roughness that a dress leaves on the wheel."""
 
     tip_radius: Annotated[float, Quantity("rd", "mm", 0.05, 5)]
     cost_per_dress: Annotated[float, Quantity("cD", "$", 0, 1000)]
     lead_exponent: Annotated[float, Quantity("nf", "", 0, 2)] = 0.5
     depth_exponent: Annotated[float, Quantity("na", "", 0, 1)] = 0.25
     blunting_exponent: Annotated[float, Quantity("nw", "", 0, 2)] = 0.3  # a blunt diamond smooths
-    speed_ratio: Annotated[float, Quantity("qd", "", -2, 2)] = 0.0  # over the wheel; 0 of a tool that stands
+    speed_ratio: Annotated[float, Quantity("qd", "", -2, 2)] = 0.0  # dresser over wheel speed; 0 if the tool stands
     speed_ratio_exponent: Annotated[float, Quantity("nq", "", 0, 2)] = 0.0
-    sharpness_exponent: Annotated[float, Quantity("ns", "", 0, 2)] = 0.0  # of its severity over the speed ratio
+    sharpness_exponent: Annotated[float, Quantity("ns", "", 0, 2)] = 0.0  # of the severity over the speed ratio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,9 +219,9 @@ class Fluid(Entry):
 
     convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]  # in a contact of 2.4 mm at 30 m/s, unboiled
     boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1e5)]  # surface rise at which the film boils
-    film_share: Annotated[float, Quantity("kfilm", "", 0, 1)] = 0.1  # of convection, when it has
+    film_share: Annotated[float, Quantity("kfilm", "", 0, 1)] = 0.1  # of convection, left when the film has boiled off
     friction_factor: Annotated[float, Quantity("fm", "", 0.1, 5)] = 1.0
-    force_ratio_factor: Annotated[float, Quantity("fk", "", 0.3, 3)] = 1.0  # on tangential over normal force
+    force_ratio_factor: Annotated[float, Quantity("fk", "", 0.3, 3)] = 1.0  # on the ratio of tangential to normal force
     ploughing_factor: Annotated[float, Quantity("Fp", "", 0.1, 5)] = 1.0
     loading_factor: Annotated[float, Quantity("fL", "", 0, 20)] = 1.0
     wear_flat_factor: Annotated[float, Quantity("fA", "", 0, 20)] = 1.0
@@ -231,21 +231,21 @@ class Fluid(Entry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Machine(Entry):
-    """A surface grinder; what its power limit leaves above idle is for grinding."""
+    """A surface grinder; the power limit less the idle power is available for grinding."""
 
     ASCENDING = (("idle_power", "power_limit"),)
 
-    stiffness: Annotated[float, Quantity("ke", "N/mm", 1000, 500_000)]  # of the loop wheel to work, normal
+    stiffness: Annotated[float, Quantity("ke", "N/mm", 1000, 500_000)]  # of the loop from wheel to work, normal
     power_limit: Annotated[float, Quantity("Pmax", "W", 100, 500_000)]
     idle_power: Annotated[float, Quantity("P_idle", "W", 0, 100_000)]
-    stall_speed: Annotated[float, Quantity("rs", "", 0.2, 0.98)] = 0.6  # share of wheel speed; slower, it stalls
-    meter_scale: Annotated[float, Quantity("cP", "", 0.1, 10)] = 1.0  # what its power meter shows over the power
-    stall_time: Annotated[float, Quantity("t_stall", "s", 0, 86_400)] = 600.0  # lost when it has
+    stall_speed: Annotated[float, Quantity("rs", "", 0.2, 0.98)] = 0.6  # share of wheel speed at a stall
+    meter_scale: Annotated[float, Quantity("cP", "", 0.1, 10)] = 1.0  # reading of the power meter over the power
+    stall_time: Annotated[float, Quantity("t_stall", "s", 0, 86_400)] = 600.0  # lost by a stall
     acceleration: Annotated[float, Quantity("acc", "mm/s2", 10, 100_000)]  # of the table
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]
     rapid_feed: Annotated[float, Quantity("G00", "mm/min", 100, 200_000)]
     hourly_rate: Annotated[float, Quantity("Cm", "$/h", 0, 10_000)]
-    chuck_conductance: Annotated[float, Quantity("hc", "W/(m2 K)", 0, 1e5)] = 2000.0  # of heat, part to chuck
+    chuck_conductance: Annotated[float, Quantity("hc", "W/(m2 K)", 0, 1e5)] = 2000.0  # for heat from part to chuck
     maximum_table_speed: Annotated[float, Quantity("E_max", "mm/min", 100, 200_000)] = 200_000.0
     maximum_plunge_feed: Annotated[float, Quantity("F_plunge", "mm/min", 1, 200_000)] = 200_000.0
     maximum_cross_feed: Annotated[float, Quantity("F_cross", "mm/min", 1, 200_000)] = 200_000.0
@@ -253,7 +253,7 @@ class Machine(Entry):
 
 
 def quantities(kind: type[Entry]) -> Mapping[str, Quantity | Choice]:
-    """Return the legal values of each field of an entry class but `name`, by field name."""
+    """Return the legal values of the fields that an entry class adds to `Entry`, by field name."""
     # Entry classes are one level deep, so that the class's own annotations are all of them.
     return {key: hint.__metadata__[0] for key, hint in get_annotations(kind).items()}
 

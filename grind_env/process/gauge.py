@@ -9,10 +9,10 @@ from grind_env.process.process import Nothing, joined
 
 
 class GaugeReadings(NamedTuple):
-    """Readings of the gauges: as truth the exact values, as noise standard normal numbers times the factor of the task.
+    """Numbers of the gauges: true values, readings, or noise (standard normal numbers times the factor of the task).
 
     `mean_power`, `first_power` and `peak_power` are W, `size_error` is um, `diameter` mm. `roughness` is a ratio to its
-    limit. Of a block that shows nothing of the kind they say nothing.
+    limit. A number has no meaning for a block without such a reading.
     """
 
     mean_power: float
@@ -24,17 +24,17 @@ class GaugeReadings(NamedTuple):
 
 
 QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))
-"""No noise."""
+"""Noise of 0 in all gauges."""
 
 
 class Gauge(NamedTuple):
     """Meter and gauges of a shop."""
 
     read: Callable[..., Any]
-    """`read(truth, own, seconds, noise) -> shown, own`: after every block, at the s of the shift at which it is over;
-    compiled. `own` has all that process and gauge remember."""
+    """`read(truth, own, seconds, noise) -> shown, own`, compiled and called after every block; `seconds` is the time of
+    the shift at the end of the block, `own` the memory of process and gauge."""
     own: type[Any] = Nothing
-    """What they remember, as of `Process`; under other names than the process."""
+    """Memory of the gauges, as `Process.own`; its field names must differ from those of the process."""
 
 
 @inlined
@@ -43,7 +43,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
 
 
 TRUTH = Gauge(_read)
-"""What there is, without noise."""
+"""Gauge that shows the true values, without noise."""
 
 
 @functools.cache

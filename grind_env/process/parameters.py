@@ -1,4 +1,4 @@
-"""From catalogue entries to process parameters: of a stroke, of its price, and of a good part."""
+"""Process parameters from catalogue entries: of a stroke, of its price, and of a good part."""
 
 import math
 
@@ -9,7 +9,7 @@ from grind_env.process.equations.slab import slab_modes
 from grind_env.process.state import StrokeParameters
 
 USUAL_HEIGHT = 20.0
-"""mm; of a part whose height nobody has said: by it the part warms up and grows."""
+"""Height of a part if none is given, mm; the warming and growth of the part depend on it."""
 
 
 def stroke_parameters(
@@ -27,16 +27,16 @@ def stroke_parameters(
     """Return the stroke parameters of a set-up.
 
     Args:
-        material: of the part.
+        material: material of the part.
         wheel: grinding wheel.
         dresser: dressing tool.
         fluid: coolant.
         machine: machine tool.
-        wheel_speed: surface speed of the new wheel, m/s. The rpm that gives it is kept as the wheel shrinks,
+        wheel_speed: surface speed of the new wheel, m/s. The rpm stays constant as the wheel shrinks,
             unless the control holds the surface speed (12-41).
-        constant_surface_speed: hold `wheel_speed` itself.
-        width: of the part, mm.
-        height: of the part, mm.
+        constant_surface_speed: whether the control holds `wheel_speed`.
+        width: width of the part, mm.
+        height: height of the part, mm.
     """
     z, st = eq.fineness(wheel.grit_size), eq.density(wheel.grain_fraction)
     alumina = wheel.abrasive == ALUMINA
@@ -51,7 +51,7 @@ def stroke_parameters(
         fluid.part_cooling,
         machine.chuck_conductance,
     )
-    # heat is so many times as much where all that it flows into takes up as many times less
+    # a factor on the heat equals the inverse factor on all that takes up heat
     hotter = material.heat_factor
     return StrokeParameters(
         u_ch=material.power_factor * material.chip_energy,
@@ -138,7 +138,7 @@ def limits_of(
 
 
 def contact_modulus(material: Material, wheel: Wheel) -> float:
-    """Contact modulus E* of wheel and work (Hertz), N/mm2."""
+    """Return the contact modulus E* of wheel and work (Hertz), N/mm2."""
     wheel_compliance = (1.0 - wheel.poisson_ratio**2) / (1000.0 * wheel.youngs_modulus)
     work_compliance = (1.0 - material.poisson_ratio**2) / (1000.0 * material.youngs_modulus)
     return 1.0 / (wheel_compliance + work_compliance)

@@ -1,8 +1,8 @@
-"""The `Process` interface of the machine loops, used beside a `CycleKernel`.
+"""The `Process` interface: functions of a grinding process that the machine loops call beside a `CycleKernel`.
 
-Its functions are compiled (`kernel.inlined`), and hold conditional expressions only, so that they vectorise. Wheel,
-parameters and stroke are those of `process.state`, whatever the process; all else that it remembers, of the machine, of
-the part or of the wheel, is its `own`.
+The functions are compiled (`kernel.inlined`) and hold conditional expressions only, so that they vectorise. Every
+process uses the wheel, the parameters and the stroke result of `process.state`. All its other memory, of the machine,
+the part or the wheel, is in the record `own`.
 """
 
 import functools
@@ -24,58 +24,60 @@ class Nothing(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """A cycle block that is about to begin."""
+    """The start of a cycle block."""
 
     number: float
-    """Number of them before it in the shift."""
+    """Number of cycle blocks before this one in the shift."""
     seconds: float
-    """Seconds of the shift, s."""
+    """Time since the start of the shift, s."""
     place: float
     """Coordinate of the middle of the part along the table, mm."""
     E: float
-    """Commanded, mm/min."""
+    """Commanded table speed, mm/min."""
 
 
 class Drive(NamedTuple):
     """True speed and dwell of the table in a cycle block."""
 
     share: float
-    """Share of every commanded E that it reaches."""
+    """Ratio of the true table speed to the commanded E."""
     dwell: float
-    """At a reversal point, s."""
+    """Dwell at a reversal point, s."""
 
 
 class Process(NamedTuple):
-    """Functions of wheel, own, and the numbers of a stroke, a dress, a block or a while.
+    """Compiled functions of wheel, memory (`own`) and the numbers of a stroke, a dress, a block or a wait.
 
-    Times are whole ms, so that program and episode, which round differently, get the same bits.
+    Times are whole ms: a program run and an episode round times differently, but then get the same bits.
     """
 
     own: type[Any]
-    """A named tuple of floats with defaults: what it remembers besides, as a shift begins. Wheel changes leave it."""
+    """Memory besides the wheel: a named tuple type of floats; its defaults hold when a shift begins. A wheel change
+    does not reset the memory."""
     held: type[Any]
-    """What strokes of a cycle have in common, a named tuple of floats with `stall_time`: what `constants` gives."""
+    """Constants of the strokes of a cycle, made by `constants`: a named tuple type of floats with `stall_time`."""
     constants: Callable[..., Any]
     """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
     stroke: Callable[..., Any]
-    """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`; as `process.stroke.grind_stroke`, with
-    the time up to the next one, reversal dwell included; in `Z` is what the part has `grown`. Where the wheel meets
-    nothing, a stroke does what `idle` does. What the machine grows by, it takes off `wheel.W`: touching off and gauging
-    set that to 0."""
+    """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`, as `process.stroke.grind_stroke`.
+    `seconds` is the time up to the next stroke, reversal dwell included; `Z` includes the growth of the part (`grown`).
+    A stroke in the air acts as `idle`. Growth of the machine is subtracted from `wheel.W`, which touching off and
+    gauging set to 0."""
     dress: Callable[..., Any]
     """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke.dress_wheel`."""
     idle: Callable[..., Any] | None = None
-    """`idle(wheel, own, p, seconds, loads) -> wheel, own`: what a while without a stroke does: a dress, a wait, the way
-    to the next block, or a change of the part, which `loads`. None for nothing."""
+    """`idle(wheel, own, p, seconds, loads) -> wheel, own`: effect of a time without a stroke: a dress, a wait, the way
+    to the next block, or a change of the part (`loads` is true). None for no effect."""
     before: Callable[..., Any] | None = None
-    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: before a cycle block, once the wheel has been
-    touched off or gauged; `drive` as the control has it. Wheel and own stay changed, p and drive hold in the block.
-    None for nothing."""
+    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: called before a cycle block, after the wheel is
+    touched off or gauged; `drive` has the values of the control. Changes of wheel and own stay; p and drive hold only
+    in the block. None for no effect."""
     grown: Callable[..., Any] | None = None
-    """`grown(own, held) -> mm`: by how much the part stands higher than when it was cold, which gauging does not see,
-    for it finds wheel and part as they are. None for nothing."""
+    """`grown(own, held) -> mm`: thermal growth of the part in height. Gauging does not find this growth, because it
+    measures wheel and part as they are. None for no growth."""
     of_part: tuple[str, ...] = ()
-    """What of `own` goes with the part: where strokes come back to one, it is what that one has come to meanwhile."""
+    """Fields of `own` that belong to the part: a part to which strokes come back gets its own values again, changed by
+    the time between."""
 
     def __reduce__(self) -> Any:
         """Pickle the package's process by name, with the functions compiled there."""
@@ -83,19 +85,19 @@ class Process(NamedTuple):
 
 
 class Hook(NamedTuple):
-    """Something that happens before every cycle block, whatever grinds in it."""
+    """A function that is called before every cycle block, with any process."""
 
     before: Callable[..., Any]
-    """As in `Process`."""
+    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`, as in `Process`."""
     own: type[Any] = Nothing
-    """What it remembers, as of `Process`."""
+    """Memory of the hook: a named tuple type of floats with defaults, as `Process.own`."""
 
 
 class PartHeat(NamedTuple):
     """Heat memory of the package's process for the part in work: see `equations.slab`."""
 
     dT_1: float = 0.0
-    """What the slowest mode has of the mean temperature above the hall, K; the modes add up to that."""
+    """Part of the slowest mode in the mean temperature above the hall, K; that temperature is the sum of the modes."""
     dT_2: float = 0.0
     dT_3: float = 0.0
     dT_4: float = 0.0
@@ -113,7 +115,7 @@ def mean_rise(own: Any) -> float:
 
 @inlined
 def _later(own: Any, warmer: float, seconds: float, k: Any, kept: float) -> Any:
-    """Return what is remembered a while after heat for so many K came in; of a part taken off, 0 is `kept`."""
+    """Return the memory `seconds` after a mean rise by `warmer`, K; `kept` is 0 for a new part, else 1."""
     rises = (
         kept * cooled(own.dT_1 + k.w_1 * warmer, seconds, k.r_1),
         kept * cooled(own.dT_2 + k.w_2 * warmer, seconds, k.r_2),
@@ -159,12 +161,12 @@ PROCESS = Process(
     grown=_grown,
     of_part=PartHeat._fields,
 )
-"""That of the package."""
+"""The process of the package."""
 
 
 @functools.cache
 def composed(process: Process, *hooks: Hook) -> Process:
-    """Return a process with hooks before every block, one after the other, each with what those before have changed."""
+    """Return a process with hooks before every block; each hook gets the results of the hook before it."""
     for hook in hooks:
         before = hook.before if process.before is None else _chained(process.before, hook.before)
         process = process._replace(before=before, own=joined(process.own, hook.own))
@@ -181,7 +183,7 @@ def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
 
 
 def joined(*owns: type[Any]) -> type[Any]:
-    """Return the record of all that some of them remember; functions of one find its fields in it by their names."""
+    """Return one memory type with the fields of all `owns`; the functions of each find their fields by name."""
     return _joined(owns)
 
 
@@ -195,14 +197,14 @@ def _joined(owns: tuple[type[Any], ...]) -> type[Any]:
 
 
 HALF = 0.5 + 1e-6
-"""ms; by more than sums of times round."""
+"""Half a ms plus more than the rounding error of a sum of times, ms."""
 
 
 @inlined
 def whole_ms(seconds: float) -> float:
     """Return a time rounded to whole ms, s; see `Process`.
 
-    Half a ms, in which an infeed at F30 under 1 m/s2 ends, is a whole one, from whatever sum it comes.
+    Half a ms, with which an infeed at F30 and 1 m/s2 ends, rounds up, whatever the rounding error of its sum.
     """
     milliseconds: float = np.floor(1000.0 * seconds + HALF)
     return milliseconds / 1000.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class WheelState(NamedTuple):
-    """The wheel, its diamond and what the grinding has done to both. All hidden from an agent but `ds`."""
+    """State of the wheel and of its dressing diamond. An agent sees `ds` only."""
 
     ds: float
     """Diameter, mm."""
@@ -66,7 +66,7 @@ class StrokeParameters(NamedTuple):
     Tb: float
     """Temperature rise at which the fluid film boils, K."""
     kfilm: float
-    """Share of the convection that is left when it has."""
+    """Share of the convection that is left when the film has boiled off."""
     u0: float
     """Burn threshold at vanishing contact, J/mm3."""
     Bm: float
@@ -78,11 +78,11 @@ class StrokeParameters(NamedTuple):
     fc: float
     """Force per grain above which bond and grain fracture, N."""
     kf: float
-    """Strength of that fracture wear, no unit."""
+    """Strength of the fracture wear, no unit."""
     wi: float
     """Radius that the wheel loses early after a medium dress, mm."""
     Vi: float
-    """Volume over which that early wear dies away, mm3/mm."""
+    """Volume over which the early wear decays, mm3/mm."""
     dr: float
     """Wear depth that renews the wheel surface, mm."""
     kA: float
@@ -104,11 +104,11 @@ class StrokeParameters(NamedTuple):
     f1: float
     """Term of the roughness at the reference removal rate, as a ratio to its scale."""
     ra_scale: float
-    """Factor of this very wheel and part on the roughness; 1 nominally."""
+    """Factor on the roughness for this individual wheel and part; 1 nominally."""
     gm: float
-    """Factor of this material on the G-ratio, by which its wear is compared with that of others, no unit."""
+    """Factor of this material on the G-ratio, no unit; the roughness depends on the wheel wear over this factor."""
     nr: float
-    """Exponent of the wheel's wear on the roughness that it leaves."""
+    """Exponent of the roughness over the wheel wear."""
     Ad: float
     """Wear-flat area after the reference dress, fraction of the wheel surface."""
     dd: float
@@ -118,13 +118,13 @@ class StrokeParameters(NamedTuple):
     nf: float
     """Exponent of the roughness that a dress leaves over its lead."""
     na: float
-    """Exponent over its depth."""
+    """Exponent of the roughness that a dress leaves over its depth."""
     nw: float
-    """Exponent over the blunting of the diamond, which smooths."""
+    """Exponent of the roughness that a dress leaves over the blunting of the diamond, which smooths."""
     qr: float
     """Effect of a rotary dresser's speed ratio on the roughness that it leaves; 1 for a diamond that stands."""
     qs: float
-    """The same factor on the severity of its dress."""
+    """Effect of a rotary dresser's speed ratio on the severity of a dress; 1 for a diamond that stands."""
     bs: float
     """Wheel width, mm."""
     ke: float
@@ -134,7 +134,7 @@ class StrokeParameters(NamedTuple):
     rs: float
     """Share of the wheel speed to which overload slows the spindle before it stalls."""
     stall_time: float
-    """Time lost when it has, s."""
+    """Time lost when the spindle stalls, s."""
     n: float
     """Wheel speed at constant rpm, 1/s; 0 for constant surface speed."""
     vs_set: float
@@ -162,7 +162,7 @@ class StrokeParameters(NamedTuple):
 
 
 FORCES = ("u_ch", "kp", "pa", "pb")
-"""Parameters that scale all forces of a stroke, if they are scaled alike: power, heat and deflection go along."""
+"""Parameters that scale all forces of a stroke if one factor multiplies them; power, heat and deflection follow."""
 
 
 class StrokeConstants(NamedTuple):
@@ -181,7 +181,7 @@ class StrokeConstants(NamedTuple):
     pa: float
     """Wear-flat pressure on this material at zero curvature difference, N/mm2."""
     pb: float
-    """Its slope over 1/(de vs), N/mm2 times mm times m/s."""
+    """Slope of the wear-flat pressure over 1/(de vs), N/mm2 times mm times m/s."""
     AL: float
     kp: float
     mu: float
@@ -233,12 +233,12 @@ class StrokeConstants(NamedTuple):
     """Logarithm of gm, no unit."""
     nr: float
     least_chips: float
-    """Logarithm of the factor of the chip thickness on the wear at which grains only plough, no unit."""
+    """Logarithm of the wear factor at the chip thickness below which grains only plough, no unit."""
     ra_scale: float
     per_vw: float
-    """s/mm."""
+    """One over the table speed, s/mm."""
     per_capacity: float
-    """As in `StrokeParameters`, K mm/J."""
+    """One over the heat capacity of the part for each mm of its length, K mm/J."""
     w_1: float
     w_2: float
     w_3: float
@@ -251,7 +251,7 @@ class StrokeConstants(NamedTuple):
 
 
 class StrokeResult(NamedTuple):
-    """What happens in one stroke: the quantities a record shows.
+    """Results of one stroke: the quantities that a record shows.
 
     Where the table is slower than E over some of the part, `ae`, `dw`, `worn`, `Rg` and `Ra` are means over its length,
     `load`, `torque`, `T` and `burn_ratio` the highest values, and all others means over time.
@@ -278,11 +278,11 @@ class StrokeResult(NamedTuple):
     vs: float
     """Wheel speed, m/s: less than set where the spindle has reached its power limit."""
     load: float
-    """Load of the spindle as its drive shows it, W: torque times the speed that is set; power unless it slows."""
+    """Spindle load that the drive shows, W: torque times set speed; equal to the power unless the spindle slows."""
     mean_load: float
-    """Its mean over time, W."""
+    """Mean of the spindle load over time, W."""
     torque: float
-    """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
+    """Ratio of the torque to the stall torque; from 1 on the spindle has stalled, and the other numbers are invalid."""
     T: float
     """Surface temperature rise, K."""
     heat: float
@@ -290,7 +290,7 @@ class StrokeResult(NamedTuple):
     eps: float
     """Energy partition: share of the power that enters the work."""
     burn_ratio: float
-    """Burn ratio: power over that at which the work burns (Malkin)."""
+    """Burn ratio: power over the power at which the work burns (Malkin)."""
     G: float
     """G-ratio, with early wear; 0 where nothing is cut."""
     dw: float

@@ -1,8 +1,8 @@
 """One stroke and one dress: the change of wheel and surface in one event.
 
-`grind_stroke` and `dress_wheel` are the whole dynamics; `dressed_wheel` is the state of a wheel at the start.
-The run of a program calls them stroke by stroke, the compiled loops in SIMD lanes; they hold conditional expressions
-only, so that they vectorise. What strokes of a cycle have in common is worked out once, by `stroke_constants`.
+`grind_stroke` and `dress_wheel` are the whole dynamics; `dressed_wheel` returns the state of a wheel at the start.
+The run of a program calls these functions stroke by stroke, the compiled loops in SIMD lanes. The functions hold
+conditional expressions only, so that they vectorise. `stroke_constants` computes the constants of a cycle once.
 """
 
 import math
@@ -14,7 +14,7 @@ from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeRes
 
 @inlined
 def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstants:
-    """What strokes at table speed `vw`, mm/s, over the length `Lw`, mm, have in common."""
+    """Return the constants of all strokes at table speed `vw`, mm/s, over the length `Lw`, mm."""
     return StrokeConstants(
         n=p.n,
         vs_set=p.vs_set,
@@ -84,11 +84,11 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
 def grind_stroke(
     wheel: WheelState, S: float, Rs: float, Z: float, b: float, k: StrokeConstants
 ) -> tuple[WheelState, StrokeResult]:
-    """One pass of the wheel over the part.
+    """Return the wheel after one pass over the part, and the results of the stroke.
 
-    Depth of cut and normal force balance the elastic loop at the wheel speed that is set. Where the spindle slows, the
-    force of the slower wheel is that of the result; what it deflects further is left out, here and in all later
-    strokes, which begin from the depth that was cut.
+    Depth of cut and normal force balance the elastic loop at the set wheel speed. Where the spindle slows, the result
+    has the force of the slower wheel. The further deflection by this force is neglected, here and in all later strokes,
+    which begin from the depth that was cut.
 
     Args:
         wheel: state before the stroke.
@@ -191,7 +191,7 @@ def grind_stroke(
 def dress_wheel(
     wheel: WheelState, passes: float, lead: float, depth: float, p: StrokeParameters
 ) -> tuple[WheelState, float]:
-    """One dress execution.
+    """Return the wheel after one dress execution, and the wheel volume dressed off.
 
     Args:
         wheel: state before the dress.
@@ -222,7 +222,7 @@ def dress_wheel(
 
 @inlined
 def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
-    """A wheel of diameter `ds`, fully dressed with a diamond of wear flat `wd` (lead and depth in mm)."""
+    """Return a wheel of diameter `ds`, fully dressed by a diamond of wear flat `wd`; all lengths are mm."""
     blunt = eq.blunting(wd, p.b0)
     s = eq.severity(depth, lead, blunt, p.qs)
     return WheelState(

@@ -26,7 +26,7 @@ class TableError(GrindError):
     Attributes:
         key: the key at fault, with its table, such as `part.stock`.
         found: its value; None if it is missing.
-        legal: what it may be.
+        legal: its legal values.
         file: the file of the document; empty if it was not read from one.
     """
 
@@ -46,7 +46,7 @@ class Content:
         type: type of the value: float, int, bool, str, or tuple or Mapping of these.
         item: type of the entries of a tuple or a mapping; else as `type`.
         count: entries of a tuple; 0 for any number.
-        optional: whether None stands for a value that is left out.
+        optional: whether None is legal, for a value that is left out.
     """
 
     type: Any
@@ -87,7 +87,7 @@ class Content:
         return isinstance(value, self.item) and (not self.choices or value in self.choices)
 
     def _rises(self, value: tuple[float, ...]) -> bool:
-        # a range may be one number, a list of levels has no two alike, and coordinates are as they are
+        # both ends of a range may be equal, levels must differ, and coordinates may have any order
         return self.count > 2 or all(a <= b if self.count else a < b for a, b in itertools.pairwise(value))
 
 
@@ -154,7 +154,7 @@ def refuse_missing(table: TomlTable, kind: type[Any], place: str, error: Error) 
 
 
 def keys(kind: type[Any], required: bool = False) -> tuple[str, ...]:
-    """Names of the fields of a dataclass; if `required`, of those without a default."""
+    """Return the names of the fields of a dataclass; if `required`, only of fields without a default."""
     return tuple(
         item.name
         for item in fields(kind)

@@ -14,7 +14,7 @@ from grind_env.process.entries import CatalogueError, quantities
 from grind_env.process.tables import Error, TomlTable, sub_table, wrong
 
 OWN = *KINDS, UNCERTAINTY
-"""Tables that a job has in its own catalogue, as a file has them."""
+"""Tables that a job may have in its own catalogue, as a catalogue file."""
 OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
 """Keys of a set-up that change single values of an entry."""
 
@@ -28,7 +28,7 @@ def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str]
 
 
 def catalogue_of(document: TomlTable, folder: Path, error: Error, *, calibrated: bool = True) -> Catalogue:
-    """Return the built-in catalogue with a document's files, perhaps without calibrated ones, and its entries."""
+    """Return the built-in catalogue with the files and entries of a document; calibrated files only if `calibrated`."""
     files = files_of(document, folder, error, OWN)
     entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in OWN}
     try:

@@ -32,14 +32,14 @@ class DressPrograms:
         self._found: dict[int, dress_program.DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
-        self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
+        self._gone: set[tuple[int, int]] = set()  # program and station of each judged execution
 
     def run(self, number: int, position: Position, event: CycleStart) -> dress_program.DressRun:
         """Return the effect of a dress program if a cycle begins at a position, mm."""
         tables = number, tuple(event.origins.items())
         key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
-            control = replace(  # whose tables and variables are as the dress program of the cycle finds them
+            control = replace(  # with the tables and variables that the dress program finds in the cycle
                 self.control,
                 variables=event.variables,
                 work_offsets=event.origins,
@@ -76,9 +76,9 @@ class DressPrograms:
             self._motions.append(motion)
 
     def end(self, event: DressEnd, axis: int, station: int) -> tuple[dress_program.DressPlan, float, Sequence[Motion]]:
-        """End an execution, given its start, s, and its motions; return its effect if it is the first at a station.
+        """End an execution; return its effect, its start, s, and its motions (empty after the first at a station).
 
-        The first execution is compared with the program run by itself.
+        The first execution at a station is compared with the program run by itself.
         """
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
@@ -91,7 +91,7 @@ class DressPrograms:
             )
             dress_program.require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
-        # that of a later one is not judged, for a control that knows the program goes none
+        # later executions are not judged: a control that knows the program makes no motions
         return plan, begun.time, self._motions if new else ()
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:

@@ -19,22 +19,22 @@ from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
-"""mm; the dress that the wheel has had if the program names none."""
+"""Lead and depth of the dress before a program without dresses, mm."""
 
 
 class Mount:
-    """The wheel of a run, and what its process remembers besides."""
+    """The wheel of a run, with the memory of its process."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
         self.wheel: WheelState | None = None  # None before the first cycle, which mounts it
         self.changes = 0
-        self._plan: DressPlan | None = None  # of the cycle in force or before
+        self._plan: DressPlan | None = None  # dress of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
-        # what the process remembers, shape (1, fields of its `own`), and the time of the job up to which, s
+        # memory of the process, shape (1, fields of its `own`), and the time of the job that it stands for, s
         self.own, self.lived = self._row[:, OWN_FROM:], 0.0
-        self._known = True  # its wear, until it grinds on
-        self._left = dict[int, tuple[Array, float]]()  # what is remembered with the part at a station, and up to when
+        self._known = True  # whether the wear is known: until the wheel grinds on
+        self._left = dict[int, tuple[Array, float]]()  # row of the wheel, and time, when a station was left
 
     @property
     def diameter(self) -> float:
@@ -49,7 +49,7 @@ class Mount:
         self.wheel = self.present(p)
 
     def pass_time(self, time: float, p: StrokeParameters, *, loads: bool = False) -> None:
-        """Let time up to the job's clock, s, pass without a stroke; the part may be changed in it."""
+        """Let the time up to `time` of the job, s, pass without a stroke; `loads` if the part is changed."""
         if self.job.process.idle is not None:
             self._row[0, :OWN_FROM] = self.present(p)
             entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
@@ -73,7 +73,7 @@ class Mount:
         self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
-        """Begin a cycle block with parameters and reversal dwell of the control, s; return what holds in it."""
+        """Begin a cycle block with the control's reversal dwell, s; return the parameters and drive of the block."""
         self._row[0, :OWN_FROM], parameters = self.present(p), np.array([p])
         drive = entries_of(self.job.process).before(self._row, parameters, 0, dwell, moment)
         self.wheel, self._known = WheelState(*self._row[0, :OWN_FROM].tolist()), False
@@ -86,7 +86,7 @@ class Mount:
             self.wheel = self.wheel._replace(W=0.0)
 
     def dress(self, plan: DressPlan, p: StrokeParameters) -> float:
-        """Execute a dress program; the volume that it takes off the wheel, mm3."""
+        """Execute a dress program; return the wheel volume dressed off, mm3."""
         dress, self._known = dress_of(self.job.process), False
         self.wheel, removed = dress(self.present(p), self.own, float(plan.passes), plan.feed, plan.depth, p)
         return removed
@@ -103,9 +103,9 @@ class Mount:
 
 @functools.cache
 def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
-    """Compiled `dress(wheel, own, passes, feed, depth, p)`: one dress execution with a traverse of `feed` mm/s.
+    """Return the compiled `dress(wheel, own, passes, feed, depth, p)`: a dress with a traverse of `feed` mm/s.
 
-    It gives the wheel after it and the volume removed, mm3, and updates `own`, shape (1, fields of the process's).
+    It returns the wheel after the dress and the volume removed, mm3, and updates `own`, shape (1, fields of `own`).
     """
     dress_wheel, read_own, write_own = process.dress, column_reader(process.own), column_writer(process.own)
 

@@ -21,16 +21,16 @@ from grind_env.machine.dress.wheel_body import over_diamond
 from grind_env.machine.job import Job
 
 DEEPEST_INFEED = 0.1
-"""mm; more than this in one pass is an approach and not an infeed (0.005 to 0.04 mm is usual)."""
+"""Deepest infeed of a pass, mm; a longer move is an approach (0.005 to 0.04 mm is usual)."""
 
 ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})
 """Words that end a program."""
 
 USUAL_INFEED = 0.02
-"""mm; of a dresser that advances by itself, where the job does not say it."""
+"""Infeed of a dresser that advances by itself if the job gives none, mm."""
 
 STEP = 1e-6
-"""mm; axes stand on multiples of a thousand times this, so that smaller differences are rounding."""
+"""Least difference of positions, mm; axes stand on multiples of 1000 times this, so that less is rounding."""
 
 
 class DressProgramError(GrindError):
@@ -63,17 +63,17 @@ class DressRun(NamedTuple):
 
     plan: DressPlan
     axis: int
-    """The reciprocating one."""
+    """Number of the reciprocating axis."""
     motions: tuple[Motion, ...]
-    """That the control makes of it, retrace included."""
+    """Motions of the control, retrace included."""
     strokes: tuple[int, ...]
-    """Which of them are the passes."""
+    """Indices of the passes in `motions`."""
     control: Control
-    """With what it found in the tables of the control."""
+    """Control with the tables that the program found."""
     modes: Modes | None
-    """That it found in force; None for those of power-up."""
+    """Modes in force when the program began; None for those of power-up."""
     advances: bool
-    """Whether the dresser has to advance by itself, for no pass has an infeed."""
+    """Whether the dresser has to advance by itself, because no pass has an infeed."""
 
 
 def run_dress(
@@ -87,8 +87,8 @@ def run_dress(
 ) -> DressRun:
     """Measure a dress program by running it once by itself, at a position, mm, along a reciprocating axis.
 
-    A `DressProgramError` says that it does not exist or is faulty, has no traverse, dresses a form, or that its passes
-    differ in feed.
+    A `DressProgramError` is raised if the program does not exist or is faulty, has no traverse, dresses a form, or has
+    passes with different feeds.
     """
     try:
         motions = dress_program_moves(programs, number, control, position, modes)
@@ -194,13 +194,13 @@ def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Mo
 
 
 def is_same(plan: DressPlan, other: DressPlan) -> bool:
-    """Return whether two dresses are equal but for the time of their ways."""
+    """Return whether two dresses are equal except for their times."""
     same = math.isclose(plan.feed, other.feed) and math.isclose(plan.depth, other.depth)
     return plan.passes == other.passes and same
 
 
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
-    """Refuse a dress program that dresses otherwise when the cycle calls it than by itself, for the modes differ."""
+    """Refuse a dress program with another effect in the cycle than by itself; the modes then differ."""
     if not is_same(found, plan):
         raise _error(
             number,
@@ -253,7 +253,7 @@ def _form_error(formed: Motion, number: int, cross: int, plunge: int) -> DressPr
 
 
 def _first_infeed(approach: Sequence[Motion], plunge: int, number: int, *, alone: bool) -> float:
-    """Infeed before the first pass, mm, with its sign; `alone` where no other has one, so that this one need not."""
+    """Return the signed infeed before the first pass, mm; with `alone` no pass has an infeed, and 0 is legal."""
     moved = next((motion for motion in reversed(approach) if abs(_way(motion, plunge)) >= STEP), None)
     if moved is None:
         return 0.0

@@ -26,8 +26,8 @@ def sharpening_of(depth: float, lead: float, wd: float, dresser: Dresser, p: Str
 
     Args:
         depth: infeed of a pass, mm.
-        lead: of the diamond, mm per wheel revolution.
-        wd: wear flat of the diamond before it, mm.
+        lead: lead of the diamond, mm per wheel revolution.
+        wd: wear flat of the diamond before the dress, mm.
         dresser: the diamond.
         p: parameters.
     """

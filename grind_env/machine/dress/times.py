@@ -2,13 +2,13 @@
 
 The result equals the time that the control needs for the program with these words:
 
-- The feed of the passes stands in one F: every feed move that runs at it runs at the other one.
+- One F word gives the feed of the passes: every feed move with this feed gets the new feed.
 - The infeed before each pass changes in proportion, in the move after which the wheel is at the diamond.
-- What is done from one pass to the next is left out or repeated as often as there are fewer or more passes; if it does
-  not come back by itself, it goes the other way each time, and so does the only pass of a program.
-- The moves after the last pass go to the coordinates to which they went, along the axes that they move.
+- The step from one pass to the next is left out or repeated for fewer or more passes. If a step does not come back to
+  its start, its direction alternates. The only pass of a program alternates, too.
+- The moves after the last pass end at the same coordinates, along the axes that they move.
 
-Arcs and dwells take the time that they take. The way back is the control's (22-11).
+The times of arcs and dwells do not change. The way back is that of the control (22-11).
 """
 
 from itertools import pairwise
@@ -25,14 +25,14 @@ from grind_env.machine.dress.program import STEP, DressRun
 from grind_env.machine.loops.rules import motion_time
 
 Legs: TypeAlias = tuple[list[Table], list[Table]]
-"""Points of N executions from the first begin to the last end, mm, each of shape (N, 3), and speeds between them, mm/s,
+"""Points of N executions from start to end, mm, each of shape (N, 3), and speeds between them, mm/s,
 each of shape (N,); 0 along an arc."""
 
 
 def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:
-    """Time of an execution with other numbers than the program's own, s; exactly its own with its own.
+    """Return the times of executions with other numbers, s; exactly the program's time with its own numbers.
 
-    Passes, their feed in mm/s and their mean infeed in mm have shape (N,), as the result has.
+    Number of passes, their feed, mm/s, their mean infeed, mm, and the result have shape (N,).
     """
     plan = run.plan
     own = _seconds(run, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
@@ -55,7 +55,7 @@ def _seconds(run: DressRun, control: Control, passes: int, feed: Table, depth: T
 
 @entry
 def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
-    """Add the times of motions from rest to rest, s; ways in mm, rates in mm/s, the latter 0 where no time counts."""
+    """Add the times of motions from rest to rest, s; ways in mm, rates in mm/s; a rate of 0 adds no time."""
     for k in range(ways.size):
         if ways[k] > 0.0 and rates[k] > 0.0:
             seconds[k] += motion_time(ways[k], rates[k], acceleration)

@@ -10,8 +10,8 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width: float) -> tuple[float, float]:
     """Return how far a straight move takes the wheel below the diamond tip, and the width that passes over it, mm.
 
-    The first is negative if the wheel keeps above the tip, and minus infinity if it does not pass over it; an arc
-    counts as its chord.
+    The depth is negative if the wheel stays above the tip, and minus infinity if the wheel does not pass over the tip.
+    An arc counts as its chord.
     """
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     start, end = motion.start, motion.end
@@ -45,6 +45,6 @@ def rise(radius: float, distance: float) -> float:
 
 
 def position_at(start: Position, end: Position, share: float) -> Position:
-    """Return the position that a straight way has come to at a share of it."""
+    """Return the position after a share of a straight way."""
     x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
     return x, y, z

@@ -15,9 +15,9 @@ def entries_of(job: Job) -> Mapping[str, Entry]:
 
 
 def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
-    """Return a job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
+    """Return a job with fields of its entries changed, by kind; the state of the wheel at the start stays.
 
-    At stations with another material than that of the first one this stays as it is.
+    The material of a station is not changed if it differs from that of the first station.
     """
     entries: Mapping[str, Any] = entries_of(job)
     changed = {kind: replace(entry, **changes.get(kind, {})) for kind, entry in entries.items()}

@@ -53,10 +53,10 @@ FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 
 def job_beside(program: Path) -> Path:
-    """Return the job of a program for which none is named: the file of its name with `.toml`.
+    """Return the path of the job file beside a program: the same name with `.toml`.
 
     Raises:
-        JobError: there is none.
+        JobError: there is no such job file.
         ReadError: there is no program either.
     """
     path = beside(program, ".toml")
@@ -68,7 +68,7 @@ def job_beside(program: Path) -> Path:
 
 
 def job_of(program: Path, job: str | Path | Job | None, *, plant: "Plant | None" = None) -> Job:
-    """Return the job of a file or object; None: the one beside a program. Errors as of `load_job`."""
+    """Return the job of a file or object; for None, of the job file beside the program. Errors as of `load_job`."""
     if isinstance(job, Job):
         return job if plant is None else job.on(plant)
     return load_job(job_beside(program) if job is None else job, plant=plant)
@@ -78,9 +78,9 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
     """Read a job file.
 
     Args:
-        path: of the file.
+        path: job file.
         plant: the machine, in place of that of the file.
-        calibrated: whether calibrated catalogue files of it are read.
+        calibrated: whether the calibrated catalogue files of the job are read.
 
     Raises:
         JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
@@ -102,7 +102,7 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
 
 @contextmanager
 def _naming(place: str = "", file: str = "") -> Iterator[None]:
-    """Say in errors at which place of a job, or in which file, they are."""
+    """Add the place in the job, or the file, to errors."""
     try:
         yield
     except JobError as error:
@@ -204,7 +204,7 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
             raise wrong(f"parts.{key}", table[key], content.legal)
     own = None
     if "part" in table:
-        if not part.keys() >= set(keys(Part, required=True)):  # it is that of the stations to say what is missing
+        if not part.keys() >= set(keys(Part, required=True)):  # the stations give the missing keys
             raise JobError(PART_AT_STATION, "parts.part")
         differing = sub_table(table, "part", keys(Part), JobError, "parts.part")
         own = _part({**part, **_with_material(differing, {}, catalogue)})

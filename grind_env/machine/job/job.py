@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
-"""Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
+"""Whether the words of the program act, or the operator does the work and these words have no effect."""
 
 
 WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
@@ -39,7 +39,7 @@ WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1
 
 
 PART_AT_STATION = "parts.part says what parts are that lie at stations; say there what differs, and leave it out"
-"""What to say of parts of other kinds in a job with stations."""
+"""Message about parts of other kinds in a job with stations."""
 
 
 class JobError(TableError):
@@ -51,7 +51,7 @@ class Stage:
     """Requirements on a part at a gauging stop (M01) of its program, such as between roughing and finishing.
 
     Attributes:
-        stock: depth to grind off by then, also if the true stock differs; only the final size includes the difference.
+        stock: depth to grind off by the stop, even if the true stock differs; only the final size has the difference.
         roughness_limit: highest Ra; 0 for none.
         tolerance: limit of the size error; 0 for none.
         rise_allowance: temperature rise allowed beyond tempering, for the plunges since the stop before; above 0 every
@@ -73,24 +73,24 @@ class Part:
 
     Attributes:
         material: work material.
-        length: length along the reciprocating axis; of a part with grooves the length that every infeed grinds, the
-            circumference if it turns.
+        length: length along the reciprocating axis; for a part with grooves the length that every infeed grinds (the
+            circumference if the part turns).
         width: width along the cross axis.
-        stock: depth to grind off; of a program without strokes the depth of its grooves.
+        stock: depth to grind off; for a program without strokes the depth of its grooves.
         start: coordinate of its near (minus) end along the reciprocating axis.
         across: coordinate of its near edge along the cross axis.
-        surface: plunge coordinate of the touched-off wheel; for grooves on the axis of their infeeds, X being a radius.
+        surface: plunge coordinate of the touched-off wheel; for grooves on the axis of their infeeds (X is a radius).
         roughness_limit: highest Ra; 0 for none.
         tolerance: limit of the size error; 0 for none.
         scrap_cost: price of a scrapped part.
         rise_allowance: temperature rise allowed beyond tempering, if the surface is ground again later; above 0 every
             plunge counts and not only the last 0.05 mm.
-        height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. A part
-            whose size is judged must have one, because it grows by it when hot. None if it is not known: the wheel is
-            then not watched for coming down on the table, and the part warms up and grows as one of 20 mm does.
-        stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
-            last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
-            only what comes after the stages. Without stages those limits hold for all of its grinding.
+        height: height above the table or chuck before grinding; the table is assumed to lie under the whole travel. A
+            part whose size is judged needs a height, because a hot part grows in proportion. None if unknown: moves
+            into the table are then not noticed, and the part warms up and grows like a part of 20 mm.
+        stages: stages before the last one. The first M01 after the part has been ground ends the first stage, and so
+            on. The limits above judge the last stage, up to the M00 or M30 that takes the part off; heat and power
+            count only after the listed stages. Without stages the limits hold for all grinding of the part.
     """
 
     material: Material
@@ -125,21 +125,21 @@ class Part:
             least = stage.stock
 
     def off(self, turn: float, other: float) -> float:
-        """Return by how far the middle of what is ground is from the middle between two reversal points, mm."""
+        """Return the distance of the middle of the ground length from the middle of two reversal points, mm."""
         low, high = max(min(turn, other), self.start), min(max(turn, other), self.start + self.length)
         return 0.5 * abs((low + high) - (turn + other))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Station:
-    """A part on the table beside others, which the same program grinds.
+    """A part on the table beside others; one program grinds them all.
 
     Attributes:
-        name: in messages and tables.
-        offset: work offset in which the place of the part is given; None if it is given in machine coordinates, as
-            for a program that shifts its zero by G52.
-        origin: X, Y and Z of the zero of that offset on the machine.
-        part: what lies there.
+        name: name in messages and tables.
+        offset: work offset in which the place of the part is given; None for machine coordinates, as for a program
+            that shifts its zero by G52.
+        origin: machine coordinates X, Y and Z of the zero of `offset`.
+        part: the part at the station.
     """
 
     name: str
@@ -158,7 +158,7 @@ class Station:
             )
 
     def on_machine(self, axis: int) -> "Station":
-        """Return the same with the place of its part in machine coordinates, where the table goes along an axis."""
+        """Return the station with its part in machine coordinates, for a table that reciprocates along `axis`."""
         part, along, across, down = self.part, *(self.origin[k] for k in (axis, cross_axis(axis), plunge_axis(axis)))
         placed = replace(
             part,
@@ -174,10 +174,10 @@ class PartConditions:
     """Differences of one part from the job.
 
     Attributes:
-        part: its part, if there are several kinds; None for the job's.
-        stock: its true stock, mm; None for the stock of `part`.
+        part: the part, if there are several kinds; None for the part of the job.
+        stock: true stock of the part, mm; None for the stock of `part`.
         factors: factors on fields of `StrokeParameters`, such as `kA` for a lot that dulls the wheel.
-        new_wheel_factors: factors after a change of the wheel; None for the same.
+        new_wheel_factors: factors after a change of the wheel; None for `factors`.
 
     Raises:
         JobError: a stock or factor that is not a positive number, or a name that is no parameter.
@@ -202,7 +202,7 @@ class PartConditions:
                 raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
 
     def forced(self, factor: float) -> "PartConditions":
-        """Return the same with a factor on all forces besides its own factors."""
+        """Return conditions with a factor on all forces, in addition to the own factors."""
 
         def times(factors: Mapping[str, float]) -> Mapping[str, float]:
             return {**factors, **{name: factors.get(name, 1.0) * factor for name in FORCES}}
@@ -232,10 +232,10 @@ class Setup:
             `wheel_speed`, and these words have no effect.
         coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry; "always
             on": the fluid flows regardless.
-        dresser_infeed: by which the dresser advances before each pass of a dress program without an infeed of its own;
-            None if that is not known: it is then taken to be 0.02 mm, which is told.
-        grooving_wheel: whether this wheel makes the infeeds of G76 and G77, as `machine.grooving` describes;
-            else a turning tool does, of which only the time counts.
+        dresser_infeed: advance of the dresser before each pass of a dress program without an infeed of its own; None if
+            unknown: 0.02 mm is then assumed, with a warning.
+        grooving_wheel: whether this wheel makes the infeeds of G76 and G77 (`machine.part.grooving`); otherwise a
+            turning tool does, and only its time counts.
     """
 
     wheel: Wheel
@@ -258,12 +258,12 @@ class Times:
     """Times that the program does not state.
 
     Attributes:
-        load: from one part to the next until its first cycle starts, travel included.
-        gauge: from an M01, at which the part is gauged, until its next cycle starts, travel included; none of it where
-            the table goes on meanwhile.
-        dress_setup: of a dress execution, on top of the motions of its program.
-        wheel_change: of putting a new wheel in the place of one that has come below its least diameter, which the
-            operator does when the part is taken off or gauged; None if the worn wheel stays.
+        load: time from the end of a part to the first cycle of the next part, travel included.
+        gauge: time from an M01, at which the part is gauged, to the next cycle, travel included; no time if the table
+            goes on meanwhile.
+        dress_setup: time of a dress execution besides the motions of its program.
+        wheel_change: time to replace a wheel that is below its least diameter; the operator does this when the part is
+            taken off or gauged. None if the worn wheel stays.
     """
 
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
@@ -281,8 +281,8 @@ class WheelStart:
 
     Attributes:
         diameter: diameter of the wheel.
-        wear_flat_area: A, share of the wheel face.
-        volume_since_dress: V, per mm of width.
+        wear_flat_area: wear-flat area A, share of the wheel face.
+        volume_since_dress: volume V ground since the last dress, per mm of width.
         diamond_flat: width of the wear flat on the dressing diamond.
     """
 
@@ -317,7 +317,7 @@ class Diamond:
 
     @property
     def tip(self) -> tuple[float, float, float]:
-        """X, Y and Z."""
+        """Return the coordinates X, Y and Z of the tip, mm."""
         return self.x, self.y, self.z
 
 
@@ -343,18 +343,17 @@ class Lots:
         tables.check(self, "lots", JobError)
 
 
-@dataclass(frozen=True, kw_only=True)  # no slots: what follows from its tables is worked out once
+@dataclass(frozen=True, kw_only=True)  # no slots, because cached properties need a `__dict__`
 class Job:
     """Part, set-up, times, wheel at the start, and variation of the parts of a batch.
 
-    Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
-    `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
-    are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
-    part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
-    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `plant` is the name
-    of the machine that they are of (`grind_env.plants`), where it has one. `uncertainty` is what its calibration has
-    left open, None where there is none. `variables` are values that `#` variables of the control have then
-    (`Control.variables`), which have no unit of their own.
+    Without `diamond` every dress program is assumed to meet the diamond. `parts` lists how each part differs from
+    `part`; empty if all parts are equal. `stations` lists the parts that lie on the table together; `part` is then the
+    part of the first station. A run finds out `met`: the station of each part, in machine coordinates. `process` is the
+    grinding process. `own` is its memory besides the wheel when the shift begins, in the units of its fields; empty for
+    the defaults of the process. `plant` is the name of the machine (`grind_env.plants`); empty for none. `uncertainty`
+    is the uncertainty of a calibration; None without one. `variables` are start values of `#` variables of the control
+    (`Control.variables`), without a unit.
     """
 
     part: Part
@@ -421,24 +420,24 @@ class Job:
         return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
     def of_part(self, number: int) -> "Job":
-        """Return the job of a part by its number, from 1: another one for another kind or station."""
+        """Return the job of a part by its number, from 1; parts of other kinds and stations have other jobs."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
         if own is None and number <= len(self.met):
             own = self.met[number - 1].part
         return self if own is None else self._of_kind(own)
 
     def at_station(self, number: int, axis: int) -> "Job":
-        """Return the job of the part at a station by its number, from 0, where the table goes along an axis."""
+        """Return the job of the part at a station by its number, from 0; the table reciprocates along `axis`."""
         return self._of_kind(self.lying(axis)[number].part)
 
     def lying(self, axis: int) -> tuple[Station, ...]:
-        """Return the stations as they lie on the machine, where the table goes along an axis."""
+        """Return the stations in machine coordinates, for a table that reciprocates along `axis`."""
         if axis not in self._lying:
             self._lying[axis] = tuple(each.on_machine(axis) for each in self.stations)
         return self._lying[axis]
 
     def station_of(self, number: int) -> str:
-        """Name of the station at which a part lies by its number, from 1; empty for a job without stations."""
+        """Return the name of the station of a part by its number, from 1; empty for a job without stations."""
         return self.met[number - 1].name if number <= len(self.met) else ""
 
     @cached_property
@@ -463,7 +462,7 @@ class Job:
 
     @cached_property
     def parameters(self) -> StrokeParameters:
-        """The numbers of the process model."""
+        """Return the parameters of the process model for the nominal part."""
         setup = self.setup
         return stroke_parameters(
             self.part.material,
@@ -479,7 +478,7 @@ class Job:
 
     @cached_property
     def rates(self) -> Rates:
-        """Prices of time, wheel and dresser."""
+        """Return the prices of time, wheel and dresser."""
         return rates_of(self.setup.wheel, self.setup.dresser, self.setup.machine)
 
     @cached_property
@@ -499,7 +498,7 @@ class Job:
 
     @cached_property
     def control(self) -> Control:
-        """The control of this machine."""
+        """Return the control of this machine."""
         machine = self.setup.machine
         return Control(
             acceleration=machine.acceleration,
@@ -511,10 +510,10 @@ class Job:
 
 
 def require_conditions(conditions: Sequence[PartConditions], parts: int, program: str) -> None:
-    """Refuse conditions of fewer parts than a program grinds, if there are any.
+    """Refuse conditions for fewer parts than a program grinds; a job without conditions is legal.
 
     Raises:
-        JobError: there are fewer conditions.
+        JobError: some parts have conditions, but not all.
     """
     if conditions and parts > len(conditions):
         raise JobError(

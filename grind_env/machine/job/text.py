@@ -12,7 +12,7 @@ from grind_env.toml import toml_text
 
 
 def job_text(job: Job) -> str:
-    """Return the job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
+    """Return the job as TOML that needs no other file: it has all values of entries that are not built in."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
     kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
     materials = [job.part.material, *(each.material for each in kinds)]

@@ -12,9 +12,9 @@ from grind_env.process.entries import CatalogueError, Quantity, quantities
 from grind_env.process.tables import TomlTable
 
 MOST = 3.0
-"""Highest of a spread; more is a slip."""
+"""Highest legal spread; a higher value is a mistake."""
 NEARLY = 1e-9
-"""Added to the diagonal of a correlation that may be singular."""
+"""Least number added to the diagonal of a correlation, which may be singular."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,14 +23,14 @@ class Uncertainty:
 
     Attributes:
         names: names of numbers in the entries of the job, such as `material.ploughing_pressure`.
-        spread: standard deviation of the logarithm of each; of the number itself where it may be below 0, in its unit.
-        correlation: their correlation, a row for each, from -1 to 1 without a unit.
+        spread: standard deviation of the logarithm of each number; of the number, in its unit, if it may be below 0.
+        correlation: correlation of the numbers, a row for each, from -1 to 1 without a unit.
         residual: logarithmic standard deviation, without a unit, of forces that these numbers do not explain.
         drift: logarithmic standard deviation, without a unit, of a step of the forces from part to part; steps add up.
         source: its source; empty for the catalogue's own.
 
     Raises:
-        GrindError: something of it is not legal.
+        GrindError: a value is not legal.
     """
 
     names: tuple[str, ...]
@@ -70,7 +70,7 @@ class Uncertainty:
 
     @property
     def is_certain(self) -> bool:
-        """Return whether the machine is known."""
+        """Return whether the machine is known: all spreads are 0."""
         return not any((*self.spread, self.residual, self.drift))
 
     @property

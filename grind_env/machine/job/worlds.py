@@ -36,15 +36,15 @@ USUAL_SPREADS: Mapping[str, float] = {
     "machine.stiffness": 0.4,
     "machine.chuck_conductance": math.log(1.5),
 }
-"""Logarithmic standard deviations of the catalogue's numbers: what their sources are uncertain by
-(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2, model.md), and how machines and wheels of
-one name differ. What a dress restores and what is lost early after it is noticed by few rows of the validation, and so
-is wide. The film of emulsion boils within 15 K of its 130 degC. A flood cools by 1,000 to 6,000 W/(m2 K) and a chuck by
-1,000 to 3,000 (`catalogue_data`): nearly all of both is within 1.6 standard deviations. The height has none: a job
-whose size is judged states it."""
+"""Logarithmic standard deviations of the catalogue's numbers: the uncertainty of their sources
+(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2, model.md), and the differences of machines
+and wheels of one name. Few rows of the validation test the effect of a dress and the early wear, so these spreads are
+wide. The film of emulsion boils within 15 K of 130 degC. A flood cools by 1,000 to 6,000 W/(m2 K) and a chuck by 1,000
+to 3,000 (`catalogue_data`): nearly all of both is within 1.6 standard deviations. The height of a part has no spread,
+because a job whose size is judged states it."""
 USUAL_RESIDUAL, USUAL_DRIFT = 0.1, 0.01
-"""Of forces that no number of the catalogue makes right: models of grinding forces are within 10 to 20 %, part of which
-is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
+"""Residual and drift of the forces, which the catalogue does not explain. Models of grinding forces are within 10 to
+20 %, of which the numbers explain a part. The drift is an estimate: some 7 % in 50 parts."""
 
 
 def usual_uncertainty(job: Job) -> Uncertainty:
@@ -66,7 +66,7 @@ def known_of(job: Job) -> Uncertainty:
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """Return a possible machine of a job by its number, with the `root` of the uncertainty.
+    """Return the possible machine of a job with this number; `root` is that of the uncertainty.
 
     A number beyond its legal range is set to the end of the range. The drift, which is no number of an entry, is
     applied while parts are ground.
@@ -99,6 +99,6 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
 
 
 def value_of(entries: Mapping[str, Any], name: str) -> float:
-    """Return a number of some entries, by a name such as `material.chip_energy`."""
+    """Return a number of the entries, by a name such as `material.chip_energy`."""
     kind, key = name.split(".")
     return float(getattr(entries[kind], key))

@@ -1,6 +1,6 @@
 """Cycles of many machines at once: memory for their rows, and the assignment of machines to lanes.
 
-The longest predicted cycles come first, so that the lanes end together; very many machines come as they are.
+The longest predicted cycles come first, so that the lanes end together; very many machines are not sorted.
 """
 
 import functools
@@ -22,30 +22,30 @@ LONGEST_BUCKET = 1024
 """Cycles of at least this many predicted strokes are not sorted among themselves."""
 
 MANY = 1024
-"""Machines from which on they are not sorted at all."""
+"""Number of machines from which on they are not sorted at all."""
 
 CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *CYCLE_KERNELS.values()))
-"""Cycle fields of the longest row of a cycle."""
+"""Number of columns of a table with a row for any kind of cycle."""
 
 NO_MOTIONS = np.empty((0, 0))
-"""Motions of cycles whose strokes follow their picks."""
+"""Empty table of motions, for cycles whose strokes follow their picks."""
 
 
 @entry
 def as_they_come(cycles: Array, machines: Array, order: Array) -> None:
-    """Write `machines` into `order` as they are."""
-    # a loop: for a copy of all numba compiles what it would say of unequal shapes
+    """Copy `machines` into `order`."""
+    # a loop, because numba would also compile the error message of an array copy
     for k in range(machines.size):
         order[k] = machines[k]
 
 
 @functools.cache
 def longest_first_of(rules: Any) -> Callable[[Array, Array, Array], None]:
-    """Compiled `longest_first(cycles, machines, order)` for cycles whose rules have these numbers.
+    """Return the compiled `longest_first(cycles, machines, order)` for cycles whose rules have these numbers.
 
-    It writes `machines` into `order`, longest predicted cycle first (counting sort, stable). Very few begin together
-    anyway. Of very many the order matters to the last ones only, and rows are read faster in their own. Cycles whose
-    strokes nothing predicts come as they are.
+    It writes `machines` into `order`, longest predicted cycle first (stable counting sort). Few machines begin together
+    and are not sorted. Very many are not sorted either: the order matters only to the last ones, and rows are read
+    faster one after the other. Cycles with unpredictable strokes keep their order.
     """
     if not {"depth", "primary_pick", "secondary_pick", "at_depth"} <= {*rules._fields}:
         return as_they_come

@@ -16,38 +16,39 @@ from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 
 class Stroking(NamedTuple):
-    """The strokes of a cycle block, whatever its rules are.
+    """Numbers of the strokes of a cycle block, for every kind of cycle.
 
-    Depths are mm into the part, `start` from wherever the program counts. In the row of a machine the numbers of the
-    rules follow, as `control.cycles` has them.
+    Depths are mm into the part; `start` counts from the zero of the program. In the row of a machine the numbers of the
+    rules follow, as in `control.cycles`.
     """
 
     speed: float
-    """As in `Pace`, mm/s."""
+    """Highest table speed over the part, mm/s (see `Pace`)."""
     slow: float
-    """As in `Pace`, mm/s."""
+    """Table speed at the slow node, mm/s (see `Pace`)."""
     slow_share: float
-    """As in `Pace`, a ratio."""
+    """Share of the ground length at the slow node (see `Pace`)."""
     slow_time: float
-    """As in `Pace`, a ratio."""
+    """Share of the time over the part at the slow node (see `Pace`)."""
     first_seconds: float
     """Time of the first stroke, from the start point to the primary point, s."""
     stroke_seconds: float
     """Time of every other stroke, s."""
     set_out: float
-    """Time of the first stroke without what it is counted to have waited before, s."""
+    """Time of the first stroke without a wait before it, s."""
     start: float
     """Depth at which the wheel stands when the cycle begins, mm."""
     surface: float
-    """Height of the touched-off surface above the zero of `start`, mm; depths below it have it added."""
+    """Height of the touched-off surface above the zero of `start`, mm; a depth below that zero plus this height is a
+    depth below the surface."""
     bottom: float
     """Depth of a stroke at the full depth of the cycle, below the touched-off surface, mm."""
     full_plunge: float
-    """By how much a stroke goes deeper at least that counts as a full plunge when power is averaged, mm."""
+    """Least gain in depth of a stroke that counts as a full plunge when power is averaged, mm."""
     finish: float
     """Depth of the finished surface, mm: `bottom` unless a later block goes deeper."""
     width: float
-    """Width of the part, mm; of one narrower than the wheel the engaged width b."""
+    """Width of the part, mm; for a part narrower than the wheel this is the engaged width b."""
     length: float
     """Ground length Lw, mm."""
     dress_passes: float
@@ -61,7 +62,7 @@ class Stroking(NamedTuple):
     cross_start: float
     """Cross coordinate of the wheel's edge on the minus side where the cycle begins, mm."""
     cross_end: float
-    """Where its crossover ends, mm; the same without one."""
+    """Cross coordinate of that edge where the crossover ends, mm; `cross_start` without a crossover."""
 
 
 class PartState(NamedTuple):
@@ -76,11 +77,11 @@ class PartState(NamedTuple):
     S_step: float = 0.0
     """Stock removed at the fast node less that at the slow one (see `pace`), mm."""
     Rs_step: float = 0.0
-    """The same of the roughness, um."""
+    """Roughness at the fast node less that at the slow one, um."""
 
 
 class Zone(NamedTuple):
-    """Strips side by side that only ever lie under the wheel together: what one of them is, all are."""
+    """Neighbouring strips that are under the wheel only together, so that all have the same state."""
 
     S: float
     """Stock removed, mm."""
@@ -89,13 +90,13 @@ class Zone(NamedTuple):
     reached: float
     """Depth of the deepest stroke so far, mm."""
     centre: float
-    """Cross coordinate of the middle of the first of them, mm."""
+    """Cross coordinate of the middle of its first strip, mm."""
     strips: float
-    """How many they are; 0 where there is no zone, which is then never under the wheel."""
+    """Number of strips; 0 for an empty zone, which is never under the wheel."""
     S_step: float = 0.0
-    """As in `PartState`, mm."""
+    """Stock removed at the fast node less that at the slow one, mm."""
     Rs_step: float = 0.0
-    """As in `PartState`, um."""
+    """Roughness at the fast node less that at the slow one, um."""
 
 
 with_wear = replacer(WheelState, "W")
@@ -105,19 +106,19 @@ class Acts(NamedTuple):
     """Compiled functions of a process in a cycle."""
 
     advance: Callable[..., Any]
-    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: one stroke at depth `Z`, mm;
-    gives wheel, own, part and tally after it, and the stroke at the slow node and at the other one. `seconds` are its
-    time and what of it is its own; `b` is the engaged width, mm; `reached` the depth to which the surface under the
-    wheel has been ground at least, mm; `part` the surface in the cut; `slow_k` and `k` what the strokes of the cycle
-    have in common at the speed of either node."""
+    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: make a stroke at depth `Z`, mm;
+    return wheel, own, part and tally after it, and the stroke at the slow and at the fast node. `seconds` holds the
+    time of the stroke with and without a wait before it; `b` is the engaged width, mm; `reached` is the least depth
+    ground under the wheel, mm; `part` is the surface in the cut. `slow_k` and `k` are the constants of the strokes at
+    the slow and at the fast node."""
     dress: Callable[..., Any]
-    """`dress(stroking, wheel, own, tally, p, waited)`: one dress execution, for which the table has waited so many s;
-    gives wheel, own and tally after it."""
+    """`dress(stroking, wheel, own, tally, p, waited)`: make one dress execution after the table has waited `waited` s;
+    return wheel, own and tally after it."""
 
 
 @functools.cache
 def acts_of(process: Process) -> Acts:
-    """What a process does in a cycle."""
+    """Return the compiled functions of a process in a cycle."""
     grind, dress_wheel, idle, grown = paced_of(process), process.dress, idle_of(process), grown_of(process)
 
     @inlined
@@ -164,7 +165,7 @@ def acts_of(process: Process) -> Acts:
 
 @functools.cache
 def idle_of(process: Process) -> Callable[..., Any]:
-    """Compiled `idle` of a process, with times as they are; it changes nothing where there is none, and in no time."""
+    """Return the compiled `idle` of a process for unrounded times; without `idle`, or in no time, nothing changes."""
     if process.idle is None:
         return _unchanged
     pass_time = process.idle
@@ -185,7 +186,7 @@ def _unchanged(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float,
 
 
 def grown_of(process: Process) -> Callable[..., Any]:
-    """Compiled `grown` of a process; nothing where there is none."""
+    """Return the compiled `grown` of a process; without `grown` a function that returns 0."""
     return _nothing if process.grown is None else process.grown
 
 
@@ -196,18 +197,18 @@ def _nothing(own: Any, k: Any) -> float:
 
 @inlined
 def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
-    """Dress lead, mm per wheel revolution, of a diamond that traverses with `feed` mm/s."""
+    """Return the dress lead, mm per wheel revolution, of a diamond that traverses with `feed` mm/s."""
     return feed * math.pi * wheel.ds / (1000.0 * wheel_speed(wheel.ds, p.n, p.vs_set))
 
 
 @inlined
 def measured(wheel: WheelState) -> WheelState:
-    """The wheel once its wear is known, which is then compensated."""
+    """Return the wheel after its wear is measured and compensated."""
     return with_wear(wheel, (0.0,))
 
 
 @inlined
 def stroke_seconds(stroking: Stroking, reversal: float) -> tuple[float, float]:
-    """Time of the stroke after so many reversals of the cycle, and what of it is its own, s."""
+    """Return the time of the stroke after `reversal` reversals, with and without a wait before it, s."""
     later, again = stroking.stroke_seconds, reversal > 0.0
     return later if again else stroking.first_seconds, later if again else stroking.set_out

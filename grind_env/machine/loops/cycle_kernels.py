@@ -1,4 +1,4 @@
-"""Places of the strokes of each cycle for the compiled loops, by the rules of `control.cycles`."""
+"""Cycles for the compiled loops: functions, from the rules of `control.cycles`, that place each stroke."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -14,29 +14,29 @@ class CycleKernel(NamedTuple):
     """A cycle as the loops run it: two named tuples of floats, and compiled functions of them."""
 
     cycle: type[Any]
-    """Its numbers, as its rules have them; in a row they stand after those of `Stroking`."""
+    """Type of the numbers of its rules; in a row of a table they follow those of `Stroking`."""
     progress: type[Any]
-    """How far it has come. `reversal` counts strokes, `dresses` are the executions to run before the next one."""
+    """Type of its progress: `reversal` counts strokes, `dresses` the dress executions due before the next stroke."""
     begin: Callable[[Any], Any]
-    """From the cycle: before the first stroke."""
+    """`begin(cycle)`: the progress before the first stroke."""
     after_reversal: Callable[[Any, Any], Any]
-    """From cycle and progress: after the next stroke."""
+    """`after_reversal(cycle, progress)`: the progress after the next stroke."""
     finished: Callable[[Any, Any], bool]
-    """From cycle and progress: whether there is no stroke to make any more."""
+    """`finished(cycle, progress)`: whether all strokes are made."""
     depth: Callable[[Stroking, Any, Any], float]
-    """From stroking, cycle and progress: of the coming stroke in the middle of the part, mm."""
+    """`depth(stroking, cycle, progress)`: depth of the coming stroke in the middle of the part, mm."""
     edge: Callable[[Stroking, Any], float]
-    """From stroking and progress: cross coordinate of the wheel's edge on the minus side in that stroke, mm."""
+    """`edge(stroking, progress)`: cross coordinate of the wheel's edge on the minus side in that stroke, mm."""
     lost: Callable[[Any], bool]
-    """From the progress: whether the coming stroke has first to be found."""
+    """`lost(progress)`: whether `find` has to find the coming stroke."""
     find: Callable[[Any, Any, Any], Any]
-    """From cycle, progress and the table of motions: the progress with it found, and the s that the table waits."""
+    """`find(cycle, progress, motions)`: the progress with the coming stroke, and the wait of the table, s."""
     gauged: Callable[[Any], bool]
-    """From the progress: whether the operator gauges the part before the coming stroke ends."""
+    """`gauged(progress)`: whether the operator gauges the part before the coming stroke ends."""
 
 
 def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> CycleKernel:
-    """The course of a cycle that plunges to a depth of its own, from its rules and their two named tuples."""
+    """Return the kernel of a cycle that plunges to a depth of its own, from its rules and their two named tuples."""
     return CycleKernel(
         cycle=cycle,
         progress=progress,
@@ -53,7 +53,7 @@ def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> CycleKerne
 
 @inlined
 def _picked_depth(stroking: Stroking, cycle: Any, progress: Any) -> float:
-    # sums as those of coordinates by the control, to the bit
+    # the same sums as the control makes, so that the bits are equal
     picked = (stroking.start + progress.depth) + stroking.surface
     return stroking.bottom if progress.depth >= cycle.depth else picked
 
@@ -87,4 +87,4 @@ CYCLE_KERNELS: Mapping[str, CycleKernel] = {
     "G82": course_of(RULES["G82"], PlungeCycle, PlungeProgress),
     "G83": course_of(RULES["G83"], TraverseCycle, TraverseProgress),
 }
-"""Cycle kernels of every cycle that plunges, by its code."""
+"""Kernels of the cycles that plunge, by code."""

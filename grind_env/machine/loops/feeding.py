@@ -1,8 +1,8 @@
 """Strokes beside motions of the program: under G81, and after any cycle has finished.
 
-The table reciprocates on its own while the program moves the wheel, so that a stroke lies where the wheel stands as the
-table passes its middle. The motions of the program between two rests of the table are a leg; a leg ends with dresses at
-a reversal point, or with the table's last stroke.
+The table reciprocates on its own while the program moves the wheel. A stroke counts at the position that the wheel has
+when the table passes the middle of the stroke. A leg is the motions of the program between two rests of the table; it
+ends with dresses at a reversal point, or with the table's last stroke.
 """
 
 import math
@@ -16,35 +16,35 @@ from grind_env.machine.loops.cycle_kernels import CycleKernel
 from grind_env.machine.loops.rules import travelled
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
-"""What comes after a motion: the next one of its leg, a dress and the next leg, or the end."""
+"""Codes of what follows a motion: the next motion of its leg, a dress and the next leg, or the end."""
 
 FULL = 0.9
-"""Share of the deepest plunge beside an infeed from which one counts as full; the other cycles have their picks."""
+"""Least ratio of a full plunge to the deepest plunge beside motions; in the other cycles picks decide."""
 
 
 class Feeding(NamedTuple):
-    """The strokes beside some motions: when they are, and from where they go on."""
+    """Strokes beside motions: their times, and the state from which they continue."""
 
     pre_dress: float
-    """1 for a dress before the first one, else 0."""
+    """1 for a dress before the first stroke, else 0."""
     first_travel: float
     """Time of the first stroke of the cycle without the dwell at its end, s."""
     travel: float
-    """The same of every other stroke, s."""
+    """Time of every other stroke without the dwell at its end, s."""
     dwell: float
-    """At a reversal point, s."""
+    """Dwell at a reversal point, s."""
     acceleration: float
     """Acceleration of the motions, mm/s2."""
     made: float
-    """Strokes that the cycle has made before."""
+    """Number of strokes that the cycle has made before."""
     starts_elsewhere: float
-    """1 if the table sets out from elsewhere than its secondary point, so that it makes a stroke at least; else 0."""
+    """1 if the table does not start at its secondary point, and so makes at least one stroke; else 0."""
     to_secondary: float
     """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
     motion: float
     """Row of the first motion."""
     gauged_at: float
-    """Time of its leg at which the operator gauges the part, s; infinite if he does not."""
+    """Time in its leg at which the operator gauges the part, s; infinite without gauging."""
 
 
 class FeedMotion(NamedTuple):
@@ -53,21 +53,21 @@ class FeedMotion(NamedTuple):
     begin: float
     end: float
     depth: float
-    """Depth of the wheel at its begin, mm, from wherever the program counts."""
+    """Depth of the wheel at its begin, mm, from the zero of the program."""
     way: float
-    """By which it goes deeper, mm."""
+    """Gain in depth from begin to end, mm."""
     cross: float
     """Cross coordinate of the wheel's edge on the minus side at its begin, mm."""
     cross_way: float
-    """By which that grows, mm."""
+    """Change of `cross` from begin to end, mm."""
     path: float
-    """Length of the path, mm; 0 of a dwell."""
+    """Length of the path, mm; 0 for a dwell."""
     rate: float
-    """Speed along it, mm/s."""
+    """Speed along the path, mm/s."""
     last_begin: float
-    """Time of its leg from which on no stroke begins."""
+    """Time in its leg from which on no stroke begins."""
     leg_seconds: float
-    """Time of its leg, the dresses after it not counted."""
+    """Duration of its leg without the dresses after the leg."""
     after: float
     """`GOES_ON`, `DRESSES` or `ENDS`."""
 
@@ -76,20 +76,20 @@ class FeedProgress(NamedTuple):
     """Progress of the strokes."""
 
     reversal: float
-    """Strokes that the cycle has made."""
+    """Number of strokes that the cycle has made."""
     dresses: float
     begins: float
-    """Time of the leg at which the coming stroke begins, s."""
+    """Time in the leg at which the coming stroke begins, s."""
     middle: float
-    """Time of the leg at which the table passes the middle of it, s."""
+    """Time in the leg at which the table passes the middle of the coming stroke, s."""
     ends: float
-    """Time of the leg at which it ends, s."""
+    """Time in the leg at which the coming stroke ends, s."""
     row: float
-    """The motion that is then under way."""
+    """Index of the motion under way at `middle`."""
     over: float
-    """1 once there is no stroke to make any more."""
+    """1 when all strokes are made, else 0."""
     begin: float
-    """Begin of that motion, like all that follow."""
+    """Begin of that motion, s; this field and the next eight are copies of its fields."""
     end: float
     depth: float
     way: float
@@ -100,7 +100,7 @@ class FeedProgress(NamedTuple):
     last_begin: float
     acceleration: float
     gauged_at: float
-    """As in `Feeding`; infinite once it is past."""
+    """Time in the leg at which the operator gauges the part, s; infinite when it is past."""
     gauged: float
     """1 if the operator gauges the part before the coming stroke ends, else 0."""
 
@@ -115,14 +115,14 @@ AT_REST = FeedProgress(*[0.0] * len(FeedProgress._fields))
 
 @inlined
 def begin(cycle: Feeding) -> FeedProgress:
-    """Before the first stroke, which has still to be found."""
+    """Return the progress before the first stroke, which has still to be found."""
     first = cycle.made, cycle.pre_dress, cycle.motion, -INSTANT, cycle.acceleration, cycle.gauged_at
     return setting_out(AT_REST, first)
 
 
 @inlined
 def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
-    """After the next stroke."""
+    """Return the progress after the next stroke."""
     begins = progress.ends
     ends = begins + (cycle.travel + cycle.dwell)
     return after_stroke(progress, (progress.reversal + 1.0, 0.0, begins, begins + 0.5 * cycle.travel, ends, 0.0))
@@ -130,7 +130,7 @@ def after_reversal(cycle: Feeding, progress: FeedProgress) -> FeedProgress:
 
 @inlined
 def finished(cycle: Feeding, progress: FeedProgress) -> bool:
-    """Whether the table has come to its last reversal point."""
+    """Return whether the table has come to its last reversal point."""
     return progress.over > 0.0
 
 
@@ -143,7 +143,7 @@ def lost(progress: FeedProgress) -> bool:
 
 @inlined
 def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProgress, float]:
-    """Find the motion under way in the coming stroke, the dresses before it, and how long the table waits for them."""
+    """Return the progress with the motion under way in the coming stroke and the dresses due, and their wait, s."""
     begins, dresses, waited, over = progress.begins, progress.dresses, 0.0, 0.0
     row = int(progress.row)
     travel = cycle.travel if progress.reversal > 0.0 else cycle.first_travel
@@ -166,7 +166,7 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
             break
         row += 1
         motion = read_motion(motions, row)
-    # what is measured when the table stands, or before it comes to its next reversal point, is known there
+    # a gauging of the standing table, or before the next reversal point, takes effect there
     ends = begins + (travel + cycle.dwell)
     gauged = 1.0 if over > 0.0 or ends > progress.gauged_at else 0.0
     gauged = gauged if progress.gauged_at < math.inf else 0.0
@@ -179,13 +179,13 @@ def find(cycle: Feeding, progress: FeedProgress, motions: Any) -> tuple[FeedProg
 
 @inlined
 def gauged(progress: FeedProgress) -> bool:
-    """Whether the operator gauges the part before the coming stroke ends."""
+    """Return whether the operator gauges the part before the coming stroke ends."""
     return progress.gauged > 0.0
 
 
 @inlined
 def share(progress: FeedProgress) -> float:
-    """Share of the motion that is covered as the table passes the middle of the coming stroke."""
+    """Return the share of the motion that is covered when the table passes the middle of the coming stroke."""
     path = progress.path if progress.path > 0.0 else 1.0
     done = travelled(progress.middle - progress.begin, path, progress.rate, progress.acceleration)
     return done / path if progress.path > 0.0 else 1.0
@@ -193,13 +193,13 @@ def share(progress: FeedProgress) -> float:
 
 @inlined
 def depth(stroking: Stroking, cycle: Feeding, progress: FeedProgress) -> float:
-    """Depth of the coming stroke, mm."""
+    """Return the depth of the coming stroke, mm."""
     return (progress.depth + share(progress) * progress.way) + stroking.surface
 
 
 @inlined
 def edge(stroking: Stroking, progress: FeedProgress) -> float:
-    """Cross coordinate of the wheel's edge in the coming stroke, mm."""
+    """Return the cross coordinate of the wheel's edge in the coming stroke, mm."""
     return progress.cross + share(progress) * progress.cross_way
 
 
@@ -222,8 +222,8 @@ def deepest_pick(stroking: Stroking, cycle: Feeding, reached: float, motions: An
     """Return the largest step in depth from stroke to stroke and the depth reached, mm; nothing is ground.
 
     Args:
-        stroking: the strokes.
-        cycle: when they are.
+        stroking: numbers of the strokes.
+        cycle: times of the strokes.
         reached: depth of the deepest stroke before, mm.
         motions: table of the motions beside them.
     """

@@ -31,36 +31,36 @@ from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters, WheelState
 
 LANES = 8
-"""Machines at once: one AVX-512 or two AVX2 registers wide."""
+"""Number of machines at once: one AVX-512 or two AVX2 registers wide."""
 
 IDLE = -1
-"""Machine number of a lane that has none."""
+"""Machine number of an empty lane."""
 
 
 class Loops(NamedTuple):
     """The loops over the strokes of one kind of cycle."""
 
     lanes: Callable[..., None]
-    """`lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: the machines
+    """`lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: run the machines
     `order[first::step]` in SIMD lanes."""
     advance_lanes: Callable[..., None]
-    """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
+    """`advance_lanes(rows)`: make one stroke in every lane of a buffer."""
 
 
 def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
-    """Compile the loops over a cycle on parts that the wheel covers.
+    """Return the compiled loops over a cycle on parts that the wheel covers.
 
-    Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`, `parameters`
+    Tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`, `parameters`
     of `StrokeParameters`, `wheels` of `WheelState` and then of `process.own`, `surfaces` of `PartState`, `tallies` of
     `Tally`.
-    Wheels, surfaces and tallies are updated: a tally goes on with what it holds. `motions` is what `course.find` looks
-    strokes up in. A table may have more columns.
+    Wheels, surfaces and tallies are updated; a tally continues from its values. `course.find` finds strokes in the
+    table `motions`. A table may have more columns.
     """
     return _loops(course, process, whole)
 
 
 def zoned_loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
-    """Compile the loops over a cycle on parts in zones; `surfaces` has shape (N, zones, fields of `Zone`)."""
+    """Return the compiled loops over a cycle on parts in zones; `surfaces` has shape (N, zones, fields of `Zone`)."""
     return _loops(course, process, zoned)
 
 
@@ -96,7 +96,7 @@ def _loops(
 
     @inlined
     def place_in(rows: Array, lane: int) -> Place:
-        """Where the coming stroke of a lane lies."""
+        """Return the place of the coming stroke of a lane."""
         stroking, progress = get_stroking(rows, lane), get_progress(rows, lane)
         near, Z = edge(stroking, progress), depth(stroking, get_cycle(rows, lane), progress)
         face = wheel_depth(Z, get_tally(rows, lane)) + grown(get_own(rows, lane), get_held(rows, lane))
@@ -162,7 +162,7 @@ def _loops(
 
     @inlined
     def store(rows: Array, lane: int, wheels: Array, surfaces: Array, tallies: Array, i: int) -> None:
-        """Write what a lane holds to machine i."""
+        """Write the state of a lane into the rows of machine i."""
         write_wheel(wheels, i, get_wheel(rows, lane))
         write_own(wheels, i, get_own(rows, lane))
         write_tally(tallies, i, get_tally(rows, lane))
@@ -218,7 +218,7 @@ def _loops(
                         running -= 1
                         machine[lane] = IDLE
                 if not started and machine[lane] == IDLE:
-                    # it repeats the first one: finite numbers that nobody reads
+                    # an empty lane copies the first lane: finite numbers that nobody reads
                     for k in range(lane, rows.size, width):
                         rows[k] = rows[k - lane]
             started = True

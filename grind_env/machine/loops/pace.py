@@ -22,9 +22,9 @@ class Pace(NamedTuple):
     """Speeds of the table over the part."""
 
     speed: float
-    """The highest one, mm/s."""
+    """Highest speed over the part, mm/s."""
     slow: float
-    """Speed of the slow node, mm/s; the highest one where the table does not accelerate over the part."""
+    """Speed at the slow node, mm/s; equal to `speed` if the table does not accelerate over the part."""
     slow_share: float
     """Share of the ground length that the slow node stands for."""
     slow_time: float
@@ -51,17 +51,17 @@ def _slow_node(overtravel: float, highest: float, acceleration: float) -> tuple[
 
 @inlined
 def pace_of(speed: float, travel: float, length: float, off: float, acceleration: float) -> Pace:
-    """Return the pace of strokes over a part, where one slow node stands for those of the ramps at both ends.
+    """Return the pace of strokes over a part; one slow node stands for the ramps at both ends.
 
     Args:
         speed: E of the table, mm/s.
-        travel: between the reversal points, mm.
+        travel: distance between the reversal points, mm.
         length: ground length, mm.
-        off: by how much the middle of the part is away from that of the travel, mm.
-        acceleration: of the table, mm/s2.
+        off: distance of the middle of the part from the middle of the travel, mm.
+        acceleration: acceleration of the table, mm/s2.
     """
     mean = 0.5 * (travel - length)
-    # of very unlike overtravels the table is fastest beside the part
+    # with very unequal overtravels the table is fastest beside the part
     highest = min(speed, math.sqrt(acceleration * min(travel, 2.0 * (mean - off + length))))
     seconds, way = _slow_node(mean - off, highest, acceleration)
     other_seconds, other_way = _slow_node(mean + off, highest, acceleration)
@@ -76,21 +76,21 @@ def pace_of(speed: float, travel: float, length: float, off: float, acceleration
 
 @inlined
 def at_nodes(mean: float, step: float, share: float) -> tuple[float, float]:
-    """Return the values at the slow and at the fast node; `share` is that of the slow one."""
+    """Return the values at the slow and at the fast node; `share` is the share of the slow node."""
     fast = mean + share * step
     return fast - step, fast
 
 
 @functools.cache
 def paced_of(process: Process) -> Callable[..., Any]:
-    """The compiled stroke of a process at a pace, `grind`."""
+    """Return the compiled stroke of a process at a pace, `grind`."""
     stroke = process.stroke
 
     @inlined
     def grind(
         wheel: WheelState, own: Any, part: Any, Z: float, b: float, pace: Any, slow_held: Any, held: Any, seconds: float
     ) -> tuple[WheelState, Any, StrokeResult, StrokeResult, StrokeResult]:
-        """Make one stroke; arguments as of `Process.stroke`, with the surface in the cut and what each node has `held`.
+        """Make one stroke; arguments as of `Process.stroke`, with the surface in the cut and two sets of constants.
 
         Return wheel and own after it, the stroke, and the stroke at the slow and at the fast node.
         """

@@ -14,7 +14,7 @@ read_zone, write_zone = column_reader(Zone), column_writer(Zone)
 
 
 RULES_FROM = len(Stroking._fields)
-"""Column of the row of a cycle from which on the numbers of its rules stand."""
+"""First column of the numbers of its rules in the row of a cycle."""
 
 OWN_FROM = len(WheelState._fields)
-"""Column of the row of a wheel from which on stands what the process remembers besides."""
+"""First column of the memory of the process (`own`) in the row of a wheel."""

@@ -13,18 +13,18 @@ from grind_env.process.process import Drive, Moment, Process, whole_ms
 
 
 class Shift(NamedTuple):
-    """Compiled functions of machine i: row i of `wheels`, with what the process remembers, and of `parameters`."""
+    """Compiled functions for machine i: row i of `wheels`, with the memory of the process, and of `parameters`."""
 
     pass_time: Callable[..., None]
-    """`pass_time(wheels, parameters, i, seconds, loads)`: a while without a stroke, s; as `Process.idle`."""
+    """`pass_time(wheels, parameters, i, seconds, loads)`: let `seconds` pass without a stroke, as `Process.idle`."""
     before: Callable[..., Drive]
-    """`before(wheels, parameters, i, dwell, moment) -> Drive`: before a cycle block; as `Process.before`, with the
+    """`before(wheels, parameters, i, dwell, moment) -> Drive`: begin a cycle block, as `Process.before`; `dwell` is the
     reversal dwell of the control, s."""
 
 
 @functools.cache
 def shift_of(process: Process) -> Shift:
-    """Compile what a process does between cycles; without such functions nothing is read or written."""
+    """Return the compiled functions of a process between cycles; functions that it lacks read and write nothing."""
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
     idle, process_before = idle_of(process), process.before
 
@@ -54,7 +54,7 @@ def shift_of(process: Process) -> Shift:
 
 @functools.cache
 def entries_of(process: Process) -> Shift:
-    """Return these functions for plain Python."""
+    """Return the functions of `shift_of` as entries that Python calls."""
     pass_time, before = shift_of(process)
 
     @entry

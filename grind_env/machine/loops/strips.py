@@ -37,21 +37,21 @@ class Contact(NamedTuple):
     tip: float
     """Depth of the wheel face, mm."""
     strips: float
-    """Strips of the part."""
+    """Number of strips of the part."""
     S: float
-    """Least stock removed under the wheel, mm; infinite where it is beside the part."""
+    """Least stock removed under the wheel, mm; infinite for a wheel beside the part."""
     Rs: float
-    """Roughness of the first zone under it, um, like the next two of that one."""
+    """Roughness of the first zone under the wheel, um; the next two fields belong to this zone, too."""
     S_step: float
     Rs_step: float
     reached: float
-    """Least depth reached under it, mm; infinite as for S."""
+    """Least depth reached under the wheel, mm; infinite for a wheel beside the part."""
     engaged: float
-    """Strips in the cut."""
+    """Number of strips in the cut."""
     S_offset: float
-    """Sum over them of the stock removed beyond the least, mm."""
+    """Sum over the strips in the cut of the stock removed beyond `S`, mm."""
     Rs_offset: float
-    """Sum over them of the roughness beyond that of the first zone, um, like the next two."""
+    """Sum over the strips in the cut of the roughness beyond `Rs`, um; the next two fields are sums in the same way."""
     S_step_offset: float
     Rs_step_offset: float
 
@@ -91,7 +91,7 @@ def contact_at(tip: float) -> Contact:
 
 @inlined
 def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
-    """Look at a zone, which is under the wheel or not, for the deepest interference."""
+    """Return the contact with a zone added; a zone `under` the wheel may have the least stock removed."""
     first = under & (contact.reached == math.inf)
     Rs = zone.Rs if first else contact.Rs
     S_step, Rs_step = zone.S_step if first else contact.S_step, zone.Rs_step if first else contact.Rs_step
@@ -109,9 +109,9 @@ def in_cut(contact: Contact, zone: Zone, under: bool) -> bool:
 
 @inlined
 def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
-    """Add a zone that is in the cut.
+    """Return the contact with a zone added to the cut, if `cut`.
 
-    Means are offsets from one strip: exact where all are equal, so that a plunge cut is that of one strip.
+    Means are sums of offsets from one strip: exact for equal strips, so that a plunge cut equals that of one strip.
     """
     S = contact.S_offset + (zone.strips * (zone.S - contact.S) if cut else 0.0)
     Rs = contact.Rs_offset + (zone.strips * (zone.Rs - contact.Rs) if cut else 0.0)
@@ -122,9 +122,9 @@ def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
 
 @inlined
 def cut_surface(contact: Contact, width: float, Z: float) -> tuple[float, PartState]:
-    """Engaged width in mm of a part so wide, and the mean surface over it, with its deepest stroke at `Z`, mm.
+    """Return the engaged width of a part `width` wide, mm, and the mean surface over it, with deepest stroke `Z`, mm.
 
-    A wheel beside the part has no interference, over whatever width: such a stroke changes nothing.
+    A wheel beside the part has no interference, over any width: its stroke changes nothing.
     """
     beside = contact.engaged <= 0.0
     engaged = contact.strips if beside else contact.engaged
@@ -143,7 +143,7 @@ def cut_surface(contact: Contact, width: float, Z: float) -> tuple[float, PartSt
 def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, taken: Taken, share: float) -> Zone:
     """Return a zone after a stroke programmed at depth `Z`, mm.
 
-    `tip` is the depth of the wheel face, mm; `share` that of the slow node.
+    `tip` is the depth of the wheel face, mm; `share` is the share of the slow node.
     """
     slow_S, fast_S = at_nodes(zone.S, zone.S_step, share)
     slow_Rs, fast_Rs = at_nodes(zone.Rs, zone.Rs_step, share)
@@ -159,7 +159,7 @@ def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, taken: Take
 
 @functools.cache
 def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool, float]]:
-    """The compiled stroke of a process over strips, `grind_strips`."""
+    """Return the compiled stroke of a process over strips, `grind_strips`."""
     grind, constants, grown = paced_of(process), process.constants, grown_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
 
@@ -178,7 +178,7 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
         own: NDArray[Any],
         seconds: float,
     ) -> tuple[WheelState, StrokeResult, float, bool, float]:
-        """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
+        """Make one stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
         Args:
             wheel: state before the stroke.
@@ -186,17 +186,17 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             first: first strip under the wheel.
             last: the strip after the last one, greater than `first`.
             Z: programmed downfeed position, mm.
-            pace: of the table.
-            width: of the part, all strips together, mm.
+            pace: speeds of the table.
+            width: width of the part, all strips together, mm.
             Lw: ground length, mm.
             p: parameters.
             depth: downfeed position of the wheel, mm; `Z` unless it is retracted.
-            own: what the process remembers besides, shape (1, fields of its `own`); updated.
-            seconds: up to the next stroke, s.
+            own: memory of the process, shape (1, fields of its `own`); updated.
+            seconds: time up to the next stroke, s.
 
         Returns:
             The wheel after the stroke, the stroke, the engaged width in mm, whether the wheel went deeper into a strip
-            than before, and by how much the part stood higher than when it was cold, mm.
+            than before, and the thermal growth of the part, mm.
         """
         before, slow_held, held = read_own(own, 0), constants(p, pace.slow, Lw), constants(p, pace.speed, Lw)
         higher = grown(before, held)

@@ -16,51 +16,51 @@ class Place(NamedTuple):
     """Place of a stroke. Lengths are mm."""
 
     Z: float
-    """Depth at which it is programmed."""
+    """Programmed depth of the stroke."""
     depth: float
-    """Depth at which the wheel passes, into a part that may have grown."""
+    """Depth of the wheel, thermal growth of the part included."""
     edge: float
     """Cross coordinate of the wheel's edge on the minus side."""
     end: float
-    """That of the other edge."""
+    """Cross coordinate of the wheel's edge on the plus side."""
 
 
 class Buffer(NamedTuple):
-    """The buffer of the lanes, as a surface finds it: compiled functions of it."""
+    """The buffer of the lanes without the surfaces, and compiled functions of the buffer."""
 
     lanes: int
     rows: int
-    """Rows of everything but the surface."""
+    """Number of rows without those of the surface."""
     stroking: Callable[..., Any]
-    """`stroking(rows, lane)`: the strokes of its cycle."""
+    """`stroking(rows, lane)`: numbers of the strokes of the cycle."""
     wheel: Callable[..., Any]
     """`wheel(rows, lane)`: the wheel before the coming stroke."""
     part: Callable[..., Any]
-    """`part(rows, lane)`: the part before it."""
+    """`part(rows, lane)`: the part before the coming stroke."""
     place: Callable[..., Any]
-    """`place(rows, lane)`: where it lies."""
+    """`place(rows, lane)`: place of the coming stroke."""
     stroke: Callable[..., Any]
-    """`stroke(rows, lane, b, reached, part)`: makes it; arguments as for `cycle.Acts.advance`."""
+    """`stroke(rows, lane, b, reached, part)`: make the coming stroke; arguments as for `cycle.Acts.advance`."""
 
 
 class SurfaceLanes(NamedTuple):
-    """A way to keep surfaces, in a table with an entry for each machine: compiled functions of it."""
+    """Compiled functions for one kind of surfaces; `surfaces` is their table, with an entry for each machine."""
 
     size: Callable[..., Any]
-    """`size(surfaces)`: of the buffer."""
+    """`size(surfaces)`: size of the buffer."""
     begin: Callable[..., Any]
     """`begin(surfaces, i)`: the part on machine i before its cycle."""
     load: Callable[..., Any]
-    """`load(rows, lane, surfaces, i)`: into a lane, what of machine i is not in its `PartState`."""
+    """`load(rows, lane, surfaces, i)`: load into a lane the zones of machine i, which are not in its `PartState`."""
     store: Callable[..., Any]
-    """`store(rows, lane, surfaces, i)`: what a lane holds to machine i."""
+    """`store(rows, lane, surfaces, i)`: write the surface of a lane to machine i."""
     advance_lanes: Callable[..., Any]
-    """`advance_lanes(rows)`: one stroke in every lane; a function of its own, for it vectorises only with nothing but
-    `rows` in sight."""
+    """`advance_lanes(rows)`: make a stroke in every lane. This is a separate function, because it vectorises only
+    with `rows` as its only argument."""
 
 
 def whole(buffer: Buffer) -> SurfaceLanes:
-    """Surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
+    """Return the functions for surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
     lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
     stroking_in, part_in, stroke_in = buffer.stroking, buffer.part, buffer.stroke
 
@@ -86,26 +86,26 @@ def whole(buffer: Buffer) -> SurfaceLanes:
 
 
 BUNCH = 2
-"""Zones looked at in one go over the lanes: LLVM unrolls a loop over the lanes that does less, and vectorises it no
-more."""
+"""Number of zones in one loop over the lanes; LLVM unrolls a loop over the lanes that does less, and does not vectorise
+it."""
 
 MOST_ZONES = 4096
 """Most zones of a surface in the lanes; a power of 2, see `get_zone`."""
 
 NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
-"""Fills the last bunch."""
+"""Empty zone that fills the last bunch."""
 
 
 @inlined
 def is_under(zone: Zone, place: Place) -> bool:
-    """Whether the wheel is over a zone."""
+    """Return whether the wheel is over a zone."""
     return (place.edge <= zone.centre) & (zone.centre < place.end)
 
 
 def zoned(buffer: Buffer) -> SurfaceLanes:
-    """Surfaces in zones; their table has shape (N, zones, fields of `Zone`).
+    """Return the functions for surfaces in zones; their table has shape (N, zones, fields of `Zone`).
 
-    In the lanes the zones are run one after the other, each with all lanes side by side.
+    The zones are processed one after the other, each in all lanes side by side.
     """
     lanes, place_in, wheel_in, part_in = buffer.lanes, buffer.place, buffer.wheel, buffer.part
     stroking_in, stroke_in = buffer.stroking, buffer.stroke
@@ -122,7 +122,7 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
 
     @inlined
     def get_zone(rows: Array, number: int, lane: int) -> Any:
-        # LLVM sees of a bounded number that the zone is not where a loop over the lanes writes, and vectorises it
+        # a bounded number shows LLVM that a loop over the lanes does not write to this zone, and the loop vectorises
         return read_lane(rows, (number & (MOST_ZONES - 1)) * zone_size + lane)
 
     @inlined

@@ -11,19 +11,19 @@ from grind_env.process.cost import STALL
 from grind_env.process.state import StrokeResult
 
 FINISHING_DEPTH = 0.05
-"""mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
+"""Stock, mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
 
 RETRACTED = -1000.0
-"""mm; depth of a wheel that passes high above the part."""
+"""Depth of a retracted wheel, which passes high above the part, mm."""
 
 POWER_WINDOW = 6.0
-"""Full plunges over which power is averaged at the start and at the end of a cycle."""
+"""Number of full plunges over which power is averaged at the start and at the end of a cycle."""
 
 
 class Tally(NamedTuple):
     """Sums of strokes and dresses, besides the states of wheel and part.
 
-    Powers are the load of the spindle, W above idle. `strokes` and `dresses` are numbers of them.
+    Powers are the load of the spindle, W above idle. `strokes` and `dresses` are numbers of strokes and dresses.
     `power_2`, `power_3`, `power_4`, `power_5` and `power_6` are W.
     """
 
@@ -34,22 +34,22 @@ class Tally(NamedTuple):
     first_power: float
     """Sum of the power of the first full plunges (up to six), W."""
     first_count: float
-    """How many plunges that sum holds."""
+    """Number of plunges in `first_power`."""
     power_1: float
-    """Power of the latest full plunge since the last dress, W; 0 if there is none, like those of the five before it."""
+    """Power of the latest full plunge since the last dress, W; the next fields are of the five before; 0 if none."""
     power_2: float
     power_3: float
     power_4: float
     power_5: float
     power_6: float
     last_count: float
-    """How many of these six there are."""
+    """Number of full plunges in `power_1` to `power_6`."""
     deepened: float
-    """By how much strokes have gone deeper since the last dress, mm."""
+    """Total gain in depth by strokes since the last dress, mm."""
     peak_load: float
     """Highest load of a stroke, W."""
     peak_torque: float
-    """Ratio of the highest torque of a stroke to that at which the spindle stalls; from 1 on it has."""
+    """Ratio of the highest torque of a stroke to the stall torque; from 1 on the spindle has stalled."""
     plunge_rise: float
     """Highest temperature rise of a plunge stroke, K."""
     finish_rise: float
@@ -63,7 +63,7 @@ class Tally(NamedTuple):
 
 
 class Plunges(NamedTuple):
-    """The latest full plunges alone, for what counts nothing else; fields without a text are those of `Tally`."""
+    """The latest full plunges alone, without the other sums; fields without a text are those of `Tally`."""
 
     power_1: float
     power_2: float
@@ -75,7 +75,7 @@ class Plunges(NamedTuple):
 
 
 NOTHING = Tally(*[0.0] * len(Tally._fields))
-"""Before the first stroke."""
+"""Tally before the first stroke."""
 
 with_dress = replacer(Tally, "seconds", "dresses", "dressed_off")
 without_last = replacer(Tally, *Plunges._fields, "deepened")
@@ -83,41 +83,41 @@ without_last = replacer(Tally, *Plunges._fields, "deepened")
 
 @inlined
 def has_stalled(tally: Tally) -> bool:
-    """Whether the spindle has stalled on this part."""
+    """Return whether the spindle has stalled on this part."""
     return tally.peak_torque >= STALL
 
 
 @inlined
 def wheel_depth(Z: float, tally: Tally) -> float:
-    """Depth at which a stroke programmed at `Z` passes, mm: the alarm of a stalled spindle retracts the wheel.
+    """Return the depth at which a stroke programmed at `Z` passes, mm: a stall alarm retracts the wheel.
 
-    The part is scrap, and what the program still has for it is made above it (project decision).
+    The part is then scrap, and the rest of its program runs above it (project decision).
     """
     return RETRACTED if has_stalled(tally) else Z
 
 
 @inlined
 def last_power(tally: Tally | Plunges) -> float:
-    """Sum of the power of the last full plunges (up to six) since the last dress, oldest first, W."""
+    """Return the sum of the power of the last full plunges (up to six) since the last dress, oldest first, W."""
     older = tally.power_6 + tally.power_5 + tally.power_4
     return older + tally.power_3 + tally.power_2 + tally.power_1
 
 
 @inlined
 def mean_last_power(tally: Tally | Plunges) -> float:
-    """Mean power of the last full plunges since the last dress, W; 0 if there was none."""
+    """Return the mean power of the last full plunges since the last dress, W; 0 if there was none."""
     return last_power(tally) / tally.last_count if tally.last_count > 0.0 else 0.0
 
 
 @inlined
 def mean_first_power(tally: Tally) -> float:
-    """Mean power of the first full plunges, W; 0 if there was none."""
+    """Return the mean power of the first full plunges, W; 0 if there was none."""
     return tally.first_power / tally.first_count if tally.first_count > 0.0 else 0.0
 
 
 @inlined
 def count_plunge(tally: Tally | Plunges, power: float, full: bool) -> Plunges:
-    """The latest full plunges after a stroke of some power, W, which may be one."""
+    """Return the latest full plunges after a stroke of this power, W, which counts if it is `full`."""
     power_1 = power if full else tally.power_1
     power_2 = tally.power_1 if full else tally.power_2
     power_3 = tally.power_2 if full else tally.power_3
@@ -147,23 +147,23 @@ def count_stroke(
     finishing: bool,
     stall_time: float,
 ) -> Tally:
-    """Count a stroke.
+    """Return the tally with a stroke added.
 
     Args:
-        tally: before it.
-        stroke: what it has done.
-        seconds: its time.
-        deeper: by how much it has gone deeper than any before it, mm; not above 0 if it has not.
-        plunge: whether it has gone deeper than any before it at some place of its own.
-        full: whether by a full pick.
-        finishing: whether it leaves at most `FINISHING_DEPTH` to grind.
-        stall_time: time lost if the spindle stalls in it, s.
+        tally: tally before the stroke.
+        stroke: results of the stroke.
+        seconds: time of the stroke, s.
+        deeper: gain in depth over all strokes before, mm; 0 or less without a gain.
+        plunge: whether the stroke is deeper than all strokes before at some place.
+        full: whether the stroke is a full plunge.
+        finishing: whether the stroke leaves at most `FINISHING_DEPTH` to grind.
+        stall_time: time lost if the spindle stalls in the stroke, s.
     """
-    # a wheel that a stall has retracted passes above the part: its idling is no power of a plunge
+    # after a stall the retracted wheel passes above the part: its idle power is no power of a plunge
     grinds = tally.peak_torque < STALL
     full_plunge = full & grinds
     among_first = full_plunge & (tally.first_count < POWER_WINDOW)
-    # numba takes no condition among so many keywords
+    # numba cannot compile conditions among so many keywords
     last = count_plunge(tally, stroke.mean_load, full_plunge)
     first_power = tally.first_power + (stroke.mean_load if among_first else 0.0)
     first_count = tally.first_count + (1.0 if among_first else 0.0)
@@ -197,6 +197,6 @@ def count_stroke(
 
 @inlined
 def count_dress(tally: Tally, seconds: float, removed: float) -> Tally:
-    """Count a dress execution of some s that took `removed` mm3 off the wheel; the last plunges are counted anew."""
+    """Return the tally with a dress of `seconds`, s, and `removed`, mm3, added and without the last plunges."""
     numbers = tally.seconds + seconds, tally.dresses + 1.0, tally.dressed_off + removed
     return without_last(with_dress(tally, numbers), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -16,16 +16,16 @@ from grind_env.machine.loops.strips import Strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 
 STRIP = 1.0
-"""mm; width of a strip at most."""
+"""Largest width of a strip, mm."""
 
 WALKED = 4
-"""Traverses. One begins at either end of the crossover, at the primary or the secondary reversal point; after so many
-all of these four have come by that ever do."""
+"""Number of traverses to follow. A traverse begins at one of the two ends of the crossover, at the primary or the
+secondary reversal point; after so many all combinations that ever occur have occurred."""
 
 
 @functools.lru_cache
 def strip_centres(across: float, width: float) -> Strips:
-    """Cross coordinates of the middles of the strips of a part that begins at `across` and is `width` wide, mm."""
+    """Return the cross coordinates of strip middles of a part that begins at `across` and is `width` wide, mm."""
     strips = math.ceil(width / STRIP)
     centres = np.asarray(across + width * (np.arange(strips) + 0.5) / strips)
     centres.flags.writeable = False
@@ -33,7 +33,7 @@ def strip_centres(across: float, width: float) -> Strips:
 
 
 def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float]:
-    """Where the wheel's edge on the minus side can lie in a G83 from `start` to `end`, mm, however deep it goes."""
+    """Return the cross coordinates of the wheel's minus edge in a G83 from `start` to `end`, mm, for any depth."""
     walked = cycle._replace(depth=0.0, at_depth=float(WALKED))
     progress, edges = traverse.begin(walked), set()
     while not traverse.finished(walked, progress):
@@ -43,11 +43,11 @@ def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float
 
 
 EDGES: Mapping[str, Callable[[Any, float, float], Sequence[float]]] = {"G83": traverse_edges}
-"""The same of every cycle that crosses, by its code."""
+"""Functions such as `traverse_edges` for all cycles that cross, by code."""
 
 
 def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Array:
-    """A new part in zones of neighbouring strips that only ever lie under the wheel together.
+    """Return a new part in zones of neighbouring strips that are under the wheel only together.
 
     `edges` are all places of the wheel's edge on the minus side, mm. The result has shape (zones, fields of `Zone`).
     """
@@ -57,7 +57,7 @@ def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Arr
 
 
 def strip_zones(centres: Strips) -> Array:
-    """A new part with a zone for each strip, shape (strips, fields of `Zone`); `centres` has shape (strips,), mm."""
+    """Return a new part with a zone a strip, shape (strips, fields of `Zone`); `centres` has shape (strips,), mm."""
     return _new_zones(centres, np.arange(1, centres.size))
 
 

@@ -7,21 +7,21 @@ import numpy as np
 from grind_env.machine.loops.strips import Strips
 
 CELL = 1.0
-"""mm; length of a cell at most. A stroke reaches the cells whose middle it passes, so that a table may turn at the very
+"""Largest length of a cell, mm. A stroke reaches the cells whose middle it passes, so that a table may turn at the very
 edge of the part."""
 
 
 class Coverage:
     """The deepest stroke over each cell of each strip of a part.
 
-    The process model keeps one depth along the length of a strip; where no stroke so deep has been, the part is not
-    ground to it.
+    The process model has one depth along the length of a strip. A place where no stroke was so deep is not ground to
+    that depth.
     """
 
     def __init__(self, start: float, length: float, strips: int) -> None:
         self._cells = math.ceil(length / CELL)
         self._start, self._cell = start, length / self._cells
-        self._whole = np.zeros(strips)  # by strokes over the whole length
+        self._whole = np.zeros(strips)  # depth by strokes over the whole length, mm
         self._short: dict[tuple[int, int, int, int], float] = {}
         self._known: Strips | None = None
 
@@ -34,7 +34,7 @@ class Coverage:
         return self._whole
 
     def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
-        """A stroke at depth `Z`, mm, between two reversal points has passed over the strips `first` to `last - 1`."""
+        """Add a stroke at depth `Z`, mm, between two reversal points over the strips `first` to `last - 1`."""
         low, high = self._passed(ends)
         if high - low == self._cells:
             np.maximum(self._whole[first:last], Z, out=self.written()[first:last])
@@ -44,15 +44,15 @@ class Coverage:
             self._short[place] = max(self._short.get(place, 0.0), Z)
 
     def least(self) -> Strips:
-        """Depth of each strip where it has been reached least, mm; infinite where it has been reached alike."""
+        """Return the least depth reached in each strip, mm; infinite for a strip with one depth everywhere."""
         depths = self._depths()
         least: Strips = np.where(np.ptp(depths, axis=1) > 0.0, depths.min(axis=1), np.inf)
         return least
 
     def least_between(self, first: int, last: int, ends: tuple[float, float]) -> float:
-        """Least depth reached in the strips `first` to `last - 1` between two coordinates along them, mm.
+        """Return the least depth reached in the strips `first` to `last - 1` between two coordinates along them, mm.
 
-        Between the middles of two cells it is that of the deeper one: there a stroke may have turned.
+        Between the middles of two cells the deeper cell counts, because a stroke may have turned there.
         """
         depths = self._depths()[first:last]
         if not self._short:
@@ -64,7 +64,7 @@ class Coverage:
 
     @property
     def unground(self) -> float:
-        """Share of the surface that no stroke has reached, from 0 to 1."""
+        """Return the share of the surface that no stroke has reached, from 0 to 1."""
         depths = self._depths()
         return float(np.count_nonzero(depths <= 0.0) / depths.size)
 
@@ -73,7 +73,7 @@ class Coverage:
         return low, min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
 
     def _depths(self) -> Strips:
-        """Depths of the cells, mm, shape (strips, cells); of one cell for all if strokes were over the whole length."""
+        """Return the depths of the cells, mm, shape (strips, cells); one cell if all strokes pass the whole length."""
         if not self._short:
             return self._whole[:, None]
         if self._known is None:

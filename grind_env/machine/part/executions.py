@@ -9,10 +9,10 @@ EXECUTION_ROW = np.dtype(
     [
         ("part", np.int64),
         ("line", np.int64),  # of the block
-        ("first", np.int64),  # of its strokes, from 0 in the run
-        ("strokes", np.int64),  # and infeeds
-        ("seconds", np.float64),  # of them, s
-        ("ground", np.float64),  # volume, mm3
+        ("first", np.int64),  # index of its first stroke in the run, from 0
+        ("strokes", np.int64),  # number of strokes and infeeds
+        ("seconds", np.float64),  # time of the strokes, s
+        ("ground", np.float64),  # volume ground, mm3
         ("energy", np.float64),  # of grinding, J
         ("V", np.float64),  # specific volume V'w, mm3/mm: of each stroke over its own width
         ("peak_Q", np.float64),  # highest specific removal rate Q'w, mm2/s
@@ -24,10 +24,10 @@ EXECUTION_ROW = np.dtype(
 
 
 def executions_of(strokes: Array) -> Array:
-    """Return the executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
+    """Return the executions of blocks in the strokes of a record, shape (executions,), dtype `EXECUTION_ROW`."""
     if not strokes.size:
         return np.zeros(0, EXECUTION_ROW)
-    numbers = strokes["number"]  # 0 of a stroke between two cycles
+    numbers = strokes["number"]  # 0 for a stroke between two cycles
     again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
     changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
     firsts = np.append(0, np.flatnonzero(changes) + 1)

@@ -17,18 +17,18 @@ from grind_env.machine.dress.wheel_body import half_chord, position_at
 from grind_env.machine.job import Job
 
 FEED = "G01"
-"""Code of what stands for the cycle of such a stroke."""
+"""Code of the cycle plan of a feed move that is a stroke."""
 FEED_WORD = "F"
 
 LEAST_PICK = 2.0 * DEPTH_TOLERANCE
-"""mm; its J, for it counts as a plunge where it goes deeper at all; its L is 1."""
+"""J of a feed move that is a stroke, mm: any gain in depth counts as a plunge; its L is 1."""
 
 SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
-"""Sources of the moves that may be strokes: those that an operator asks for in between are none."""
+"""Sources of moves that may be strokes; moves that an operator asks for in between are no strokes."""
 
 
 def speed_word(plan: CyclePlan) -> str:
-    """Return the word that says how fast the strokes of a cycle are, or that of a feed move."""
+    """Return the word for the speed of the strokes of a cycle (E) or of a feed move (F)."""
     return FEED_WORD if plan.code == FEED else "E"
 
 
@@ -40,7 +40,7 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
     """
     axis, grooves, execution = None, False, execute(programs, replace(control))
     execution.set_wheel_radius(radius)
-    with suppress(ControlError):  # for those who run the program
+    with suppress(ControlError):  # a run of the program reports the fault
         for event in execution:
             if isinstance(event, motions.CycleStart):
                 return event.plan.axis
@@ -62,7 +62,7 @@ def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
 
 
 def keeps_across(start: Position, end: Position, axis: int) -> bool:
-    """Return whether such a move stays across, so that its F is the table speed."""
+    """Return whether a move does not go across, so that its F is the table speed."""
     return start[cross_axis(axis)] == end[cross_axis(axis)]
 
 

@@ -31,12 +31,12 @@ class Surface(NamedTuple):
 def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None = None) -> Surface:
     """Return the surface of a part by the depth ground off each strip or groove, mm, and its roughness, um.
 
-    `least` is the depth to which strokes have been where a strip has been reached least, mm, infinite where it has been
-    reached alike.
+    `least` is the least depth that strokes have reached in each strip, mm; infinite for a strip with one depth
+    everywhere.
     """
     S = float(depths.mean())
     error, taper = 1000.0 * (stock - S), 1000.0 * float(depths.max() - depths.min())
-    # the mean where all is equally deep: so rounded, it is what a part without strips has
+    # equal depths: the mean, rounded as for a part without strips
     worst = _farthest(1000.0 * (stock - depths)) if taper > 0.0 else error
     if least is not None and (short := least < depths - DEPTH_TOLERANCE).any():
         worst = _farthest(np.append(1000.0 * (stock - least[short]), worst))
@@ -45,11 +45,11 @@ def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None 
 
 @inlined
 def gauge_zones(zones: Array, stock: float) -> Surface:
-    """The surface of a part, which strokes have passed over the whole length of.
+    """Return the gauged surface of a part; all its strokes have passed over the whole length.
 
     Args:
         zones: shape (zones, fields of `Zone`).
-        stock: what is to be off, mm.
+        stock: stock to grind off, mm.
     """
     first = read_zone(zones, 0)
     least, most, worst = first.S, first.S, 1000.0 * (stock - first.S)
@@ -72,6 +72,6 @@ def _farthest(errors: Strips) -> float:
 
 
 def counted_rise(plunges: Iterable[tuple[float, float]], deepest: float, every: bool) -> float:
-    """Highest temperature rise of the plunges (depth mm, rise K) near the deepest one, or of every one, K."""
+    """Return the highest temperature rise, K, of plunges (depth mm, rise K) near the deepest, or of every plunge."""
     counts_from = deepest - FINISHING_DEPTH - DEPTH_TOLERANCE
     return max((T for Z, T in plunges if every or counts_from <= Z), default=0.0)

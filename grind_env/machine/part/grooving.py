@@ -42,7 +42,7 @@ class GrooveCut(NamedTuple):
     b: float = 0.0
     """Engaged width, mm."""
     grown: float = 0.0
-    """By how much the part stood higher than when it was cold, mm."""
+    """Thermal growth of the part, mm."""
     Lw: float = 0.0
     """Ground length, mm."""
     plunged: bool = False
@@ -62,7 +62,7 @@ class Groove:
 
 
 class Grooves:
-    """The grooves of one part; an infeed where a groove has been cut before goes on with it."""
+    """The grooves of one part; a further infeed at the place of a groove deepens this groove."""
 
     def __init__(self, surface: float, length: float, width: float) -> None:
         self.surface, self.length, self.width = surface, length, width
@@ -89,7 +89,7 @@ class Grooves:
         return GrooveCut(stroke, b, grown, self.length, plunged=True)
 
     def _engaged(self, direction: Direction, place: Place, Z: float) -> float:
-        """Width that the wheel cuts at depth `Z`, mm: all but what the nearest groove so deep has cut before."""
+        """Return the width that the wheel cuts at depth `Z`, mm: without the width of the nearest groove as deep."""
         beside = (
             math.dist(other, place)
             for (way, other), groove in self._grooves.items()
@@ -99,7 +99,7 @@ class Grooves:
 
 
 def infeed_depth(event: Infeed, surface: float) -> float:
-    """Depth that an infeed reaches below the surface, mm; negative if it ends before it."""
+    """Return the depth that an infeed reaches below the surface, mm; negative if it ends before it."""
     axis, sign = _direction(event)
     return sign * (event.end[axis] - surface)
 

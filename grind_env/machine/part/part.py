@@ -27,19 +27,19 @@ from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survi
 from grind_env.process.state import StrokeParameters
 
 SLOWED = 1.001
-"""Torque over that at the power limit from which on a spindle has slowed by what can be told."""
+"""Least ratio of the torque to the torque at the power limit with which a spindle has slowed noticeably."""
 
 ANYWHERE = -1
-"""In place of the number of a station."""
+"""Station number of a part that lies at no station, or has not been met."""
 
 
 class StageResult(NamedTuple):
-    """A part at the end of a stage, and what was asked of it; the fields are the arguments of `passed_limits`."""
+    """Values of a part at the end of a stage, with its limits; the fields are the arguments of `passed_limits`."""
 
     rise: float
     """Highest temperature rise that counts, K."""
     torque: float
-    """Highest torque over that at which the spindle stalls."""
+    """Ratio of the highest torque to the stall torque."""
     Ra: float
     worst_error: float
     limits: Limits
@@ -50,7 +50,7 @@ class StageResult(NamedTuple):
 
 
 class PartRun:
-    """A part from its loading to the next one."""
+    """A part from its loading to the loading of the next part."""
 
     def __init__(
         self,
@@ -75,17 +75,17 @@ class PartRun:
         self.deepest = 0.0  # deepest programmed depth so far, mm
         self.ended: list[StageResult] = []  # the stages that have ended
         self.unjudged: tuple[Unjudged, ...] = ()  # why it is not judged; empty if it is
-        self.infeeds, self.tally = 0, NOTHING  # of strokes, infeeds and dresses; its peak load is since the last stage
+        self.infeeds, self.tally = 0, NOTHING  # tally of strokes, infeeds and dresses; peak load since the last stage
         self._centres = strip_centres(job.part.across, job.part.width)
         self._strips = strip_zones(self._centres)
         self._S, self._Rs, self._reached = self._strips.T[:3]
         self._coverage = Coverage(job.part.start, job.part.length, self._centres.size)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
+        self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in earlier stages
         # in the last stroke or infeed at full depth: wear of the wheel that was not yet gauged, growth of the part, mm
         self._wear = self._grown = 0.0
-        self._left, self._excess = math.inf, 0.0  # of the tally when nothing is left of the wheel, and beyond it, mm3
+        self._left, self._excess = math.inf, 0.0  # wheel volume in the tally when the wheel is used up, and excess, mm3
 
     @property
     def nominal(self) -> StrokeParameters:
@@ -112,10 +112,10 @@ class PartRun:
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Pass over the part once or many times, with dresses after so many strokes as `due` says.
+        """Pass over the part once or many times; `due` lists the number of strokes before each dress.
 
-        `rows`, dtype `record.STROKE_ROW`, have time, seconds, E and Z; what the strokes do is written. `first_ends` are
-        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side;
+        `rows`, dtype `STROKE_ROW`, have time, seconds, E and Z; the results of strokes are written. `first_ends` are
+        the reversal points of the first stroke, mm; `edges` cross coordinates of the wheel's edge on the minus side;
         `turns` are the reversal points of the cycle, mm; `acceleration` is that of the table, mm/s2.
         Returns the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any
         before it at some place.
@@ -150,7 +150,7 @@ class PartRun:
         mount.ground(wheel, lived)
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
-        # a part that cools below a wheel that does not come deeper is what the last cut has left it
+        # a part may cool below a wheel that goes no deeper: the last stroke that cut decides
         finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z) & (rows["ae"] > 0.0))
         if finishing.size:
             last_one = rows[finishing[-1]]
@@ -168,30 +168,30 @@ class PartRun:
         return PassedOver(Lw, self._coverage.is_whole(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
-        """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
+        """Return the least depth that strokes have reached in the area that a wheel sweeps on the part, mm.
 
-        Between two `edges`, cross coordinates on the minus side, and two `ends` along the table, mm.
+        The wheel moves between two `edges`, cross coordinates on the minus side, and two `ends` along the table, mm.
         """
         return self._coverage.least_between(*self._swept(edges), ends)
 
     def left_at(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
-        """Least depth of the surface that strokes have left there, mm; arguments as of `reached`.
+        """Return the least depth of the surface in the area that a wheel sweeps, mm; arguments as of `reached`.
 
-        Wheel and machine yield, so that it is not as deep as the strokes.
+        The surface is less deep than the strokes, because wheel and machine yield.
         """
         first, last = self._swept(edges)
         return min(self._coverage.least_between(first, last, ends), float(self._S[first:last].min()))
 
     def _swept(self, edges: tuple[float, float]) -> tuple[int, int]:
         first, last = int(self._under(min(edges))[0]), int(self._under(max(edges))[1])
-        first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
+        first = min(first, len(self._centres) - 1)  # the nearest strip for a wheel over no middle of a strip
         return first, max(last, first + 1)
 
     def _under(self, edge: Any) -> tuple[Any, Any]:
         return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
     def infeed(self, mount: Mount, event: Infeed) -> GrooveCut:
-        """Infeed into a groove; the cut is idle of a turning tool, above the surface or in the air."""
+        """Make an infeed into a groove; the cut is empty for a turning tool, above the surface or in the air."""
         self.infeeds += 1
         grinds, wear = self.job.setup.grooving_wheel and not self.stalled, mount.present(self.p).W
         cut = self._grooves.grind(mount, event, self.p) if grinds else NO_CUT
@@ -215,7 +215,7 @@ class PartRun:
         self.ended.append(result)
         self._earlier_power = max(self._earlier_power, self.tally.peak_load)
         self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
-        # of a stalled spindle the part is not freed by a gauge
+        # gauging does not undo a stall
         torque = self.tally.peak_torque if self.stalled else 0.0
         self.tally = self.tally._replace(peak_load=0.0, peak_torque=torque)
         for plunges in (self._plunges, *(groove.plunges for groove in self._grooves)):
@@ -267,7 +267,7 @@ class PartRun:
         return StageResult(rise, self.tally.peak_torque, found.Ra, found.worst_error, limits)
 
     def _ground(self) -> tuple[Strips, Strips]:
-        """Depth in mm and roughness in um of what is judged: the strips, or the grooves if there was no stroke."""
+        """Return depth, mm, and roughness, um, of the judged surface: the strips, or the grooves without any stroke."""
         grooves = () if self.strokes else tuple(self._grooves)
         if not grooves:
             return self._S, self._Rs

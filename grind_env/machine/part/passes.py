@@ -24,24 +24,24 @@ class Dressed(NamedTuple):
     """Result of a dress between strokes."""
 
     A: float
-    """Wear-flat area after it."""
+    """Wear-flat area after the dress."""
     ds: float
-    """Wheel diameter after it, mm."""
+    """Wheel diameter after the dress, mm."""
     removed: float
-    """Wheel volume that it took off, mm3."""
+    """Wheel volume dressed off, mm3."""
     lead: float
     """Lead of the diamond, mm per wheel revolution."""
     wd: float
-    """Wear flat of the diamond before it, mm."""
+    """Wear flat of the diamond before the dress, mm."""
 
 
 class PassedOver(NamedTuple):
-    """Stretch of the table's passes between two reversal points."""
+    """Length of the part that strokes between two reversal points grind."""
 
     Lw: float
     """Ground length, mm; 0 if it is beside the part."""
     whole: bool
-    """Whether that is the whole length of the part."""
+    """Whether the strokes pass over the whole length of the part."""
 
 
 RESULT_FROM = NUMBERS_FROM + len(TableStroke._fields)
@@ -86,29 +86,29 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         """Make strokes over a part, and the dresses that fall due between them.
 
         Args:
-            wheel: before them.
+            wheel: wheel before the strokes.
             strips: as for `grind_strips`; updated.
-            travel: as of `pace_of`, like the next two; mm.
-            off: mm.
-            acceleration: mm/s2.
+            travel: distance between the reversal points, mm; this and the next two as for `pace_of`.
+            off: distance of the middle of the part from the middle of the travel, mm.
+            acceleration: acceleration of the table, mm/s2.
             covered: deepest Z so far of a stroke over the whole length, mm; updated.
-            rows: as of `table_of`; where they lie is read, the rest written.
-            first_way: of the first one.
-            later_way: of the others.
-            first: first strip under the wheel in each.
-            last: the strip after the last one.
-            plunged: whether the wheel went deeper into a strip than before in each; written.
-            due: after how many strokes each dress falls due.
-            dress: what each of them does.
-            dressed: what each has come to, shape (dresses, fields of `Dressed`); written.
-            width: of the part, mm.
+            rows: strokes as of `table_of`; their places are read, all else is written.
+            first_way: ground length of the first stroke.
+            later_way: ground length of the other strokes.
+            first: first strip under the wheel in each stroke.
+            last: the strip after the last strip under the wheel.
+            plunged: whether the wheel went deeper into a strip than before in each stroke; written.
+            due: number of strokes before each dress.
+            dress: settings of the dresses.
+            dressed: results of the dresses, shape (dresses, fields of `Dressed`); written.
+            width: width of the part, mm.
             p: parameters.
-            tally: before them.
+            tally: tally before the strokes.
             own: as for `grind_strips`; updated.
-            lived: time of the job up to which that is as it is, s.
+            lived: time of the job for which `own` holds, s.
 
         Returns:
-            Wheel and tally after them, and the time up to which `own` then is as it is, s.
+            Wheel and tally after the strokes, and the time for which `own` then holds, s.
         """
         executed = 0
         for k in range(len(rows) + 1):

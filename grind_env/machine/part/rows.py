@@ -13,7 +13,7 @@ class TableStroke(NamedTuple):
     """Place of a stroke of the table, or of an infeed; a record row has it before the results."""
 
     time: float
-    """At its start, s."""
+    """Time of the job at its start, s."""
     seconds: float
     E: float
     """Table speed, mm/min; F of an infeed."""
@@ -24,7 +24,7 @@ class TableStroke(NamedTuple):
     Lw: float
     """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
     grown: float
-    """By how much the part stands higher than when it was cold, mm."""
+    """Thermal growth of the part, mm."""
 
 
 class PartVerdict(NamedTuple):
@@ -67,7 +67,7 @@ STROKE_ROW = np.dtype(
 
 
 NUMBERS_FROM = len(STROKE_ROW.names or ()) - len(TableStroke._fields) - len(StrokeResult._fields) - len(WHEEL_FIELDS)
-"""Column of a table of strokes from which on they are those of `TableStroke`, `StrokeResult` and `WheelSeen`."""
+"""First column of `TableStroke` in a table of strokes; `StrokeResult` and `WheelSeen` follow."""
 
 
 def table_of(rows: Array) -> Array:

@@ -16,10 +16,10 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.process.entries import Fluid
 
 SAME = 1e-3
-"""Share of a speed by which another one is the same."""
+"""Largest relative difference of two speeds that count as equal."""
 
 SPEEDS = (5.0, 150.0)
-"""m/s; surface speeds that a set-up may have."""
+"""Least and highest surface speed of a set-up, m/s."""
 
 ALWAYS_ON, DRY = "always on", "dry"
 
@@ -32,11 +32,11 @@ class Speed:
     constant: bool
 
     def at(self, diameter: float, new: float) -> float:
-        """Surface speed of the wheel with a diameter, mm, that had the diameter `new`, m/s."""
+        """Return the surface speed, m/s, of a wheel with this diameter, mm, and the diameter `new`, mm, when new."""
         return self.surface if self.constant else self.surface * diameter / new
 
     def word(self, new: float) -> str:
-        """Return the S that commands it for a wheel of the diameter `new`, mm."""
+        """Return the S word that commands this speed for a new wheel of diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
     def beside(self, other: "Speed", new: float) -> str:
@@ -45,17 +45,17 @@ class Speed:
 
 @cache
 def air() -> Fluid:
-    """Return the properties of a fluid that does not flow."""
+    """Return the fluid entry for dry grinding."""
     return load_catalogue().fluid(DRY)
 
 
 def rotation(surface: float, diameter: float) -> float:
-    """Revolutions per minute at a surface speed, m/s, of a wheel of that diameter, mm."""
+    """Return the revolutions per minute of a wheel with a surface speed, m/s, and a diameter, mm."""
     return 60_000.0 * surface / (math.pi * diameter)
 
 
 class Running:
-    """Wheel and coolant as the words of a program have left them, and the set-up of the job with these."""
+    """State of wheel and coolant after the words of a program so far, and the job's set-up in this state."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -104,7 +104,7 @@ class Running:
             found = Speed(event.surface / 60.0, constant=True)
         else:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
-        half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
+        half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # half a step of S, m/s
         same = abs(found.surface - own.surface) <= max(half, SAME * own.surface)
         self.commanded = own if found.constant == own.constant and same else found
         self._put_in_force()
@@ -143,13 +143,13 @@ class Running:
 
 
 class Told:
-    """Warnings given so far about wheel and coolant: each commanded speed, the other sense and the dry wheel once."""
+    """Warnings about wheel and coolant: one for each commanded speed, for reversed rotation and for dry grinding."""
 
     def __init__(self) -> None:
         self._told: set[Speed | str | None] = set()
 
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
-        """Return new warnings at a stroke with a wheel of this diameter, mm, each with its subject."""
+        """Yield subject and text of new warnings at a stroke with a wheel of this diameter, mm."""
         if running.is_reversed and self._is_new("reversed"):
             yield (
                 "wheel sense",

@@ -20,11 +20,11 @@ class Swept(NamedTuple):
     axis: int
     """Index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z."""
     along: tuple[float, float]
-    """Between which coordinates its centre goes along the table."""
+    """Range of the centre of the wheel along the table."""
     edges: tuple[float, float]
-    """Between which coordinates its edge on the minus side lies."""
+    """Range of the edge of the wheel on the minus side, across the table."""
     lowest: float
-    """Coordinate of its face at full depth."""
+    """Coordinate of the face of the wheel at full depth."""
 
 
 def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
@@ -52,7 +52,7 @@ def sweep_between(start: Position, end: Position, axis: int) -> Swept:
 
 
 def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """Return the stations whose parts strokes come down on, by their numbers from 0."""
+    """Return the numbers, from 0, of the stations whose parts the strokes touch."""
     found, radius = [], 0.5 * first_diameter(job)
     for number, station in enumerate(job.lying(sweep.axis)):
         depth = station.part.surface - sweep.lowest
@@ -62,7 +62,7 @@ def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def met(job: Job, sweep: Swept) -> tuple[int, ...]:
-    """Return the stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
+    """Return the numbers of the stations of a cycle: all that it touches, or the only one below it in the air."""
     found = touched(job, sweep)
     if found:
         return found
@@ -71,7 +71,7 @@ def met(job: Job, sweep: Swept) -> tuple[int, ...]:
 
 
 def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
-    """Return whether a part lies under a sweep with a wheel that reaches so many mm to both sides."""
+    """Return whether a part lies under a sweep with a wheel that reaches `reach` mm to both sides."""
     (low, high), (near, far) = sweep.along, sweep.edges
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
     width = job.setup.wheel.width
@@ -79,7 +79,7 @@ def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
 
 
 def alone(event: Stroke) -> CycleStrokes:
-    """Return a stroke that has come by itself, as strokes of which there is one."""
+    """Return a single stroke as a `CycleStrokes` event."""
     axis = event.axis
     return CycleStrokes(
         time=event.finish,

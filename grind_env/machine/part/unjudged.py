@@ -11,7 +11,7 @@ from typing import NamedTuple
 from grind_env.errors import GrindError
 
 MOST_RUNS = 4
-"""Most runs of lines that are named; of more the first and the last line."""
+"""Largest number of ranges of lines in a message; otherwise only the first and the last line are named."""
 
 
 class UnjudgedError(GrindError):
@@ -24,11 +24,11 @@ class Unjudged(NamedTuple):
     lines: tuple[int, ...]
     """Lines of the program, ascending."""
     why: str
-    """What they do, and what to do about it."""
+    """What these lines do, and the remedy."""
 
 
 def runs(numbers: Sequence[int]) -> str:
-    """Ascending numbers as text, three or more in a row as the first and the last of them."""
+    """Return ascending numbers as text; three or more successive numbers become a range."""
     rows: list[list[int]] = []
     for number in numbers:
         if rows and number == rows[-1][-1] + 1:
@@ -39,7 +39,7 @@ def runs(numbers: Sequence[int]) -> str:
 
 
 def lines_said(lines: Iterable[int]) -> str:
-    """Lines as text, such as `lines 3, 7 to 12`."""
+    """Return lines as text, such as `lines 3, 7 to 12`."""
     numbers = sorted(set(lines))
     if len(numbers) == 1:
         return f"line {numbers[0]}"

@@ -14,16 +14,16 @@ from grind_env.machine.part.feeds import FEED
 
 
 class ScriptError(GrindError):
-    """A program whose strokes are not settled by it alone."""
+    """A program whose strokes depend on more than the program."""
 
 
 class RestTimes(NamedTuple):
     """The time of the program with the table at rest, s, from a cycle block to the next one."""
 
     before: float = 0.0
-    """Until the part is taken off, or up to the next block if it stays on."""
+    """Time until the operator takes off or gauges the part, or until the next block without such a stop, s."""
     after: float = 0.0
-    """From then on."""
+    """Time after that stop, s."""
 
 
 @dataclass(slots=True)
@@ -37,21 +37,21 @@ class ScriptBlock:
     end: Position  # position of the axes at the end of the cycle, mm, before any motion beside the table
     taken_over: bool  # whether it takes over a reciprocating table
     dress: DressRun | None
-    # depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it
+    # depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below the surface
     reached: float = 0.0
-    # motions of the program beside the table, dwells among them, in their order
+    # motions of the program beside the moving table, with dwells, in their order
     beside: list[Motion] = field(default_factory=list)
     # whether the table then continues to the secondary point, where the next cycle takes over
     to_secondary: bool = False
     at_secondary: bool = True  # whether the table came to rest there before the way to the next block
-    # of that way, from secondary and primary point where the crossover begins, then where it ends
+    # way to the next block from secondary and primary point at the begin of the crossover, then at its end
     rest_times: tuple[RestTimes, ...] = ()
     gauged: bool = False  # whether the operator gauges or takes off the part before the next block
     gauged_on_the_way: bool = False
     gauged_at_rest: bool = False
     stops: int = 0  # M01 met on the way with the part on the machine
     ends_part: bool = False  # whether the part is removed, or strokes move to another station
-    # whether it would be the first block on parts that are newly loaded, and not on one at another station
+    # whether the first block on a part follows a loading, and not a change to another station
     loads: bool = True
     station: int | None = None  # station of its part, from 0; None without stations, or if its strokes meet none
 
@@ -73,18 +73,18 @@ class ScriptBlock:
 
 
 def script_error(programs: Programs, line: int, reason: str) -> ScriptError:
-    """Return the error for a program of which there is no script."""
+    """Return the error for a program that has no script."""
     place = f"{programs.name}:{line}" if line else programs.name
     return ScriptError(f"{place}: there is no script of this program: {reason}; the control runs it step by step")
 
 
 def edge_of(position: Position, plan: CyclePlan) -> float:
-    """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
+    """Return the cross coordinate of the wheel's edge on the minus side at a position, mm."""
     return position[cross_axis(plan.axis)]
 
 
 def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
-    """Return the job of the part of each block, of a job with the stations that are met."""
+    """Yield the job of the part of each block; `job` lists the stations met."""
     number = 1
     for block in blocks:
         yield job.of_part(number)
@@ -92,7 +92,7 @@ def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
 
 
 def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
-    """Return the stations of the parts in turn, and write into the blocks where each ends and the next begins."""
+    """Return the stations of the parts in turn, and mark in the blocks where a part ends and the next begins."""
     if not job.stations:
         return ()
     found = list[Station]()

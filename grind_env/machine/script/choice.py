@@ -1,4 +1,4 @@
-"""Chosen settings of the blocks of a script, in the form of the blocks."""
+"""Chosen settings of the blocks of a script, checked and completed from the blocks."""
 
 import math
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ class SettingsError(GrindError):
 
 
 def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
-    """Settings as blocks take them, shape (N, fields of `BlockSettings`): their own where they have no word for them.
+    """Return the settings that blocks use, shape (N, fields of `BlockSettings`): their own if they lack the word.
 
-    The time of a dress is worked out. Raises a `SettingsError` where J or L are outside the ranges of the script, or no
+    The time of a dress is computed. Raises a `SettingsError` where J or L are outside the ranges of the script, or no
     dress program has such settings.
     """
     own, result = tables.own_settings[block], settings.copy()
@@ -62,5 +62,5 @@ def _refuse_outside(script: Script, block: Array, own: Array, settings: Array) -
 
 
 def _ends(values: Sequence[float], least: float) -> tuple[float, float]:
-    """Return the ends of a range of a word, within legal values; the lower is above the higher if it has none."""
+    """Return both ends of the range of a word, within legal values; (inf, -inf) for a word without a range."""
     return (max(min(values), least), max(values)) if values else (math.inf, -math.inf)

@@ -1,4 +1,4 @@
-"""Reasons why a program has no script: it depends on more than its words, or on words that may change."""
+"""Reasons why a program has no script: strokes depend on more than its words, or on words that may be chosen."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -19,9 +19,9 @@ ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost"
 def refuse_led_elsewhere(
     programs: Programs, block: ScriptBlock, turned: ScriptBlock, across: ScriptBlock, both: ScriptBlock
 ) -> None:
-    """Refuse a block whose place other words change, in those before or in itself.
+    """Refuse a block whose place depends on chosen words, in the blocks before or in the block itself.
 
-    In `turned` the table has come to rest at its other end, in `across` the crossovers have come to theirs.
+    In `turned` the table came to rest at its other end, in `across` crossovers ended at theirs, in `both` both.
     """
     line = block.plan.line
     if turned.start != block.start:
@@ -40,7 +40,7 @@ def refuse_led_elsewhere(
 def refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, ranges: Ranges) -> None:
     """Refuse picks that are still under way in the middle of a stroke, or when a dress is due.
 
-    The longer a pick, the longer it takes, so that the highest J settles it.
+    A longer pick takes more time, so that the highest J decides.
     """
     plan, control = block.plan, job.control
     if not plan.plunges:
@@ -63,7 +63,7 @@ def refuse_slow_picks(programs: Programs, job: Job, block: ScriptBlock, ranges: 
 
 
 def _speeds_between(own: float, ends: Sequence[float], length: float, acceleration: float) -> Iterator[float]:
-    """Table speeds, mm/s, among which that with the shortest time from a pick to the middle of a stroke is."""
+    """Yield table speeds, mm/s; one of them has the shortest time from a pick to the middle of a stroke."""
     yield own
     yield from ends
     if ends:
@@ -72,7 +72,7 @@ def _speeds_between(own: float, ends: Sequence[float], length: float, accelerati
 
 
 def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> None:
-    """Refuse strokes that pass over some of the length of the part only."""
+    """Refuse strokes that do not pass over the whole length of the part."""
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
     for ends in ((plan.primary, plan.secondary), (first, plan.primary)):

@@ -16,13 +16,13 @@ from grind_env.machine.script.block import ScriptBlock, edge_of, met_by
 from grind_env.machine.script.script import Script
 
 FEW = 4
-"""Runs that show what all do: the first one, which may begin elsewhere, two that are to be alike, and the last one."""
+"""Number of runs that represent all: the first, which may begin elsewhere, two that must be equal, and the last."""
 
 
 def is_straight(programs: Programs) -> bool:
     """Return whether a program executes the same blocks with the same numbers in every run.
 
-    It has no variables and no jumps, and no G10, whose entries of tables may add up.
+    Such a program has no variables and no jumps. It has no G10 either, because its table entries may add up.
     """
     return all(_is_straight(source) for program in programs for source in program.blocks)
 
@@ -38,7 +38,7 @@ def _is_straight(source: SourceText) -> bool:
 def repeated(script: Script, runs: int) -> Script | None:
     """Return the script of many runs of a program, from the script of `FEW`; None if a run may differ.
 
-    Programs in files beside it are known only once they have been executed, so that the text is looked at here.
+    The text is checked here, because programs in other files are known only after their execution.
     """
     count, left = divmod(len(script.blocks), FEW)
     first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(FEW))
@@ -47,12 +47,12 @@ def repeated(script: Script, runs: int) -> Script | None:
     for block in script.blocks:
         plunge = plunge_axis(block.plan.axis)
         if any(motion.start[plunge] != motion.end[plunge] for motion in block.beside):
-            return None  # how deep its strokes come rounds otherwise as time goes on
+            return None  # the rounding of the depth of strokes changes with time
     return replace(script, blocks=(*first, *(runs - 2) * second, *last))
 
 
 def with_job(script: Script, job: Job) -> Script:
-    """Return the same for a job that asks for something else of its parts, or has a stronger spindle."""
+    """Return the script for a job with other requirements on its parts, or with a stronger spindle."""
     return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
 
 

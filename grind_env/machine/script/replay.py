@@ -33,8 +33,8 @@ STROKES = Tally._fields.index("strokes")
 class Placed(NamedTuple):
     """Place of a block on the part of one machine, from `BlockRow` and its plan.
 
-    `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`:
-    `share`, a ratio, and `dwell`, s.
+    `start`, `bottom`, `finish` and `finish_besides` are mm. `share`, a ratio, and `dwell`, s, are true values of the
+    table, as in `Drive`.
     """
 
     start: float
@@ -48,12 +48,12 @@ class Placed(NamedTuple):
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""
     pick: float
-    """By how much a stroke goes deeper at most, mm; negative where that has to be found, which a run does."""
+    """Largest gain in depth of a stroke, mm; negative if unknown: a run of the block finds it."""
     share: float
     dwell: float
     across: float
-    """1 if its cycle has come to its end where its crossover ends, once it has been run, else 0; negative before that
-    where nobody asks for it, which saves the time to find it."""
+    """1 if its cycle, once run, ended where its crossover ends, else 0; negative before the run if nobody asks, which
+    saves time."""
 
 
 CYCLE = BlockRow._fields.index("cycle")
@@ -65,14 +65,14 @@ to_depth = replacer(PlanRow, "depth", "pre_dress")
 
 @inlined
 def place_written(placed: Any, i: int, row: BlockRow, plan: Any, drive: Drive) -> None:
-    """Let the block of machine i lie where the program has it."""
+    """Place the block of machine i as the program does."""
     here = row.start, row.bottom, row.finish, row.finish_besides
     write_placed(placed, i, Placed(*here, plan.depth, plan.pre_dress, row.motion, -1.0, drive.share, drive.dwell, 0.0))
 
 
 @inlined
 def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
-    """The plan of a block with settings in place of its own; its Q is as its J if it has none (ruling 4)."""
+    """Return the plan of a block with chosen settings; without a Q of its own, Q is J (ruling 4)."""
     Q = own.secondary_pick if own.secondary_pick >= 0.0 else settings.J
     D = settings.D if row.takes_dresses > 0.0 else 0.0
     return with_settings(own, (settings.J, Q, settings.L, D))
@@ -80,7 +80,7 @@ def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
 
 @inlined
 def chosen_block(script: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Placed]:
-    """The block of machine i where it has it, its plan, the settings with which it is run, and its place."""
+    """Return the block of machine i at its place on this machine, its plan, its chosen settings and its place."""
     number, chosen, placed = script.rows[i], read_settings(script.settings, i), read_placed(script.placed, i)
     row = read_block(script.blocks, number)
     row = lying(row, (placed.start, placed.bottom, placed.finish, placed.finish_besides, placed.motion))
@@ -90,14 +90,14 @@ def chosen_block(script: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Pla
 
 @inlined
 def deepest_plunge(plan: Any) -> float:
-    """The larger one of J and Q, mm."""
+    """Return the larger one of J and Q, mm."""
     deepest: float = max(plan.primary_pick, plan.secondary_pick)
     return deepest
 
 
 @inlined
 def first_travel_of(row: BlockRow, speed: float, travel: float) -> float:
-    """Time of the first stroke of a block at some mm/s, of which every further one takes `travel`; both s."""
+    """Return the time of the first stroke of a block at `speed`, mm/s; every other stroke takes `travel`; both s."""
     first = travel
     if row.first_length != row.stroke_length:
         first = motion_time(row.first_length, speed, row.acceleration)
@@ -108,7 +108,7 @@ def first_travel_of(row: BlockRow, speed: float, travel: float) -> float:
 def stroking_of(
     row: BlockRow, plan: Any, settings: BlockSettings, speed: float, first: float, travel: float, dwell: float
 ) -> Stroking:
-    """The strokes of a block with settings of its own, of which the travels take so many s, with rests of some s."""
+    """Return the strokes of a block with chosen settings; `first`, `travel` and `dwell` are times of the table, s."""
     pace = pace_of(speed, row.stroke_length, row.length, row.off, row.acceleration)
     return Stroking(
         speed=pace.speed,
@@ -136,7 +136,7 @@ def stroking_of(
 
 @inlined
 def feeding_of(row: BlockRow, plan: Any, first: float, travel: float, dwell: float, made: float) -> Feeding:
-    """The strokes beside the motions of a block, times as of `stroking_of`, after those `made` by its cycle."""
+    """Return the strokes beside the motions of a block, after `made` strokes of its cycle; times as `stroking_of`."""
     pre_dress = plan.pre_dress if row.cycle == NO_COURSE else 0.0
     return Feeding(
         pre_dress=pre_dress,
@@ -158,9 +158,9 @@ def _no_rules(number: float, plan: Any, coverage: Any, asked: bool, cycles: Any,
 
 
 def _writer(codes: Sequence[str]) -> Callable[..., bool]:
-    """`write(number, plan, coverage, asked, cycles, i) -> across`: numbers of the rules of a cycle to row i, if any.
+    """Return `write(number, plan, coverage, asked, cycles, i) -> across`; it writes rule numbers of a cycle to row i.
 
-    `across` is, if `asked`, whether it comes to its end where its crossover ends, and not where that begins.
+    `across` is, if `asked`, whether the cycle ends where its crossover ends, and not where the crossover begins.
     """
     if not codes:
         return _no_rules
@@ -188,7 +188,7 @@ def _ends_across(rules: Rules, course: CycleKernel) -> Callable[[Any], bool]:
 
     @inlined
     def ends_across(cycle: Any) -> bool:
-        # the plunges and the traverses at depth decide, however wide the crossover is
+        # plunges and traverses at depth decide; the width of the crossover does not matter
         narrow = narrowed(cycle, (0.0,))
         progress = begin(narrow)
         while not finished(narrow, progress):
@@ -209,7 +209,7 @@ def _none(script: Any, active: Any, wheels: Any, surfaces: Any, tallies: Any) ->
 
 
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
-    """`run(script, active, wheels, surfaces, tallies)`: by the cycles of their blocks."""
+    """Return `run(script, active, wheels, surfaces, tallies)`, which runs the blocks cycle by cycle."""
     (code, first), *others = loops.items()
     number, grind_cycles, cycle = NUMBERS[code], first.lanes, CYCLE_KERNELS[code].cycle
     longest_first = longest_first_of(cycle)  # type: ignore[arg-type]
@@ -231,11 +231,11 @@ def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
 
 
 def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., float]) -> Callable[..., None]:
-    """Return the compiled run of a block of each of some machines, made of the loops over surfaces of one kind.
+    """Return the compiled function that runs a block on each machine, for surfaces of one kind.
 
     Args:
-        loops: of the cycles that plunge, by their codes.
-        feeds: of the strokes beside motions.
+        loops: loops of the cycles that plunge, by code.
+        feeds: loops of the strokes beside motions.
         deepest: `deepest(surfaces, i)`: depth of the deepest stroke on machine i, mm.
     """
     write_rules, grind_cycles, grind_feedings = _writer(list(loops)), _in_turn(loops), feeds.lanes
@@ -245,9 +245,9 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         """Run a block on each of some machines.
 
         Args:
-            script: `blocks`, `plans` and `motions` of `ScriptTables`; the row of each machine in it, `rows`, shape
-                (N,), int64; its `settings`, shape (N, fields of `BlockSettings`), and `parameters`, shape (N, fields
-                of `StrokeParameters`); where blocks lie, `placed`, shape (N, fields of `Placed`), updated; room for
+            script: `blocks`, `plans` and `motions` of `ScriptTables`; `rows`, the block of each machine, shape (N,),
+                int64; its `settings`, shape (N, fields of `BlockSettings`), and `parameters`, shape (N, fields of
+                `StrokeParameters`); `placed`, the places of blocks, shape (N, fields of `Placed`), updated; room for
                 `cycles`, shape (N, `CYCLE_FIELDS`).
             wheels: shape (N, fields of `WheelState` and of the `own` of the process); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
@@ -322,6 +322,6 @@ def covered_blocks_of(process: Process) -> Callable[..., None]:
 
 @functools.cache
 def zoned_blocks_of(process: Process) -> Callable[..., None]:
-    """Return the same on parts in zones, in all cycles."""
+    """Return the run of blocks on parts in zones, in all cycles."""
     loops = {code: zoned_loops_of(course, process) for code, course in CYCLE_KERNELS.items()}
     return blocks_of(loops, zoned_loops_of(FEED, process), _deepest_zoned)

@@ -1,12 +1,11 @@
 """A part program as a script: its blocks as the control plans them, before any grinding.
 
-The control executes the program once, and what it does is written down cycle block by cycle block: the plan of the
-cycle, the motions that the program makes beside the table, where the part is gauged and taken off, and how long the way
-to the next block takes. `replay` runs a script for many machines at once, with other E, D, J, L and dress settings in
-every block.
+The control executes the program once. For each cycle block the script records the plan of the cycle, the motions of the
+program beside the moving table, where the part is gauged and taken off, and the time to the next block. `replay` runs a
+script for many machines at once, with other E, D, J, L and dress settings in every block.
 
-Where the strokes are not settled by the program alone, because they depend on the wheel, on the operator or on how far
-a pick has come, there is no script, and a `ScriptError` says where and why.
+A program has no script if its strokes depend on more than the program: on the wheel, the operator or an unfinished
+pick. A `ScriptError` then says where and why.
 """
 
 import functools
@@ -41,8 +40,8 @@ class Script:
         programs: the program.
         job: the job.
         blocks: its cycle blocks in the order in which they are run.
-        approach: time of the program up to the first of them, s.
-        ranges: with which its blocks may be run instead of their own words.
+        approach: time of the program up to its first block, s.
+        ranges: permitted ranges of words that differ from those of the program.
     """
 
     programs: Programs
@@ -67,8 +66,8 @@ def script_of(
         variables: values that `#` variables have at the start (`Control.variables`); those of the job if None.
 
     Raises:
-        UnjudgedError: it grinds what is not simulated.
-        ScriptError: its strokes depend on more than the program.
+        UnjudgedError: the program grinds what is not simulated.
+        ScriptError: the strokes depend on more than the program.
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
@@ -103,8 +102,8 @@ def script_of(
 class _Writer(EventConsumer):
     """Writer of the blocks of an executed program.
 
-    `dresses_asked` names blocks with a dress beyond the program's. With `elsewhere` the table comes to rest at its
-    other end at every stop, with `across` every crossover where it would with one more traverse.
+    `dresses_asked` says which blocks have a dress beyond the program's. With `elsewhere` the table comes to rest at
+    its other end at every stop; with `across` every crossover ends where one more traverse would end it.
     """
 
     def __init__(
@@ -126,8 +125,8 @@ class _Writer(EventConsumer):
         self.feed_ahead: Block | None = None
         self.way, self.waited = [0.0, 0.0], False
         self.approach = 0.0
-        self.stopped = False  # by the operator, with the table running
-        self.strokes_on = False  # the table of a G81, after the text
+        self.stopped = False  # whether the operator has stopped the running table
+        self.strokes_on = False  # whether the table of a G81 strokes on after the text
         self.fed_by_stroke = False  # whether the F in force is that of a feed move that is a stroke
 
     def run(self) -> list[ScriptBlock]:
@@ -156,7 +155,7 @@ class _Writer(EventConsumer):
             raise self._error("its motions depend on the radius of the wheel", event.line)
         match event:
             case motions.CycleAhead():
-                self._require_independent()  # for it may lead to blocks that the program as it is does not run
+                self._require_independent()  # such a value may lead to blocks that the program alone does not run
                 self.ahead = event.block
                 if self.dresses_asked[len(self.blocks) :][:1] == [True]:
                     self.execution.choose(D="1")
@@ -174,7 +173,7 @@ class _Writer(EventConsumer):
                 super().take(event)
 
     def _require_own_setup(self, line: int) -> None:
-        """Refuse strokes that are ground otherwise than the job says, for a replay knows its set-up alone."""
+        """Refuse strokes with another set-up than that of the job, because a replay knows only this one."""
         if self.running.fault is not None:
             raise self._error(self.running.fault, line)
         if self.running.setup is not self.job.setup:
@@ -311,11 +310,11 @@ class _Writer(EventConsumer):
             raise self._error("the text ends without M30 while a G81 strokes on")
         if self.blocks:
             self.unload(event.time)
-        self.way[True] = 0.0  # the way from a trailing M00 is no time of a part
+        self.way[True] = 0.0  # the time after a final M00 belongs to no part
         self._close()
 
     def _wait(self) -> None:
-        """The operator begins to load the next part or to gauge this one: the way up to here has been gone before."""
+        """Begin the loading of the next part or the gauging of this one: all time up to here is before that stop."""
         self.way, self.waited = [sum(self.way), 0.0], True
 
     def _close(self) -> None:

@@ -12,11 +12,11 @@ class BlockSettings(NamedTuple):
     """The settings of a cycle block. A G81 has no J and no L; without a dress program there are no passes."""
 
     E: float
-    """mm/min."""
+    """Table speed, mm/min."""
     D: float
     """Number of auto-dress executions."""
     J: float
-    """mm; also Q in a block that has no Q."""
+    """Plunge pick, mm; also Q in a block without a Q."""
     L: float
     """Number of spark-out passes."""
     dress_passes: float
@@ -36,7 +36,7 @@ class Ranges(NamedTuple):
     """
 
     E: Sequence[float] = ()
-    """mm/min."""
+    """Table speed, mm/min."""
     J: Sequence[float] = ()
     """Plunge pick, mm."""
     L: Sequence[int] = ()
@@ -47,7 +47,7 @@ OWN_WORDS = Ranges()
 read_settings = column_reader(BlockSettings)
 SETTINGS = len(BlockSettings._fields)
 E, D, J, L, DRESS_PASSES, DRESS_FEED, DRESS_DEPTH, DRESS_SECONDS = range(SETTINGS)
-"""Their columns in a table, shape (N, `SETTINGS`)."""
+"""Columns of the settings in a table, shape (N, `SETTINGS`)."""
 
 
 def own_settings(plan: CyclePlan, dress: DressPlan | None) -> BlockSettings:

@@ -29,11 +29,11 @@ NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
 """Numbers of the cycles that plunge."""
 
 SINGLE = "G82"
-"""The cycle as which a feed move is run: one that stands at its depth, of one stroke."""
+"""Code of the cycle that stands for a feed move: one stroke from a wheel that stands at its depth."""
 
 NO_BLOCK = -1.0
 AS_PRIMARY = -1.0
-"""In place of a Q."""
+"""Value for a block without a Q."""
 
 
 class BlockRow(NamedTuple):
@@ -44,75 +44,75 @@ class BlockRow(NamedTuple):
     """
 
     cycle: float
-    """Its index in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
+    """Number of its cycle in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
     first_length: float
-    """From the start point to the primary point, mm."""
+    """Distance from the start point to the primary point, mm."""
     starts_elsewhere: float
-    """1 if the table sets out from elsewhere than its secondary point, else 0."""
+    """1 if the table does not start at its secondary point, else 0."""
     stroke_length: float
-    """Between the reversal points, mm."""
+    """Distance between the reversal points, mm."""
     off: float
-    """By how much the middle of the part is away from the middle between them, mm."""
+    """Distance of the middle of the part from the middle of the reversal points, mm."""
     dwell: float
-    """At a reversal point, s."""
+    """Dwell at a reversal point, s."""
     acceleration: float
-    """mm/s2."""
+    """Acceleration of the table, mm/s2."""
     start: float
-    """As in `cycle.Stroking`, like the next two."""
+    """Depth at which the wheel stands when the cycle begins, mm; the next two are as in `cycle.Stroking`, too."""
     surface: float
     bottom: float
     coverage: float
     """1 if a pass over the part at full depth precedes those of L, else 0."""
     takes_dresses: float
-    """1 if it may have a D word, else 0."""
+    """1 if the block may have a D word, else 0."""
     finish: float
     """Depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
     stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block."""
     finish_besides: float
-    """The same of the other blocks of that stage and those before, mm."""
+    """Depth of the deepest stroke in the other blocks of that stage and of the stages before, mm."""
     reached: float
-    """Depth to which strokes have led on the part when the block is over, mm."""
+    """Depth that strokes on the part have reached at the end of the block, mm."""
     width: float
     """Width of the part, mm."""
     length: float
     """Length of the part, mm."""
     place: float
-    """Coordinate of its middle along the table, mm."""
+    """Coordinate of the middle of the part along the table, mm."""
     cross_start: float
-    """As in `cycle.Stroking`, like the next one."""
+    """Cross coordinate of the wheel's minus edge at the begin of the crossover, mm; the next field: at its end."""
     cross_end: float
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""
     gauged_at: float
-    """Time beside these motions at which the operator gauges the part, s; infinite if he does not."""
+    """Time in these motions at which the operator gauges the part, s; infinite without gauging."""
     to_secondary: float
     """1 if the next cycle takes over the table, else 0."""
     starts_part: float
-    """1 if it is the first on its part, else 0."""
+    """1 if the block is the first on its part, else 0."""
     wait: float
-    """From the stop before it, at which parts are loaded or gauged, until it begins at the earliest, s."""
+    """Least time from the stop before it, at which parts are loaded or gauged, until the block begins, s."""
     ends_part: float
-    """1 if the part is taken off after it, else 0."""
+    """1 if the part is taken off after the block, else 0."""
     gauged: float
-    """1 if the operator gauges or takes off the part after it, so that the wear of the wheel is known; else 0."""
+    """1 if the operator gauges or takes off the part after the block, so that the wheel wear is known; else 0."""
     judged: float
-    """1 if a stage of the part ends after it, else 0."""
+    """1 if a stage of the part ends after the block, else 0."""
     counts_all: float
     """1 if the heat of every plunge of the stage counts, else 0."""
     rise: float
-    """Limit of the stage, as of `process.cost.Limits`, like the next three."""
+    """Limit of the stage on the temperature rise, K; the next three limits are as in `process.cost.Limits`, too."""
     power: float
     roughness: float
     size: float
     stock: float
-    """To be off by the end of the stage, mm; 0 at the end of the part, whose own true stock counts."""
+    """Stock to grind off by the end of the stage, mm; 0 at the end of the part, where the true stock counts."""
 
 
 PLAN = ("depth", *(each.name for each in fields(CyclePlan) if each.type in (bool, int, float)))
 PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
-"""The `CyclePlan` of a block in numbers, of which `cycle_of` of its rules makes their own.
+"""The `CyclePlan` of a block in numbers; `cycle_of` of its rules makes the numbers of the rules from it.
 
-`depth` is that of the strokes, which rounds as they do. `secondary_pick` is `AS_PRIMARY` if the block has no Q, and
+`depth` is the depth of the strokes, rounded as they are. `secondary_pick` is `AS_PRIMARY` if the block has no Q, and
 `pre_dress` is 1 for the .1 forms if there is a dress to run.
 """
 
@@ -125,14 +125,14 @@ class ScriptTables(NamedTuple):
     plans: Array
     """Shape (blocks, fields of `PlanRow`)."""
     own_settings: Array
-    """What the program itself sets in them, shape (blocks, fields of `BlockSettings`)."""
+    """Settings of the blocks in the program, shape (blocks, fields of `BlockSettings`)."""
     rest_times: Array
-    """From each block to the next one, as of `ScriptBlock.rest_times`, shape (blocks, 4, fields of `RestTimes`)."""
+    """Times from each block to the next one, as `ScriptBlock.rest_times`, shape (blocks, 4, fields of `RestTimes`)."""
     motions: Array
-    """Beside the tables of all blocks, shape (motions, fields of `FeedMotion`)."""
+    """Motions of all blocks beside the moving table, shape (motions, fields of `FeedMotion`)."""
     zones: Array
-    """A new part, shape (zones, 1 or blocks, fields of `Zone`); one zone if the wheel covers it in every stroke. Of
-    parts that are not alike there is one for each block."""
+    """A new part, shape (zones, 1 or blocks, fields of `Zone`); one zone if the wheel covers the part in every stroke.
+    If parts are unlike, each block has its part."""
 
 
 def tables_of(script: Script) -> ScriptTables:
@@ -182,7 +182,7 @@ def is_covered(script: Script, tables: ScriptTables) -> bool:
     wheel = script.job.setup.wheel
 
     def covers(block: ScriptBlock, job: Job) -> bool:
-        # one zone may also be one that is never under the wheel
+        # a single zone may also never be under the wheel
         middle, edge = strip_centres(job.part.across, job.part.width)[0], edge_of(block.start, block.plan)
         return block.plan.cross_axis is None and bool(edge <= middle < edge + wheel.width)
 
@@ -253,7 +253,7 @@ def _target(block: ScriptBlock) -> float:
 
 
 def _deepest(block: ScriptBlock, job: Job) -> float:
-    """Depth to which strokes lead in a block, mm; that of a cycle counts in any case, as in `machine.run`."""
+    """Return the depth of the strokes of a block, mm; the depth of a cycle counts in any case, as in `machine.run`."""
     plan = block.plan
     return block.reached if plan.plunge_axis is None else max(block.reached, job.part.surface - plan.depth_target)
 
@@ -291,7 +291,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
-    """New parts in zones, as of `ScriptTables`; those of unlike stations must have as many strips or zones."""
+    """Return new parts in zones, as in `ScriptTables`; unlike stations must have equal numbers of strips or zones."""
     if not (script.job.stations and rows):
         return _zones_of(script.job, script.blocks, rows)[:, None]
     jobs, blocks = list(jobs_of(script.job, script.blocks)), dict[Part, list[int]]()
@@ -309,7 +309,7 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
 
 
 def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow]) -> Array:
-    """Return a new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
+    """Return a new part in zones; each strip is a zone if the wheel crosses beside the moving table."""
     part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
     for block, row in zip(blocks, rows, strict=True):

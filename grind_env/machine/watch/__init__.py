@@ -1,4 +1,4 @@
-"""Warnings of a run: each watcher follows one matter, and all report in this order."""
+"""Warnings of a run: one watcher for each matter; all add to the same `Notices`."""
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
@@ -16,7 +16,7 @@ from grind_env.machine.watch.stops import Stops
 
 
 class RunWatch:
-    """Observes a run; what concerns one of its watchers alone is said to that one."""
+    """The watchers of a run; an event for a single watcher goes directly to this watcher."""
 
     def __init__(self, program: str, job: Job, control: Control) -> None:
         self.program, self.job, self.control = program, job, control
@@ -24,7 +24,7 @@ class RunWatch:
         self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
         self.picks, self.stops, self.obstacles = Picks(control, notices), Stops(notices), ObstacleWatch(job, notices)
         self._told = Told()
-        self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
+        self._last: dict[int, Cycle | None] = {}  # cycle of each part left for another one, by part number
 
     def message(self, event: Message) -> None:
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
@@ -53,8 +53,8 @@ class RunWatch:
     ) -> None:
         """Watch strokes that were made, with wear flats `A` before the first one.
 
-        `dressed` is what each dress between them has come to, shape (dresses, fields of `Dressed`); none of one that
-        misses the diamond.
+        `dressed` holds the results of the dresses between them, shape (dresses, fields of `Dressed`), without dresses
+        that miss the diamond.
         """
         self.picks.strokes(event)
         longest, machine = self.cycles.count(event, rows), self.job.setup.machine

@@ -1,4 +1,4 @@
-"""Warning texts of a run: accepted by the control, but not ground as it seems (PD-6)."""
+"""Warning texts of a run: programs that the control accepts, but that do not grind as they seem to (PD-6)."""
 
 import math
 
@@ -13,10 +13,10 @@ BEYOND_NUMBERS = (
     "forces, heat or wear of a cut are no finite numbers; give the job and the factors of its parts values that occur "
     "in grinding"
 )
-"""What to say of a cut on such a job."""
+"""Message about a cut without finite numbers."""
 
 SLACK = 1.0 + 1e-9
-"""By which a speed that a limit allows may exceed it: inches and shares of a path are rounded."""
+"""Factor on a speed limit, because inches and shares of a path are rounded."""
 
 
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
@@ -37,7 +37,7 @@ def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
 
 
 def feed_for(length: float, seconds: float, acceleration: float) -> float | None:
-    """Return the least feed, mm/min, that covers `length` mm from rest to rest in that time; None if none does."""
+    """Return the least feed, mm/min, that covers `length` mm from rest to rest in `seconds`; None if none does."""
     # length/v + v/acceleration = seconds, the inverse of rules.motion_time
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length
@@ -64,7 +64,7 @@ def named_move(move: Motion) -> str:
 
 
 def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
-    """Return the warning about a cycle, or `what` it is, whose strokes pass beside the part along an axis."""
+    """Return the warning about a cycle, named `what`, whose strokes pass beside the part along an axis."""
     return (
         f"no stroke of {what} touches the part, which lies from {axis}{part[0]:g} to "
         f"{axis}{part[1]:g}; the wheel passes from {axis}{swept[0]:g} to {axis}{swept[1]:g}"
@@ -102,9 +102,9 @@ def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
 def over_table_limits(
     feed: float, length: float, acceleration: float, machine: Machine, inch: bool, word: str
 ) -> str | None:
-    """Return the warning about a stroke of some mm at `feed`, mm/min, that the table cannot make; None if it can.
+    """Return the warning about a stroke of `length` mm at `feed`, mm/min, that is too fast; None if it is not.
 
-    Under G70 (`inch`) a number that is right in mm/min is assumed to be in mm/min.
+    Under G70 (`inch`) a number that would be legal in mm/min is assumed to be meant in mm/min.
     """
     most, written = machine.maximum_table_speed, feed / float(MILLIMETRES_PER_INCH)
     if feed > most * SLACK:
@@ -153,7 +153,7 @@ def _faster(feed: float, axis: int, machine: Machine, most: float) -> str:
 
 
 class Notices:
-    """Collects sentences, of each subject once in each block; `muted` while these follow from what has been told."""
+    """Collector of warnings, one for each subject and block; `muted` while warnings only follow from an earlier one."""
 
     def __init__(self, program: str) -> None:
         self.program = program
@@ -162,7 +162,7 @@ class Notices:
         self._told: set[tuple[str, str, int]] = set()
 
     def tell(self, line: int, subject: str, text: str | None, file: str | None = None) -> None:
-        """Warn about a subject, unless it is None, in a line of the program or of a file; line 0 is the whole."""
+        """Add a warning about a line of the program or of a file, line 0 for all of it; None as text adds nothing."""
         file = file or self.program
         if text is not None and not self.muted and (subject, file, line) not in self._told:
             self._told.add((subject, file, line))

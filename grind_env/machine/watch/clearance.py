@@ -1,13 +1,13 @@
 """Checks that moves outside the cycles keep clear of part, table and diamond: only strokes grind the part.
 
-A feed move of the program along the table is such a stroke (`part/feeds.py`). Any other one over the part would grind
-it, too, where it is deeper than the surface that strokes have left: this is not simulated, and `pass_depths` finds it.
+A feed move of the program along the table is a stroke, too (`part/feeds.py`). Any other feed move over the part would
+grind where it is deeper than the surface left by strokes. This is not simulated, and `pass_depths` finds it.
 
-The wheel is a body of its radius and its width. The part lies in the way from the depth on to which strokes have ground
-it, the table below the height of the part, and the diamond below its tip; where the last two stand, a job may say.
+The wheel is a cylinder with its radius and width. Obstacles are the part below the depth that strokes have ground, the
+table below the height of the part, and the diamond below its tip. A job may give the places of table and diamond.
 
-Moves of the program are judged with the cycle that comes after them, for its axis says how the part lies. Those of a
-program that cuts grooves alone are not: a job says how long an infeed grinds, and not where on the part.
+Moves of the program are judged with the next cycle, because its axis says how the part lies. A program that cuts only
+grooves is not judged, because a job says how long an infeed grinds, but not where on the part.
 """
 
 import itertools
@@ -23,21 +23,21 @@ from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.part import PartRun
 
 CRASH = 0.005
-"""mm; a move that goes no deeper rubs: wheel and machine yield by as much, and a finishing pick is no more. Chords that
-stand for an arc are as near to it."""
+"""Depth of a harmless move into the part, mm: wheel and machine yield by as much, and a finishing pick is no more. Also
+the distance of an arc from the chords that stand for it."""
 
 Depths = tuple[float, float]
-"""The lowest and the highest of some depths, mm."""
+"""Least and greatest depth, mm."""
 
 Reached = Callable[[tuple[float, float], tuple[float, float]], float]
-"""As `PartRun.reached`."""
+"""Function of edges and ends that returns a depth, mm, such as `PartRun.reached`."""
 
 
 def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> float:
     """Return how far a move takes the wheel into the part, deeper than strokes were, mm; 0 if it keeps clear.
 
-    An arc counts as its chord. A move that only lifts the wheel keeps clear. If a move begins where an operator left
-    the wheel, and not where it was `found`, only its end is judged.
+    An arc counts as its chord. A move that only lifts the wheel keeps clear. Only the end of a move is judged if the
+    program has not `found` its start, because an operator left the wheel there.
     """
     if found and lifts(motion, axis):
         return 0.0
@@ -46,9 +46,9 @@ def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found:
 
 
 def pass_depths(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> Depths | None:
-    """Between which depths a feed move passes over the part where it grinds, mm; None if it grinds nothing.
+    """Return the least and the greatest depth at which a feed move grinds the part, mm; None if it grinds nothing.
 
-    It grinds where it goes deeper than the surface that strokes have left. Arguments as of `into_part`.
+    A move grinds where it is deeper than the surface that strokes have left. Arguments as of `into_part`.
     """
     surface, plunge = part.job.part.surface, plunge_axis(axis)
     depths: list[float] = []
@@ -63,7 +63,7 @@ def pass_depths(part: PartRun, motion: Motion, axis: int, radius: float, *, foun
 
 
 def _chords(motion: Motion) -> list[tuple[Position, Position]]:
-    """Return a move as straight ones that keep within `CRASH` of it."""
+    """Return a move as straight pieces within `CRASH` of its path."""
     if not isinstance(motion, Arc):
         return [(motion.start, motion.end)]
     path = Circular(motion.start, motion.end, motion.centre, motion.rotation, motion.plane)
@@ -118,7 +118,7 @@ def lifts(motion: Motion, axis: int) -> bool:
 def _deepest(
     reached: Reached, part: PartRun, start: Position, end: Position, axis: int, radius: float, most: float
 ) -> float:
-    """Return how far a straight move over the part goes below `reached`, mm; up to `most` a bound is returned."""
+    """Return how far a straight move over the part goes below `reached`, mm; up to `most`, an upper bound."""
     bound = _deeper(reached, part, start, end, axis, radius)  # as if it were as deep as its deeper end all the way
     if bound <= most:
         return bound

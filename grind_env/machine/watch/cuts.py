@@ -20,23 +20,23 @@ from grind_env.process.equations import wheel_speed
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
-"""mm/min; table speeds for which the process model holds (model.md, kinematics)."""
+"""Least and highest table speed of the process model, mm/min (model.md, kinematics)."""
 
 DEEPEST_CUT = 0.1
-"""mm; deeper is creep feed, for which it does not hold (model.md, section 13)."""
+"""Deepest cut of the process model, mm; deeper cuts are creep feed (model.md, section 13)."""
 
 OVERTRAVEL = 2.0
-"""mm; by which a table has to go beyond the part at least: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
+"""Least overtravel of the table beyond the part, mm: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
 
 
 class Cuts:
-    """Tells of strokes, infeeds and dresses, each by itself."""
+    """Watcher of single strokes, infeeds and dresses."""
 
     def __init__(self, job: Job, notices: Notices) -> None:
         self.job, self.notices = job, notices
         self.least, self.lasts = job.setup.wheel.minimum_diameter, job.times.wheel_change is None
-        self._dressed = 0.0  # off the diameter of the wheel, mm
-        self._eaten = False  # by them, as has been told
+        self._dressed = 0.0  # diameter lost by dresses, mm
+        self._eaten = False  # whether a warning says that dresses use up the wheel
 
     def dress(self, line: int, plan: DressPlan) -> None:
         self._dressed += 2.0 * plan.passes * plan.depth
@@ -81,7 +81,7 @@ class Cuts:
         turns = np.array(inside)[(made + np.arange(rows.size)) % 2] & (Z > 0.0)
         worn = _destroyed(part, np.append(A, A_after)[:-1], A_after)
         found = turns, ae > _deepest_within(event.feed), ds < self.least, worn
-        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
+        for k in sorted({int(each.argmax()) for each in found if each.any()}):  # the first stroke of each subject
             if turns[k]:
                 turn, axis = event.ends(made + k)[1], AXES[event.plan.axis]
                 text = advice.short_stroke(turn, axis, lying.start, lying.start + lying.length)
@@ -135,11 +135,11 @@ def _destroyed(part: PartRun, before: Any, after: Any) -> Any:
 
 
 class Overload:
-    """Tells of the worst stroke or infeed for the spindle as the cycle, or the grooving, ends; `word` is E or F."""
+    """Watcher of the spindle: warns of its worst stroke or infeed when the cycle or grooving ends; `word` is E or F."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices, self.word = notices, "E"
-        self._line, self._torque = 0, 0.0  # of the worst one; 0 if there is none
+        self._line, self._torque = 0, 0.0  # of the worst stroke; 0 without one
         self._said = "", ""
 
     def add(self, rows: Array, p: StrokeParameters) -> None:
@@ -175,7 +175,7 @@ class Overload:
 
 
 class Picks:
-    """Tells of picks that are not finished when the wheel is over the middle of the part; in whole cycles none is."""
+    """Watcher of picks that are unfinished when the wheel is over the middle of the part; whole cycles have none."""
 
     def __init__(self, control: Control, notices: Notices) -> None:
         self.control, self.notices = control, notices

@@ -1,6 +1,6 @@
 """Warnings about cycles that grind nothing, with their likely purpose.
 
-Feed moves that are strokes, one after the other and none less deep than the one before, are like a cycle.
+Successive feed moves that are strokes count as one cycle, if none is less deep than the move before.
 """
 
 import math
@@ -18,10 +18,10 @@ from grind_env.machine.watch import advice
 from grind_env.machine.watch.advice import Notices
 
 SHARE = 0.1
-"""Of the plunge of a cycle: one that takes less off, no deeper than was ground before, grinds what that has left."""
+"""Share of its plunge: a cycle that goes no deeper than before and removes less only grinds what was left."""
 
 ANEW = 0.5
-"""Of the depth ground before a cycle: one that plunges from above that share and finds nothing begins another part."""
+"""Share of the depth ground before: a cycle in the air that plunges from above this share begins another part."""
 
 
 class Cycle(NamedTuple):
@@ -33,7 +33,7 @@ class Cycle(NamedTuple):
     ends: tuple[float, float] | None = None
     """Coordinates of the table at the ends of its last stroke, mm; None before the first one."""
     edge: float = 0.0
-    """Cross coordinate of the wheel in that, mm."""
+    """Cross coordinate of the wheel in its last stroke, mm."""
     longest: float = 0.0
     """Length of its longest stroke, mm."""
     highest: float = math.inf
@@ -41,7 +41,7 @@ class Cycle(NamedTuple):
     deepest: float = -math.inf
     """Depth of its deepest stroke."""
     over: bool = False
-    """Whether one has passed over the part."""
+    """Whether a stroke has passed over the part."""
     crossed: bool = False
     """Whether the wheel has gone across between strokes that came one by one."""
     removed: float = 0.0
@@ -63,7 +63,7 @@ class Cycle(NamedTuple):
 
     @property
     def is_idle(self) -> bool:
-        """Return whether it has only started the table above the part, as a G81 may do for a later cycle."""
+        """Return whether the cycle has only started the table above the part, as a G81 may do for a later cycle."""
         elsewhere = self.crossed and not self.over and self.deepest > DEPTH_TOLERANCE
         return not self.plan.plunges and self.in_air and self.highest == self.deepest and not elsewhere
 
@@ -74,7 +74,7 @@ class Cycle(NamedTuple):
 
     @property
     def grinds_another(self) -> bool:
-        """Return whether it is a cycle in the air that may be meant for another part, which is not simulated.
+        """Return whether the cycle is in the air and may be meant for another part, which is not simulated.
 
         Such a cycle lies beside the part, or plunges again from the unground surface. It does not spark out, repeat its
         last depth, or come down on an unground part.
@@ -84,7 +84,7 @@ class Cycle(NamedTuple):
 
 
 class Cycles:
-    """Tells of the cycles on a part that are in the air; `cycle` is that in force, None on a part that has had none."""
+    """Watcher of cycles in the air; `cycle` is the cycle in force, None on a part that has had no cycle."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices = notices
@@ -92,8 +92,8 @@ class Cycles:
         self._forget()
 
     def _forget(self) -> None:
-        self._in_air = False  # the last cycle
-        self._ground = False  # a cycle that is not idle has been
+        self._in_air = False  # whether the last cycle was in the air
+        self._ground = False  # whether a cycle that is not idle has ended
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
@@ -102,7 +102,7 @@ class Cycles:
         return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
 
     def begin(self, part: PartRun, plan: CyclePlan) -> None:
-        """A cycle begins on a part, or a feed move that is a stroke; several that follow one another are like one."""
+        """Begin a cycle on a part, or a feed move that is a stroke; successive feed moves count as one cycle."""
         on = self.cycle if self.goes_on(part, plan) else None
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
@@ -119,7 +119,7 @@ class Cycles:
         if cycle.is_idle:
             self._idle = self._idle or (line, _air(cycle, cycle.ends, part))
             return
-        # of the first one in a row; above a part on which the spindle has stalled the wheel is not meant to grind
+        # only the first in a row is reported; after a stall the wheel is not meant to grind
         if cycle.in_air and not part.stalled:
             text, told = _air(cycle, cycle.ends, part), self._in_air
             if cycle.grinds_another:

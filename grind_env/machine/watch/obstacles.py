@@ -19,8 +19,8 @@ from grind_env.machine.watch.advice import Notices, over_feed_limits
 from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
 
 WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
-"""Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only
-known whether they grind the part."""
+"""Sources of the motions to watch: the program, and the operator's requests in between, which are only checked for
+grinding the part."""
 
 
 def shows_place(event: Motion) -> bool:
@@ -29,7 +29,7 @@ def shows_place(event: Motion) -> bool:
 
 
 class ObstacleWatch:
-    """Tells of moves into what stands in their way, and keeps those that grind the part."""
+    """Watcher of moves into obstacles; it also collects feed moves that grind the part."""
 
     def __init__(self, job: Job, notices: Notices) -> None:
         self.job, self.notices = job, notices
@@ -37,7 +37,7 @@ class ObstacleWatch:
         self.stroked_until = -math.inf  # time of the control at which the last stroke ended, s
         self.other_parts: Sequence[PartRun] = ()  # the parts at the other stations
         self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
-        self._moves: list[tuple[Motion, bool]] = []  # not yet judged, and whether it is known where each begins
+        self._moves: list[tuple[Motion, bool]] = []  # moves not yet judged, and whether the begin of each is known
         # feed moves that grind the part at a station, by line
         self._passes: dict[int, list[tuple[int, Depths]]] = {}
 
@@ -46,7 +46,7 @@ class ObstacleWatch:
             self._moves.append((event, found))
 
     def judge(self, part: PartRun, axis: int, until: float = math.inf) -> None:
-        """Judge moves that have ended by a time, s, but those beside strokes, and forget the others."""
+        """Judge moves that ended before `until`, s, and not beside strokes; then forget all moves."""
         self.axis = axis
         ended = [each for each in self._moves if each[0].finish <= until + INSTANT]
         self._moves = []
@@ -101,7 +101,7 @@ class ObstacleWatch:
                 self.notices.tell(move.line, "feed", over_feed_limits(move, axis, self.job.setup.machine), file)
 
     def _ground(self, part: PartRun, move: Motion, axis: int, found: bool) -> Depths | None:
-        """Between which depths a move grinds the part, mm; None if it is no feed move, or one of a dress."""
+        """Return the depths between which a move grinds the part, mm; None for rapids, and for moves of a dress."""
         if not isinstance(move, Line | Arc) or move.source not in WATCHED:
             return None
         return pass_depths(part, move, axis, self._radius, found=found)

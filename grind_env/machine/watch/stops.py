@@ -6,15 +6,15 @@ from grind_env.machine.watch.advice import Notices
 from grind_env.machine.watch.cycles import Cycle
 
 SIZED = 0.001
-"""mm; stock that nobody leaves on a part that is taken off, and by which depths are the same to one who gauges."""
+"""Stock that is too little to be left on a part, and difference of depths that gauging does not show, mm."""
 
 
 class Stops:
-    """Tells of the parts that are taken off, with the cycle after them or at the end of the program."""
+    """Watcher of parts that are taken off; it warns with the next cycle or at the end of the program."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices = notices
-        self._pending: list[tuple[int, str, str]] = []  # of the part that M00 took off
+        self._pending: list[tuple[int, str, str]] = []  # warnings about the part that M00 took off
         self._taken_off: tuple[int, float, float] | None = None  # line of that M00, depth and stock left, mm
 
     def stroked_on(self, stop: ProgramStop) -> None:
@@ -45,7 +45,7 @@ class Stops:
             notices.muted = False
 
     def resume(self, part: PartRun, plan: CyclePlan) -> None:
-        """Begin a cycle; if it continues with the part of the M00 before, errors there follow from that stop."""
+        """Begin a cycle; if it continues the part of the last M00, the warnings about that part follow from the M00."""
         if self._taken_off is not None and plan.plunges:
             line, depth, left = self._taken_off
             if part.job.part.surface - plan.plunge_start > depth - SIZED:

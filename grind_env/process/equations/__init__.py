@@ -1,7 +1,7 @@
 """The relations of the process model, one function each.
 
 Scalar, in the symbols of the literature; units are mm, s, N, W, J and K rise, except wheel speed `vs` m/s,
-equivalent chip thickness and roughness um, effusivity and heat flux SI. With these J/mm3 * mm2/s / (m/s)
+equivalent chip thickness and roughness um, effusivity and heat flux SI. In these units J/mm3 * mm2/s / (m/s)
 is N/mm and W/mm / mm is W/mm2, so the force equations need no factors.
 
 Sources: [M] Malkin, Grinding Technology; [R] Rowe, Principles of Modern Grinding Technology; [W] Wen, Tay & Nee

@@ -9,44 +9,44 @@ import math
 from grind_env.kernel import exp, inlined, log, power
 
 REFERENCE_LEAD, REFERENCE_DEPTH = 0.10, 0.020
-"""mm; a medium dress, of which the entries of wheels state flats and roughness."""
+"""Lead and depth of a medium dress, mm; wheel entries state flats and roughness after this dress."""
 REFERENCE_SPEED_RATIO, LEAST_SPEED_RATIO = 0.6, 0.1
-"""Of a rotary dresser over the wheel. One that runs against the wheel cuts as one at the least [C]."""
+"""Ratios of dresser to wheel speed: reference, and least, for a dresser that runs against the wheel [C]."""
 LEAST_SEVERITY = 0.01
-"""Least severity of a dress that hardly touches the wheel, over a medium one; finer ones leave no larger flats [C]."""
+"""Least severity over that of a medium dress: a dress that hardly touches the wheel leaves no larger flats [C]."""
 
 
 @inlined
 def dress_width(ad: float, rd: float, wd: float) -> float:
-    """Active width of a round diamond at dress depth `ad`, mm; tip radius `rd`, wear flat `wd`."""
+    """Return the active width of a round diamond at dress depth `ad`, mm; tip radius `rd`, wear flat `wd`."""
     return 2.0 * math.sqrt(2.0 * rd * ad - ad * ad) + wd
 
 
 @inlined
 def overlap_ratio(bd: float, fd: float) -> float:
-    """Overlap ratio Ud: active diamond width over dress lead; 1.5-3 rough, 4-8 finish, above 10 glazes."""
+    """Return the overlap ratio Ud: active diamond width over dress lead; 1.5-3 rough, 4-8 finish, above 10 glazes."""
     return bd / fd
 
 
 def speed_ratio_effect(qd: float, exponent: float) -> float:
-    """Factor of a rotary dresser's speed ratio over the wheel on what it leaves; 1 for a tool that stands [D, C]."""
+    """Return the factor of a rotary dresser's speed ratio on the dressed wheel; 1 for a tool that stands [D, C]."""
     return (max(qd, LEAST_SPEED_RATIO) / REFERENCE_SPEED_RATIO) ** exponent if exponent else 1.0
 
 
 @inlined
 def blunting(wd: float, b0: float) -> float:
-    """Active width of a worn diamond over that of a new one, `b0` mm, at the reference depth."""
+    """Return the active width of a worn diamond over the width `b0`, mm, of a new one, at the reference depth."""
     return 1.0 + wd / b0
 
 
 @inlined
 def severity(ad: float, fd: float, blunt: float, qs: float) -> float:
-    """Severity of a dress over that of a medium one, after Malkin & Murray's 2 ad (fd/dg)^0.5 [M; blunting and qs C].
+    """Return the severity of a dress over a medium one: Malkin & Murray's 2 ad (fd/dg)^0.5 [M; blunting and qs C].
 
     Args:
         ad: dress depth, mm.
         fd: dress lead, mm.
-        blunt: of the diamond.
+        blunt: blunting of the diamond, as of `blunting`.
         qs: effect of the speed ratio of a rotary dresser.
     """
     s = (ad / REFERENCE_DEPTH) * math.sqrt(fd / REFERENCE_LEAD) * qs / blunt
@@ -55,37 +55,37 @@ def severity(ad: float, fd: float, blunt: float, qs: float) -> float:
 
 @inlined
 def restoration(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
-    """Restoration exponent x: dressed depth over damaged depth, larger on a dull wheel [C]."""
+    """Return the restoration exponent x: dressed depth over damaged depth; a dull wheel is damaged deeper [C]."""
     return passes * ad / (dd * (1.0 + lam + A / 0.05))
 
 
 @inlined
 def restored_fraction(passes: float, ad: float, lam: float, A: float, dd: float) -> float:
-    """Share of the damaged wheel surface that a dress renews [C]."""
+    """Return the share of the damaged wheel surface that a dress renews [C]."""
     return 1.0 - exp(-restoration(passes, ad, lam, A, dd))
 
 
 @inlined
 def dressed_volume(passes: float, ad: float, ds: float, bs: float) -> float:
-    """Wheel volume that a dress takes off, mm3: over the whole wheel width bs."""
+    """Return the wheel volume that a dress takes off over the whole wheel width bs, mm3."""
     return passes * ad * math.pi * ds * bs
 
 
 @inlined
 def dressed_flat_area(s: float, Ad: float, Amax: float) -> float:
-    """Wear-flat area of a freshly dressed wheel: the more severe the dress, the less (Chen & Rowe for the trend) [C].
+    """Return the wear-flat area of a freshly dressed wheel: less after a severe dress (Chen & Rowe for the trend) [C].
 
     Args:
-        s: severity.
-        Ad: of a medium dress.
-        Amax: its limit.
+        s: severity of the dress.
+        Ad: wear-flat area after a medium dress.
+        Amax: limit of the wear-flat area.
     """
     return min(Ad * (0.25 + 0.75 / math.sqrt(s)), Amax)
 
 
 @inlined
 def dressed_density(s: float, Cref: float) -> float:
-    """Active grain density of a freshly dressed wheel, 1/mm2: a severe dress breaks grains out [C]."""
+    """Return the active grain density of a freshly dressed wheel, 1/mm2: a severe dress breaks grains out [C]."""
     return Cref / math.sqrt(math.sqrt(s))
 
 
@@ -93,15 +93,15 @@ def dressed_density(s: float, Cref: float) -> float:
 def dressed_roughness(
     fd: float, ad: float, blunt: float, RaRef: float, nf: float, na: float, nw: float, qr: float
 ) -> float:
-    """Roughness scale of a freshly dressed wheel, um: RaRef (fd/0.1)^nf (ad/0.02)^na.
+    """Return the roughness scale of a freshly dressed wheel, um: RaRef (fd/0.1)^nf (ad/0.02)^na.
 
-    The exponents are those of the tool: 0.5 and 0.25 of a standing diamond [M], 1.1 on the lead of a rotary one [D].
+    The exponents depend on the tool: 0.5 and 0.25 for a standing diamond [M], 1.1 on the lead for a rotary one [D].
 
     Args:
         fd: dress lead, mm.
         ad: dress depth, mm.
-        blunt: of the diamond.
-        RaRef: after a medium dress.
+        blunt: blunting of the diamond, as of `blunting`.
+        RaRef: roughness scale after a medium dress, um.
         nf: exponent of the lead.
         na: exponent of the depth.
         nw: exponent of the blunting, which smooths.
@@ -113,5 +113,5 @@ def dressed_roughness(
 
 @inlined
 def sharpening_effort(A: float, lam: float, Ad: float) -> float:
-    """Sum of restoration exponents that restores a wheel to within a tenth of its dressed state."""
+    """Return the sum of restoration exponents that restores a wheel to within a tenth of its dressed state."""
     return max(max(log(max((A - Ad) / (0.1 * Ad), 1e-12)), log(max(lam / 0.05, 1e-12))), 0.0)

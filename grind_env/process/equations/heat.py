@@ -1,10 +1,10 @@
 """Heat, burn, and their effects on the part; symbols, units and sources as in the package.
 
-The temperature rise judges: beyond the limit of the material, and the allowance of the job, a part is scrap. The burn
-ratio (Malkin) warns: it says how near the power is to that at which steels usually burn, and scraps nothing.
+The temperature rise decides on scrap: its limit is that of the material plus the allowance of the job. The burn ratio
+(Malkin) only warns: it compares the power with the power at which steels usually burn.
 
-Conductances are over the contact length: h lc, W/(m2 K) times mm, so that 1e6 times a power per width in W/mm over one
-of them is a temperature rise.
+Conductances are h lc, over the contact length, in W/(m2 K) times mm. So 1e6 times a power per width, W/mm, over a
+conductance is a temperature rise, K.
 """
 
 import math
@@ -12,24 +12,24 @@ import math
 from grind_env.kernel import exp, inlined
 
 BOILING_SPAN = 20.0
-"""K; from the first vapour to a film that has boiled off [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
+"""Span from the first vapour to a film that has boiled off, K [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
 CARRYING_SPEED, CARRYING_LENGTH = 30.0, 2.4
-"""m/s and mm; wheel speed and contact length at which fluids state their convection."""
+"""Wheel speed, m/s, and contact length, mm, for which fluid entries state their convection."""
 CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
-"""(mm s/m)^0.5; over the root of speed over length, its inverse."""
+"""Root of `CARRYING_LENGTH` over `CARRYING_SPEED`, (mm s/m)^0.5."""
 MOST_TO_CHIPS = 0.45
-"""Share of the power that chips carry off at most."""
+"""Highest share of the power that chips carry off."""
 NO_SINK = 1e-150
-"""Keeps the quotient a number where there is neither heat nor contact; its square is one, too."""
+"""Small conductance in divisors, so that a stroke without heat and contact gives a number; its square is above 0."""
 
 
 @inlined
 def jaeger_factor(lc: float, peclet: float) -> float:
-    """Square of the temperature factor of the moving heat source, by the Peclet number L.
+    """Return the squared temperature factor of the moving heat source at the Peclet number L.
 
-    It falls on slow tables as that of Jaeger's moving band of heat, whose greatest temperature has
-    (4/pi)/(1 + 0.29 L^(-3/4)) within 2 % from L = 0.1 to 31. The level is lower, so that it is 1.06^2 [R] within 1 % at
-    L = 14, that of a usual table: heat that falls off along the contact warms less than an even band.
+    The factor falls on slow tables like that of the peak temperature under Jaeger's moving band of heat, which has
+    (4/pi)/(1 + 0.29 L^(-3/4)) within 2 % from L = 0.1 to 31. The level here is lower: 1.06^2 [R] within 1 % at L = 14,
+    a usual table. The reason: heat that falls off along the contact warms less than an even band.
 
     Args:
         lc: contact length, mm.
@@ -43,12 +43,12 @@ def jaeger_factor(lc: float, peclet: float) -> float:
 def conductances(
     lc: float, vw: float, beta: float, jaeger: float, A: float, vs: float, krw: float
 ) -> tuple[float, float]:
-    """Conductance into the work, W/(m2 K) mm [R], and that into the grains over it, 1/Rws - 1 (Hahn; Rowe) [R].
+    """Return the conductance into the work, W/(m2 K) mm [R], and the ratio grains to work, 1/Rws - 1 (Hahn; Rowe) [R].
 
     Args:
         lc: contact length, mm.
         vw: table speed, mm/s.
-        beta: effusivity of the work.
+        beta: effusivity of the work, J/(m2 K s^0.5).
         jaeger: square of the temperature factor.
         A: wear-flat area; the contact of a grain grows with it.
         vs: wheel speed, m/s.
@@ -61,7 +61,7 @@ def conductances(
 
 @inlined
 def film_conductance(lc: float, vs: float, lam: float, hf: float) -> float:
-    """Conductance into the fluid over the contact length, W/(m2 K) mm: the wheel carries it through the contact.
+    """Return the conductance into the fluid, W/(m2 K) mm: the wheel carries fluid through the contact.
 
     A fluid of effusivity beta_f that moves with the wheel has h = 1.13 beta_f sqrt(vs/lc) (fluid wheel) [R, from
     memory; the dependence on speed and arc: doi 10.1177/0954405413476392]. A loaded wheel carries less [C].
@@ -77,21 +77,21 @@ def film_conductance(lc: float, vs: float, lam: float, hf: float) -> float:
 
 @inlined
 def retained_heat(P_width: float, Q: float, e_ch: float) -> float:
-    """Power per width without the heat of the chips (`e_ch` J/mm3), W/mm [R]."""
+    """Return the power per width without the heat of the chips (`e_ch` J/mm3), W/mm [R]."""
     return P_width - min(e_ch * Q, MOST_TO_CHIPS * P_width)
 
 
 @inlined
 def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) -> float:
-    """Surface temperature rise, K [R].
+    """Return the surface temperature rise, K [R].
 
-    The fluid cools until the wet temperature nears `Tb`; within 20 K there the film boils off.
+    The fluid cools until the wet temperature nears `Tb`; the film boils off within 20 K around `Tb`.
 
     Args:
-        heat: power per width that the chips leave, W/mm.
-        work: conductance into work and grains, over the contact length.
-        film: that into the fluid.
-        kfilm: share of it that is left when the film has boiled off.
+        heat: power per width without the heat of the chips, W/mm.
+        work: conductance into work and grains, W/(m2 K) mm.
+        film: conductance into the fluid, W/(m2 K) mm.
+        kfilm: share of `film` that is left when the film has boiled off.
         Tb: temperature rise at which the film boils, K.
     """
     by_wet, by_dry = work + film + NO_SINK, work + kfilm * film + NO_SINK
@@ -103,19 +103,19 @@ def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) 
 
 @inlined
 def heat_flow(T: float, work: float) -> float:
-    """Power per width that enters the work, W/mm; `work` is the conductance into it over the contact length."""
+    """Return the power per width that enters the work, W/mm; `work` is the conductance into the work, W/(m2 K) mm."""
     return 1e-6 * T * work
 
 
 @inlined
 def energy_partition(flow: float, P_width: float) -> float:
-    """Share of the power that enters the work."""
+    """Return the share of the power that enters the work."""
     return flow / P_width if P_width > 0.0 else 0.0
 
 
 @inlined
 def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: float) -> float:
-    """Power per width at which the work burns, W/mm: Malkin's threshold u* Q' [M].
+    """Return the power per width at which the work burns, W/mm: Malkin's threshold u* Q' [M].
 
     u* = u0 + Bm de^(1/4) ae^(-3/4) vw^(-1/2) (Malkin 1978), with ae^(1/4) de^(1/4) as the root of the contact length.
     The factor 0.88 (1 + sink) carries the threshold of alumina wheels over to other grains [C].
@@ -125,13 +125,13 @@ def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: f
 
 @inlined
 def burn_ratio(P_width: float, threshold: float) -> float:
-    """Power over the power at which the work burns; 0 for a wheel in the air."""
+    """Return the power over the power at which the work burns; 0 for a wheel in the air."""
     return P_width / threshold if threshold > 0.0 else 0.0
 
 
 @inlined
 def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
-    """Mean temperature rise of the part in a stroke, K: heat input over heat capacity.
+    """Return the mean temperature rise of the part in a stroke, K: heat input over heat capacity.
 
     Args:
         heat: power that enters the work while the wheel passes over it, W.
@@ -143,11 +143,11 @@ def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
 
 @inlined
 def cooled(dT: float, seconds: float, per_tau: float) -> float:
-    """Rest of the rise `dT` of a mode after a time, K; `per_tau` is the rate of the mode, 1/s."""
+    """Return what a time leaves of the rise `dT` of a mode, K; `per_tau` is the decay rate of the mode, 1/s."""
     return dT * exp(-seconds * per_tau)
 
 
 @inlined
 def part_growth(dT: float, swell: float) -> float:
-    """Thermal growth of a part with a mean rise of `dT` K, mm; `swell` is alpha H, mm/K."""
+    """Return the thermal growth of a part with a mean rise of `dT` K, mm; `swell` is alpha H, mm/K."""
     return swell * dT

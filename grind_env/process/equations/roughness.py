@@ -5,39 +5,39 @@ import math
 from grind_env.kernel import exp, inlined
 
 INITIAL_ROUGHNESS = 1.6
-"""um; Ra of the surface that a part brings to the machine."""
+"""Ra of the surface of a part before it is ground, um."""
 SETTLED_ROUGHNESS = 0.9
-"""Roughness scale of a wheel that has ground for a while, over that of the reference dress [C]."""
+"""Roughness scale of a wheel that has ground for a while, over the scale after the reference dress [C]."""
 REFERENCE_SPEED, REFERENCE_RATE = 30.0, 3.0
-"""m/s and mm2/s; of the terms below."""
+"""Wheel speed, m/s, and removal rate, mm2/s, for which the roughness terms are stated."""
 NEARLY_NOTHING = 1e-300
-"""Keeps a quotient of two zeros a number."""
+"""Small number in divisors, so that 0 over 0 gives a number."""
 PEAK_DEPTH = 0.5
-"""um; what a pass of no depth takes off the peaks at most [C]."""
+"""Largest depth that a pass without depth of cut takes off the peaks, um [C]."""
 PLOUGHING_CHIP = 0.02
-"""um; equivalent chip thickness below which grains plough: spark-out leaves what they left [C]."""
+"""Equivalent chip thickness below which grains plough, um: spark-out leaves the roughness of this thickness [C]."""
 TEXTURE_SHARE = 2.0
-"""Depth in units of Ra at which a pass replaces half of the texture before it [C]."""
+"""Depth, in units of Ra, at which a pass replaces half of the earlier texture [C]."""
 
 
 @inlined
 def wheel_roughness(Rd: float, fresh: float, RaRef: float) -> float:
-    """Roughness scale of the wheel, um: relaxes from dressed to process-made (Verkerk) [C]; `fresh` as in `cutting`."""
+    """Return the roughness scale of the wheel, um: from dressed to settled (Verkerk) [C]; `fresh` is of `freshness`."""
     return SETTLED_ROUGHNESS * RaRef + (Rd - SETTLED_ROUGHNESS * RaRef) * fresh
 
 
 @inlined
 def roughening(breaking: float, chips: float, least: float, gm: float, nr: float) -> float:
-    """Factor of wheel wear on the wheel's roughness: grains that break out roughen the face.
+    """Return the factor of wheel wear on the wheel's roughness: grains that break out roughen the face.
 
-    The wear over that of the reference, to the power nr. Measured over the valve alloys: Ra goes with (wheel wear over
-    volume ground)^.26 to .32 beside the removal rate [D]. Of fracture the power is its Pade approximant, which is
-    within 1 % of it up to twice the wear and within 7 % up to four times.
+    The factor is the wear over the reference wear to the power nr. On valve alloys a dependence of Ra on (wheel wear
+    over volume ground)^.26 to .32, beside the removal rate, was measured [D]. The power of the fracture factor is
+    replaced by its Pade approximant: within 1 % up to twice the wear, and within 7 % up to four times.
 
     Args:
         breaking: factor of fracture on the wear.
-        chips: logarithm of that of the chip thickness.
-        least: the same at `PLOUGHING_CHIP`, below which the face is no smoother.
+        chips: logarithm of the factor of the chip thickness on the wear.
+        least: `chips` at `PLOUGHING_CHIP`, below which the face is no smoother.
         gm: logarithm of the factor of the material on the G-ratio.
         nr: exponent of the abrasive.
     """
@@ -49,19 +49,19 @@ def roughening(breaking: float, chips: float, least: float, gm: float, nr: float
 def generated_roughness(
     Rt: float, Q: float, per_vs: float, lam: float, f0: float, f1: float, roughened: float, ra_scale: float
 ) -> float:
-    """Roughness Ra that the wheel generates, um: a floor and a term with the root of the removal rate.
+    """Return the roughness Ra that the wheel generates, um: a floor and a term with the root of the removal rate.
 
-    The floor is what spark-out leaves: expected is spark-out over plunge .87 at the finest feeds, .4 at heavy ones [C];
-    measured is an exponent of .29 on the removal rate in between [D]; exponent -1/2 on the wheel speed [M].
+    Spark-out leaves the floor. The expected ratio of spark-out to plunge is .87 at the finest feeds and .4 at heavy
+    ones [C]; an exponent of .29 on the removal rate in between is measured [D]. The wheel speed has exponent -1/2 [M].
 
     Args:
         Rt: roughness scale of the wheel, um.
         Q: specific removal rate, mm2/s.
         per_vs: one over the wheel speed, s/m.
-        lam: loading.
-        f0: floor over the scale.
-        f1: the term over the scale at the reference rate.
-        roughened: factor of the wheel's wear.
+        lam: loading, 0 to 1.
+        f0: ratio of the floor to the scale.
+        f1: ratio of the rate term at the reference rate to the scale.
+        roughened: factor of the wheel's wear, as of `roughening`.
         ra_scale: factor of this wheel and part.
     """
     rate = math.sqrt(Q * (1.0 / REFERENCE_RATE))
@@ -70,14 +70,14 @@ def generated_roughness(
 
 @inlined
 def surface_roughness(Rs: float, Rg: float, ae: float, u: float) -> float:
-    """Roughness after a pass, um: a pass replaces the texture as far as it reaches [C].
+    """Return the roughness after a pass, um: a pass replaces the texture within its reach [C].
 
-    It reaches through what it cuts and into the peaks below, but no deeper than it interferes: a mere touch leaves the
-    face as it was, and passes without infeed end at what the wheel generates.
+    The reach is the depth of cut and the peaks below, but not deeper than the interference. So a mere touch changes
+    nothing, and passes without infeed approach the roughness that the wheel generates.
 
     Args:
-        Rs: before it, um.
-        Rg: that the wheel generates, um.
+        Rs: roughness before the pass, um.
+        Rg: roughness that the wheel generates, um.
         ae: depth of cut, mm.
         u: interference, mm; negative where the wheel passes above the face.
     """

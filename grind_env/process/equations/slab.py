@@ -1,4 +1,4 @@
-"""Heat in the part under the wheel: conduction through its height, of which a stroke sees a few exponentials.
+"""Heat in the part under the wheel: conduction through the height, approximated by a few exponentials.
 
 The part is a slab on a chuck. A stroke is a pulse of heat into its upper face, fluid cools that face, the chuck takes
 heat from the lower one, and heat flows in between [Carslaw & Jaeger, Conduction of Heat in Solids]:
@@ -6,25 +6,25 @@ heat from the lower one, and heat flows in between [Carslaw & Jaeger, Conduction
     rho c dT/dt = k d2T/dz2 ,  -k dT/dz = q - h_t T at z = 0 ,  -k dT/dz = h_c T at z = H
 
 The growth is alpha times the integral of T over the height, so that only the mean temperature counts. After a pulse the
-mean temperature falls by an infinite series of exponentials; here it is a sum of `MODES`. The slowest time constant is
-that of the series; the others are a geometric series down to `FASTEST`. The shares are those with which the
-Laplace transform of the mean is nearest to the exact one, and of which two things are exact: they add up to 1, so that
-the growth right after a pulse is the adiabatic one, and under a steady flux the part comes to its steady profile.
+mean temperature is an infinite series of exponentials; here it is a sum of `MODES` of them. The slowest time constant
+is that of the series; the others are a geometric series down to `FASTEST`. The shares of the modes bring the Laplace
+transform of the mean as near as possible to the exact one. Two properties stay exact. The shares add up to 1, so that
+the growth right after a pulse is adiabatic, and a steady flux gives the exact steady mean.
 
-For steel of 5 to 80 mm, h_t of 1,000 to 6,000 and h_c of 1,000 to 3,000 W/(m2 K), and 0.1 to 300 s after a pulse or
-in a train of pulses, the growth is within 5 % of that of the series, wherever 1 % of a pulse is left; for D2, which
-conducts less than half as well, within 5.7 %.
+The growth is within 5 % of the series for steel of 5 to 80 mm, h_t of 1,000 to 6,000 and h_c of 1,000 to 3,000
+W/(m2 K), 0.1 to 300 s after a pulse or in a train of pulses, as long as 1 % of a pulse is left. It is within 5.7 % for
+D2, which conducts less than half as well.
 """
 
 import math
 
 MODES = 4
 INSULATED = 1e-12
-"""Biot number of both faces up to which the part keeps its heat, for decades at least."""
+"""Largest sum of the Biot numbers of both faces at which a part counts as insulated: it keeps its heat for decades."""
 FASTEST, FASTER = 0.12, 50.0
-"""Time constant of the fastest mode, s, and how much faster than the slowest one that mode is at least."""
+"""Longest time constant of the fastest mode, s, and its least ratio of slowest to fastest time constant."""
 RATES = (0.03, 0.072, 0.173, 0.416, 1.0)
-"""1/s; where the transform of the modes is compared with the exact one."""
+"""Arguments at which the Laplace transform of the modes is compared with the exact one, 1/s."""
 
 
 def slab_modes(
@@ -33,9 +33,9 @@ def slab_modes(
     """Return the share of a pulse that each mode of a part takes, and the rate at which that share decays, 1/s.
 
     Args:
-        height: of the part, m.
+        height: height of the part, m.
         conductivity: k, W/(m K).
-        capacity: heat capacity of its volume, rho c, J/(m3 K).
+        capacity: heat capacity per volume, rho c, J/(m3 K).
         top: conductance h_t into the fluid, W/(m2 K).
         bottom: conductance h_c into the chuck, W/(m2 K).
     """
@@ -46,11 +46,11 @@ def slab_modes(
     first, second, third, last = (longest * step**mode for mode in range(MODES))
 
     def between(time: float) -> float:
-        """Return the share of the slowest mode, if it and the fastest one are to hold as much heat for as long."""
+        """Return the share of the slowest mode for which slowest and fastest mode have this mean time constant, s."""
         return (time - last) / (first - last)
 
-    # Of second and third mode the shares are free: each replaces as much of the slowest and the fastest one as leaves
-    # sum and steady state as they are. The two are found by least squares.
+    # The shares of second and third mode are free: each replaces shares of the slowest and the fastest mode, so that
+    # sum and steady state do not change. Least squares give the two.
     whole = between(steady_rise(height, conductivity, capacity, top, bottom))
     aa = ab = bb = a = b = 0.0
     for s in RATES:
@@ -73,7 +73,7 @@ def slab_modes(
 
 
 def slowest_decay(height: float, conductivity: float, capacity: float, top: float, bottom: float) -> float:
-    """Return the time constant to which all cooling comes in the end, s: tan b = b (Bt + Bb)/(b^2 - Bt Bb)."""
+    """Return the slowest time constant of the cooling, s, from tan b = b (Bt + Bb)/(b^2 - Bt Bb)."""
     Bt, Bb = top * height / conductivity, bottom * height / conductivity
     low, high = 0.0, math.pi
     while low < (b := 0.5 * (low + high)) < high:
@@ -83,13 +83,13 @@ def slowest_decay(height: float, conductivity: float, capacity: float, top: floa
 
 
 def steady_rise(height: float, conductivity: float, capacity: float, top: float, bottom: float) -> float:
-    """Return the mean rise under a steady flux, over that which the flux would give an insulated part in 1 s, s."""
+    """Return the mean rise under a steady flux over the rise of an insulated part in 1 s of that flux, s."""
     through = 1.0 / (height / conductivity + 1.0 / bottom) if bottom > 0.0 else 0.0
     return capacity * height * (1.0 - 0.5 * through * height / conductivity) / (top + through)
 
 
 def transform(s: float, height: float, conductivity: float, capacity: float, top: float, bottom: float) -> float:
-    """Return the Laplace transform at `s`, 1/s, of the mean rise after a pulse over that right after it, s."""
+    """Return the Laplace transform at `s`, 1/s, of the mean rise after a pulse over the initial mean rise, s."""
     q = math.sqrt(s * capacity / conductivity)
     e, below = math.exp(-q * height), bottom / (conductivity * q)
     sinh, cosh = 0.5 * (1.0 - e * e), 0.5 * (1.0 + e * e)  # both times exp(-q H)
