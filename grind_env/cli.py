@@ -100,8 +100,8 @@ def check(
 ) -> None:
     """Check a program: report all syntax errors, and time and motions.
 
-    Execution stops at the first error; syntax errors behind it are reported, too (at most 1000). With --job the program
-    is ground as by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
+    All syntax errors are listed (at most 1000); execution stops at the first error. With --job the program is ground as
+    by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
     """
     from grind_env import control
     from grind_env.control.check import ended_at, report_record, summary

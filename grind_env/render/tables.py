@@ -172,7 +172,7 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     from rich.text import Text
 
     parts = part_table(record, job)
-    where = f", on {job.plant}" if job.plant else ""
+    where = ("" if job.uncertainty else ", not calibrated") + (f", on {job.plant}" if job.plant else "")
     console.print(Text(printable(f"{title}{where}"), "italic"), soft_wrap=True)
     rows = [row.cells(parts.fields) for row in parts.rows]
     table_of(parts.headings, rows, left=0).shortened(MOST_ROWS, "...").print(console)

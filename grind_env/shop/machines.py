@@ -115,7 +115,9 @@ def fleet_of(
 
 def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
     """Raise a CondemnedError if a program is scrap even on the machines that agree best with its good parts."""
-    most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
+    # with little time few machines are drawn, and the nearest of these may be far from good parts
+    searched = fleet is not None and (fleet.agree >= LEAST or fleet.drawn >= MOST_DRAWN)
+    most = EVEN_AGREEING if searched else CONDEMNED
     if not untried and (scrap := float(old.scrap.mean())) >= most:
         raise CondemnedError(scrap)
 

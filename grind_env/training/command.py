@@ -111,11 +111,12 @@ def train(
     recommended, verdict = _verdict(*judged)
     lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds"]
     print(printable("\n".join(lines)))
+    if named.id == JOB:
+        agent = ["--policy", str(path)] if recommended else []
+        words = shlex.join(["grind", "advise", task, *agent])
+        print(printable(f"next: {words}, with the same --job, --parts and --set"))
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)
-    if named.id == JOB:
-        words = shlex.join(["grind", "advise", task, "--policy", str(path)])
-        print(printable(f"next: {words}, with the same --job, --parts and --set"))
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":

@@ -142,7 +142,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     measured.write_text("mean_power,size_error\n2500,\n")
     words = ("advise", program, "--parts", 2, "--measurements", measured)
     status, out, _ = grind(*words)
-    assert status == 0 and out.startswith("part 1, N50: E15000. D0 - no power was read of this block yet\n")
+    assert status == 0 and out.startswith("part 1, N50: E15000. D0 - E stays until the power of this block is read\n")
     measured.write_text("mean_power,size_error\n2500,\n,3\n")
     status, out, _ = grind(*words)
     assert status == 0 and out.startswith("part 1, N70") and "part 2, N50" in out

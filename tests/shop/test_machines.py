@@ -21,7 +21,7 @@ from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
 from grind_env.process.state import FORCES
 from grind_env.shop.calls import optimise, sweep
-from grind_env.shop.machines import NEEDED, Fleet, fleet_of
+from grind_env.shop.machines import MOST_DRAWN, NEEDED, CondemnedError, Fleet, fleet_of, require_good
 from grind_env.shop.optimise import table, variation
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.search import Budget
@@ -311,3 +311,13 @@ def test_a_higher_confidence_asks_for_more() -> None:
 def test_what_is_no_confidence_is_refused(value: float) -> None:
     with pytest.raises(OptionError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
         optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
+
+
+def test_a_program_is_not_condemned_by_the_few_machines_that_there_was_time_to_draw() -> None:
+    path = EXAMPLES / "plate_g82.nc"
+    trials = trials_of(read_file(path), load_job(path.with_suffix(".toml")), 2, ((1, 0, 0),))
+    old = trials.measure(trials.own[None])._replace(scrap=np.array([[0.11]]))
+    few = Fleet(known_of(trials.simulation.job), 1, (0,), drawn=64, agree=3)
+    require_good(few, old, untried=False)
+    with pytest.raises(CondemnedError, match="scraps 11 % of its parts"):
+        require_good(replace(few, drawn=MOST_DRAWN), old, untried=False)

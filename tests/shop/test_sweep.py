@@ -8,13 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grind_env.control import read
+from grind_env.control import read, read_file
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job.file import load_job
+from grind_env.machine.script import settings
 from grind_env.policies.statistics import Interval
-from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, sweep
+from grind_env.shop.machines import fleet_of
+from grind_env.shop.sweep import study
+from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judged_on, sweep
 from grind_env.shop.sweep.table import sentences, tables_of
-from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Trials, lots_of, most_risk, risk, trials_of
 from tests.command import Grind
 from tests.examples import few
 from tests.shop.programs import EXAMPLES, INCH, PLATE, known_job
@@ -73,6 +76,45 @@ def test_the_valley_holds_the_best_interval_and_those_that_cost_little_more(foun
     costs = {point.every: point.cost.value for point in found.intervals}
     assert all(costs[every] <= 1.02 * best.cost.value for every in range(first, last + 1))
     assert all(costs[every] > 1.02 * best.cost.value for every in (first - 1, last + 1) if every in costs)
+
+
+def test_a_point_that_exceeds_a_limit_on_new_lots_is_not_the_best(
+    found: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def on_a_machine_with_more_force(trials: Trials, *rest: object) -> Trials:
+        own = judged_on(trials, *rest)
+        part = own.simulation.job.part
+        harder = replace(
+            part, material=replace(part.material, ploughing_pressure=5.0 * part.material.ploughing_pressure)
+        )
+        return own.on(own.seeds, [replace(own.simulation.job, part=harder)])
+
+    monkeypatch.setattr(study, "judged_on", on_a_machine_with_more_force)
+    ranges = SweepRanges(E=(12_000.0, 20_000.0), every=(1, 4))
+    judged = sweep(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), ranges, parts=PARTS)
+    best = cheapest([found.own, *found.speeds])
+    again = next(each for each in judged.speeds if (each.E, each.every) == (best.E, best.every))
+    assert best.keeps_limits and again.cost == best.cost and not again.keeps_limits
+    assert judged.best == judged.own
+
+
+@pytest.mark.nightly
+def test_the_best_point_is_as_safe_on_other_machines(tmp_path: Path) -> None:
+    program, job = EXAMPLES / "plate_g82.nc", load_job(EXAMPLES / "plate_g82.toml")
+    safe = []
+    for seed in range(1, 7):
+        best = sweep(program, job, SweepRanges(E=(15_000.0, 25_000.0), every=(1, 4)), parts=50, seed=seed).best
+        once = trials_of(read_file(program), job, 50, ())
+        fleet = fleet_of(once, seed + 50, untried=False)
+        assert fleet is not None
+        trials = fleet.under(once, LotUse.JUDGEMENT, lots_of(seed + 50, LotUse.JUDGEMENT, 256))
+        table, due = trials.own.copy(), trials.own[:, settings.D] > 0.0
+        table[:, settings.E] *= best.E / table[0, settings.E]
+        if best.every:
+            table[due, settings.D] = [(run + 1) % best.every == 0 for run in range(due.sum())]
+        measured, old = (trials.measure(each[None]) for each in (table, trials.own))
+        safe.append(risk(trials, measured, old)[0] <= 1.1 * most_risk(job))
+    assert sum(safe) >= 5
 
 
 def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> None:

@@ -133,6 +133,8 @@ class Rule:
         E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
         if D:
             self.reason = f"dress: {self.why}"
+        elif E > self.simulation.task.action.speed_ends[1]:
+            self.reason = "E is at its upper bound"
         return JobChoice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
 
     def executions(self, number: int, asked: float) -> float:
@@ -183,7 +185,7 @@ class Rule:
         """Return the fastest E, mm/min, of a block that ends `volume` (mm3/mm) after the dress, and why no faster."""
         k, last = self.kind_of[number], self.speeds[self.kind_of[number]]
         if self.peaks[k] == 0.0:
-            return min(last, self.ceiling[k]), "no power was read of this block yet"
+            return min(last, self.ceiling[k]), "E stays until the power of this block is read"
         limit, rate = self.rows[number].power, self.power.found[k, 1]
         power = (np.log(SHARE * limit) - self.expected(number, last, volume)) / max(rate, LEAST_EXPONENT)
         # power alone does not slow the table below the program's E: a dress costs less, and slow tables burn

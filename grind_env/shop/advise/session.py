@@ -152,7 +152,7 @@ class Session:
 
     def _asked(self, advice: Advice) -> str:
         part = self.adviser.simulation.blocks[advice.block].part + 1
-        return f"measured of part {part}" if self.by_part else f"measured of block {advice.block + 1}"
+        return f"readings of part {part}" if self.by_part else f"readings of block {advice.block + 1}"
 
     def _retold(self) -> bool:
         """Check that the source repeats the rows of the saved blocks; return True.

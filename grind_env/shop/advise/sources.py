@@ -171,7 +171,7 @@ class Prompt(ReadingSource):
 
     def next(self, asked: str) -> ReadingsRow | None:
         try:
-            text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
+            text = self.ask(f"{asked}, such as peak_power=2400 (Enter: none; stop: pause)> ").strip()
         except EOFError:
             return None
         except UnicodeDecodeError:

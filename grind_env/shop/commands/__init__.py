@@ -18,7 +18,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     sweep: ("grind sweep plate.nc --plot plate.png", "grind sweep plate.nc --E 8000..24000 --dress-every 1..20"),
     advise: ("grind advise plate.nc --measurements measured.csv --follow", "grind advise plate.nc --plant public:3"),
     calibrate: (
-        "grind calibrate log.csv --program plate.nc --job plate.toml -o shop.toml",
+        "grind calibrate log.csv --program plate.nc --job plate.toml -o fitted.toml",
         "grind calibrate settings.csv --job plate.toml --report fit.html",
     ),
     warm_up: ("grind warm-up", "NUMBA_CACHE_DIR=/shared/cache grind warm-up"),

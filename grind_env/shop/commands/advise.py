@@ -17,13 +17,13 @@ def advise(
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,
-    rows: Annotated[str, typer.Option(help="A row of readings: block or part.")] = "block",
+    rows: Annotated[str, typer.Option(help="Each row of readings is a block or a part.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="Readings (.csv), a row a block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of the file.")] = False,
     plant: Plant = None,
     state: Annotated[
         Path | None,
-        typer.Option(help="State; default PROGRAM with .advise.json."),
+        typer.Option(help="File of the session; default PROGRAM with .advise.json."),
         Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
     ] = None,
     write: Annotated[
@@ -38,7 +38,7 @@ def advise(
     shadow: Annotated[
         bool, typer.Option("--shadow", help="You decide E and D; compare forecasts with readings.")
     ] = False,
-    restart: Annotated[bool, typer.Option("--restart", help="Discard the state and start again.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Start a new session.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON objects, one a line.")] = False,
 ) -> None:

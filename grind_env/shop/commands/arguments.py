@@ -24,15 +24,15 @@ BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks t
 MaxBlocks = Annotated[int | None, typer.Option(help="Stop after so many blocks and strokes; default 500000.")]
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
 Variables = Annotated[
-    list[str] | None, typer.Option("--set", help="# variable at the start: '#101=15000'; repeatable.")
+    list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")
 ]
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Machine with other physics: meter:7, held-out:5, module:name.")]
+Plant = Annotated[str | None, typer.Option(help="Another simulated machine, such as public:3 (docs: plants).")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
 Untried = Annotated[bool, typer.Option("--untried", help="The program has not yet ground good parts here.")]
-DressAt = Annotated[list[float] | None, typer.Option(help="Time of a dress request, s; repeatable.")]
+DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress at this time, s; repeatable.")]
 Interrupts = Annotated[
     list[str] | None, typer.Option("--interrupt", help="Run O9200 at 12.5 s: 9200@12.5; repeatable."), Asked()
 ]

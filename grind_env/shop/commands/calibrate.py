@@ -27,7 +27,7 @@ def calibrate(
     ] = None,
     gauge: Annotated[Path | None, typer.Option(help="Measurements of parts, a row each (.csv)."), FILE] = None,
     map_file: Annotated[Path | None, typer.Option("--columns", help="Names of the columns (.toml)."), FILE] = None,
-    names: Annotated[str, typer.Option("--fit", help="Constants to fit, with commas between.")] = "auto",
+    names: Annotated[str, typer.Option("--fit", help="Constants to fit, separated by commas.")] = "auto",
     force: Annotated[bool, typer.Option("--force", help="Write it even if the old catalogue is better.")] = False,
     plan: Annotated[
         Path | None, typer.Option(help="Write a test program, made of --program, to this file."), Writes()
@@ -37,8 +37,8 @@ def calibrate(
 ) -> None:
     """Fit the process model to a power log or a table of settings.
 
-    A job uses the result by [catalogue] files = ["shop.toml"]. Columns: docs/howto/shop.md.
-    Exit status 3: do not use the fit; the old catalogue predicts left-out parts better.
+    To use the result, name it last in [catalogue] files of the job. Columns: docs/howto/shop.md.
+    Exit status 3: do not use the fit; the old catalogue predicts unseen parts better.
     """
     from rich.console import Console
 

@@ -38,7 +38,7 @@ def sweep(
     """Show cost and limits over E, dress interval, lead and depth.
 
     The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
-    Exit status 3: no cheaper point for -o, or the model scraps the original program.
+    Exit status 3: no cheaper program within the limits for -o, or the model scraps the original program.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside

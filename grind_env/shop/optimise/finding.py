@@ -130,7 +130,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     elif not verdict.is_written and (search.ended_early or untold):
-        reason = f"{reason}; the budget ended the search, and with more of it one may be found"
+        reason = f"{reason}; a larger --budget may find one"
     base = judgement.trials
     return Optimised(
         program=variation.programs.name,

@@ -167,10 +167,10 @@ def verdict_of(
         told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
         return Verdict.BETTER, f"{told}, as asked; {said}, on {on}"
     if change.mean.high >= 0.0:
-        return Verdict.NOT_BETTER, f"the best program found: {said}, which may be chance"
+        return Verdict.NOT_BETTER, f"the best one: {said}, which may be chance"
     if change.risk > change.most_risk:
         return Verdict.NOT_BETTER, (
-            f"the best program found: {said}, but on {100.0 * (1.0 - confidence):.3g} of 100 "
+            f"the best one: {said}, but on {100.0 * (1.0 - confidence):.3g} of 100 "
             f"machines it takes at least {100.0 * change.risk - 100.0:.0f} % more"
         )
     return Verdict.BETTER, f"{said}, on {on}"
@@ -298,11 +298,11 @@ def not_freed(names: Sequence[str]) -> list[str]:
 
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
     """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
-    ranked, end = ("before it", "") if kept else ("next", " either")
-    missed = f"{judged - 1} that ranked {ranked} did not keep limits and options on unseen lots{end}"
+    ranked, end = ("before it", "") if kept else ("next", ", too")
+    missed = f"the {judged - 1} ranked {ranked} broke a limit or an option on unseen lots{end}"
     said = [missed] if judged > 1 else []
     if untold and not kept:
-        said.append(f"the budget ended before {untold} more programs were judged, which may be better: raise --budget")
+        said.append(f"the budget ended before {untold} more programs were judged: raise --budget")
     return said
 
 
