@@ -112,8 +112,8 @@ def train(
     lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds"]
     print(printable("\n".join(lines)))
     if named.id == JOB:
-        agent = ["--policy", str(path)] if recommended else []
-        words = shlex.join(["grind", "advise", task, *agent])
+        with_agent = ["--policy", str(path)] if recommended else []
+        words = shlex.join(["grind", "advise", task, *with_agent])
         print(printable(f"next: {words}, with the same --job, --parts and --set"))
     if not recommended:
         raise typer.Exit(NOT_RECOMMENDED)

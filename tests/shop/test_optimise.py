@@ -157,9 +157,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
         assert f"the {refused} ranked before it broke a limit or an option on unseen lots" in found.remarks
     else:
         assert "the best program exceeds the limit of" in found.reason and found.words == words[0]
-        assert (
-            f"the {len(words) - 1} ranked next broke a limit or an option on unseen lots, too" in found.remarks
-        )
+        assert f"the {len(words) - 1} ranked next broke a limit or an option on unseen lots, too" in found.remarks
 
 
 @pytest.mark.nightly

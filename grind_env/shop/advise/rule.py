@@ -133,7 +133,7 @@ class Rule:
         E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
         if D:
             self.reason = f"dress: {self.why}"
-        elif E > self.simulation.task.action.speed_ends[1]:
+        elif self.simulation.task.action.speed_ends[1] < E:
             self.reason = "E is at its upper bound"
         return JobChoice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
 

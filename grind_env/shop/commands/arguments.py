@@ -23,9 +23,7 @@ Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
 MaxBlocks = Annotated[int | None, typer.Option(help="Stop after so many blocks and strokes; default 500000.")]
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
-Variables = Annotated[
-    list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")
-]
+Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")]
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
 ]
