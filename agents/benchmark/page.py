@@ -9,7 +9,7 @@ from agents.benchmark.grid import MORE_SEARCH
 from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import ABOUT, AT
 from agents.benchmark.results import Result
-from agents.benchmark.summary import KNOWLEDGE, best, brief, budget, columns_of, shown, summaries, tasks_of
+from agents.benchmark.summary import KNOWLEDGE, UNTRAINED, best, brief, budget, columns_of, shown, summaries, tasks_of
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
@@ -36,11 +36,12 @@ ROOM = """\
 *Planner on state*: `mpc`, which sees the true wheel and lot. *Room*: its points over the best known, paired. Better
 memory or planning can close a part of the room; nobody knows how much measurements allow."""
 COLUMNS = """\
-*Over best rule*: points over the best rule with the same inputs, paired. *Budget*: 1M, at most a million blocks were
-ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *On plants*: $ per good part on
-held-out machines, another one in each episode. *Interpolation*: score on contexts that training left out. *Model*:
-equations of the simulator that the policy holds. *Training*, *decision*: CPU time. Agents `plain_*` and `robust`
-(trained on public machines) are PPO of `grind_env/training/gru_ppo.py`; `ppo` is the [recipe](recipe.md)."""
+*Over best untrained*: points over the best rule or planner with the same inputs, paired. *Budget*: 1M, at most a
+million blocks were ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *On plants*: $
+per good part on held-out machines, another one in each episode. *Interpolation*: score on contexts that training left
+out (`ppo` and the tuned rules know them). *Model*: equations of the simulator that the policy holds. *Training*,
+*decision*: CPU time. Agents `plain_*` and `robust` (trained on public machines) are PPO of
+`grind_env/training/gru_ppo.py`; `ppo` is the [recipe](recipe.md)."""
 
 
 def page(results: Sequence[Result]) -> str:
@@ -101,26 +102,28 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     gains = [each.searched.value for each in found if each.searched is not None]
     times = int(MORE_SEARCH.partition(AT)[2]) // hindsight.SWEEPS
     said = (
-        [f"Hindsight with {times} times the search scores at most {max(gains):.1f} points above 100."] if gains else []
+        [f"`{MORE_SEARCH}` ({times} times the search) scores at most {max(gains):.1f} points above 100."]
+        if gains
+        else []
     )
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 
 class AgentVerdict(NamedTuple):
-    """Best agent on measurements of a task with the budget 1M, and best rule."""
+    """Best agent on measurements of a task with the budget 1M, and best rule or planner."""
 
     task: str
     agent: str
     score: Interval
     rule: str
     over: Interval
-    """Points over the best rule with the same inputs."""
+    """Points over the best rule or planner."""
 
 
 def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:
     """Return the verdict on a task for the best agent and rule of `chosen`; None without them or a score."""
-    agent = best(chosen or of, MEASUREMENTS, "learned", limited=True)
-    rule, fixed = best(chosen or of, MEASUREMENTS, "scripted"), of.fixed()
+    agent = best(chosen or of, MEASUREMENTS, ("learned",), limited=True)
+    rule, fixed = best(chosen or of, MEASUREMENTS, UNTRAINED), of.fixed()
     if agent is None or rule is None or fixed is None or is_ratio(task):
         return None
     score, over = of.gain(agent, of.results[fixed].policy), of.gain(agent, rule)
@@ -128,19 +131,19 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdi
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
-    """Return the section that compares the best agent of each task with the best rule."""
+    """Return the section that compares the best agent of each task with the best rule or planner."""
     found = [each for each in (verdict(*item) for item in samples.items()) if each is not None]
     if not found:
         return []
     beaten = sum(each.over.low > 0.0 for each in found)
     said = (
-        f"The best agent with the budget 1M beats the best rule of any budget in {beaten} of {len(found)} tasks (the"
-        " interval of the paired difference is above 0). Both are chosen on the episodes that judge them."
+        f"The best agent with the budget 1M beats the best rule or planner of any budget in {beaten} of {len(found)}"
+        " tasks (the interval of the paired difference is above 0). Both are chosen on the episodes that judge them."
     )
     columns = (
         Column("task", "task"),
         Column("best agent, 1M", lambda each: f"{each.agent}: {brief(each.score, False)}"),
-        Column("best rule", "rule"),
+        Column("best rule or planner", "rule"),
         Column("points over it", lambda each: shown(each.over, False), right=True),
     )
     return ["## Learned against scripted", said, table_of(columns, found).markdown()]

@@ -40,8 +40,8 @@ the 95 % [prediction interval](../../docs/benchmark/protocol.md#verify-a-row) of
 policies of a task grind the same episodes, so one hard set moves many rows. Variants (`@12`) and agents that are no
 longer in the cache are left out."""
 CHOSEN = """\
-The best agent on measurements and the best rule are those of the published results. On the new sets the agent beats
-the rule (the interval of the paired difference is above 0) in {beaten} of {tasks} tasks."""
+The best agent on measurements and the best rule or planner are those of the published results. On the new sets the
+agent beats the other (the interval of the paired difference is above 0) in {beaten} of {tasks} tasks."""
 
 
 class Replication(NamedTuple):
@@ -151,7 +151,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
 
 
 def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
-    """Return the verdicts of every task on other seeds, for the published best agent and best rule."""
+    """Return the verdicts of every task on other seeds, for the published best agent and best rule or planner."""
     given = []
     for task in tasks_of(found):
         chosen, of = (Sampled(each for each in results if each.task == task) for results in (published, found))

@@ -14,6 +14,9 @@ from grind_env.table import NONE, Column, Table, table_of
 
 KNOWLEDGE = ("measurements", "state", "future")
 """Information that policies see, from least to most; the order of the table."""
+UNTRAINED = ("scripted", "planner")
+KINDS = (*UNTRAINED, "learned")
+"""Kinds of policies in the results."""
 ON_SCREEN = 8
 """Number of columns that fit on a terminal."""
 MEANS = ("blocks", "decision_ms", "train_seconds")
@@ -36,7 +39,7 @@ class PolicySummary:
     ratio: Interval | None
     """Ratio of the cost to the cost of the best fixed plan."""
     over: Interval | None
-    """Points over the best rule with the same inputs, paired."""
+    """Points over the best rule or planner with the same inputs, paired."""
     interpolation_score: Interval | None
     """Score in the split `interpolation`; the next field is the cost ratio in this split."""
     interpolation_ratio: Interval | None
@@ -73,10 +76,10 @@ def tasks_of(results: Sequence[Result]) -> list[str]:
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
 
-def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) -> str | None:
+def best(sampled: Sampled, sees: str, kinds: Sequence[str] = KINDS, *, limited: bool = False) -> str | None:
     """Return the policy that scores best among policies with the inputs `sees`; None without a policy or a score.
 
-    `kind` is the kind of its results, by default any; `limited` allows only the budget class 1M.
+    `kinds` are the kinds of its results; `limited` allows only the budget class 1M.
     """
     scores = sampled.scores()
     if scores is None:
@@ -84,7 +87,7 @@ def best(sampled: Sampled, sees: str, kind: str = "", *, limited: bool = False) 
     names = dict.fromkeys(
         each.policy
         for each in sampled.results
-        if each.sees == sees and kind in ("", each.kind) and not (limited and budget(each.blocks) == "open")
+        if each.sees == sees and each.kind in kinds and not (limited and budget(each.blocks) == "open")
     )
     return max(names, key=lambda name: float(scores[0][sampled.runs(name)].mean()), default=None)
 
@@ -94,7 +97,7 @@ def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()
-    rules = {sees: best(every, sees, "scripted") for sees in KNOWLEDGE}
+    rules = {sees: best(every, sees, UNTRAINED) for sees in KNOWLEDGE}
     lines = []
     for policy in dict.fromkeys(each.policy for each in group):
         runs = every.runs(policy)
@@ -136,7 +139,7 @@ def columns_of(ratio: bool) -> Sequence[Column]:
     return (
         Column("policy", "policy"),
         Column("score (95 %)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
-        Column("over best rule", lambda line: None if ratio else brief(line.over, False), right=True),
+        Column("over best untrained", lambda line: None if ratio else brief(line.over, False), right=True),
         Column("sees", "sees", right=True),
         Column("budget", lambda line: budget(line.blocks), right=True),
         Column("runs", "runs", right=True),
