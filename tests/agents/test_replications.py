@@ -14,6 +14,7 @@ from agents.benchmark.replications import check_sets, compared, page, replicate,
 from agents.benchmark.results import Result, read_results, result_of
 from agents.study import Options
 from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.policy import Sees
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
@@ -24,7 +25,7 @@ FIRST = 7_000_000
 
 
 def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
-    sees = "future" if policy == "hindsight" else "measurements"
+    sees: Sees = "future" if policy == "hindsight" else "measurements"
     return result_of(BenchmarkCell(RUSH, policy, seed), sees, evaluation(*cost))
 
 
