@@ -59,7 +59,6 @@ def test_a_command_names_the_extra_that_is_missing_before_the_work(
 
 
 def test_extras_are_spelt_in_one_way() -> None:
-    """In code, pages and notebooks: as a checkout installs them, for the package is in no index."""
     named = set()
     for path in subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True

@@ -51,7 +51,6 @@ def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
 
 @pytest.mark.nightly
 def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:
-    """The check would not see a name that it does not know."""
     of_c = {name for name in ratios.known() if "in C" in name}
     measured = ratios.measured(kernel.strokes())
     assert {*ratios.known()} - {*measured} == (set() if compiler() else of_c)

@@ -199,7 +199,6 @@ def test_a_variant_that_cannot_be(name):
 
 
 def test_what_sees_measurements_is_judged_on_machines_that_are_held_out_too(tmp_path):
-    """As one evaluates it there, the model in its hands; a yardstick that sees more is not."""
     request = Requested(episodes=2, interpolation_episodes=0, plants_episodes=3, runs=tmp_path)
     found = measure(Measurement(ORACLE, "look_ahead"), request)
     there = evaluate("look_ahead", "oracle6", plant="held-out", episodes=3).evaluation

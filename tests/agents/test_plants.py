@@ -87,7 +87,6 @@ def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
 
 
 def test_a_shift_costs_what_the_same_program_costs() -> None:
-    """The own words on lots without end are in the mean what trials of the same program say."""
     simulation = PLATE.simulation(30)
     shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(4)]
     assert np.mean([shift.mean_cost for shift in shifts]) == pytest.approx(
@@ -161,7 +160,6 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
 
 @pytest.mark.nightly
 def test_what_is_found_stands_on_the_code_that_is_run() -> None:
-    """All that a process has loaded to answer a question, but for what makes packages and what the whole one loads."""
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
     code = f"import sys, agents.plants.calibrating; print(*({names}))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)

@@ -31,7 +31,6 @@ def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
 
 @pytest.mark.nightly
 def test_the_mean_of_as_many_others_is_held_as_often_as_is_said() -> None:
-    """Episodes of one law, drawn again and again: the interval has to hold 95 % of their means, and none of another."""
     rng = np.random.default_rng(1)
     known = [row("constant", rng.gamma(2.0, 3.0, 256)) for _ in range(40)]
     found = [{FIRST: [row("constant", rng.gamma(2.0, 3.0, 64))]} for _ in known]

@@ -135,7 +135,6 @@ def test_an_entry_that_ends_where_the_wheel_stands(rest: str, way: list[tuple[in
 
 
 def test_a_motion_begins_where_the_last_one_ended_after_whatever_time() -> None:
-    """So slow a feed that the time of the next motion is lost in the rounding of that before it."""
     written = NumberFormat(zero_suppression="leading", metric=(9, 9))
     events = execute(read("S500 G95 F60;\n G01 Y46.6\nG28 Z-2.437\nM30"), Control(number_format=written))
     motions = [event for event in events if isinstance(event, Line | Rapid)]

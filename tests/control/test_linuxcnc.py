@@ -93,7 +93,6 @@ def moving(records: list[dict[str, Any]]) -> list[bool]:
 
 @pytest.mark.parametrize("case", of_mode("contour"), ids=lambda case: case["id"])
 def test_contours(case: dict[str, Any]) -> None:
-    """Every shared element is run through in order; anything else stays between 1 and 2 radii from a corner."""
     theirs = runs(expected(case))
     ours, radius = iter(runs(found(case))), abs(case["radius"])
     corners = [(run.plane, run.centre) for run in theirs if run.kind == "arc" and run.scope == "dialect"]

@@ -305,7 +305,6 @@ def test_an_alarm_stops_the_program_with_its_comment() -> None:
 
 
 def test_a_dress_program_with_variables_is_known_as_long_as_they_keep_their_values() -> None:
-    """A control that gives whole cycles away does what one does that tells every stroke."""
     part = "G82 X200. I-30. Y[#5-.03] J-.01 F60. E15000. P9200 D1\n"
     text = f"{COMMON}#5=0\n#105=100\n" + part * 2 + "#105=50\n" + "#5=-.03\n" + part * 2 + "M30\n"
     text += "O9200\nG90 G00 Y50.\n#3=0\nWHILE [#3 LT 2] DO 3\nG01 Z[5*#3] F#105\n#3=#3+1\nEND 3\nM99"

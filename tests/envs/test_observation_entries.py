@@ -131,7 +131,6 @@ def test_what_is_left_out_follows_from_the_task() -> None:
 
 @pytest.mark.parametrize("name", few([*shipped_names(), *(each.name for each in EXAMPLES)], 3))
 def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
-    """Episodes that differ in what is hidden look the same before their first step, and then in measurements only."""
     simulation = simulation_of(name)
     names = [entry.name for entry in simulation.entries]
     episodes, measured = start(simulation, 4), set[str]()

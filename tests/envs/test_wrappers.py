@@ -80,7 +80,6 @@ def test_what_is_learned_is_the_observation_in_usual_deviations_and_a_cut_reward
 
 
 def test_a_good_course_lies_within_the_usual_deviations() -> None:
-    """In those of any course at all, most of which spoil parts, nothing that a good one does could be told apart."""
     simulation = find_problem("power_limited").simulation()
     env = VectorForLearning(gym.make_vec("grind/PowerLimited-v0", num_envs=2))
     policy, episodes, seen = make_policy("adaptive_rule", simulation), start_episodes(simulation, range(70, 80)), []

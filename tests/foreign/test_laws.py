@@ -37,7 +37,6 @@ def test_what_is_ground_is_the_stock_but_for_errors_of_the_touch_off_and_spring(
 
 @each_shop
 def test_the_laws_are_those_of_the_textbooks(shop: Shop) -> None:
-    """Faster, deeper and duller take more power, thick chips less energy, and thick chips leave a rougher part."""
     laws = shop.laws()
     usual = laws.power(0.01, 200.0, 0.01)
     assert usual < laws.power(0.01, 300.0, 0.01) < 1.5 * usual
@@ -58,7 +57,6 @@ def test_a_shift_and_a_program_of_the_same_words_cost_the_same(programmed: Any) 
 @pytest.mark.nightly
 @pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop, tmp_path: Path) -> None:
-    """Not calibrated, where the promise holds as well, and with a fit that is forced, however wrong it is."""
     job = shop.write(tmp_path)
     found = optimised(shop, tmp_path, job)
     assert found is not None and found.after <= found.before

@@ -284,7 +284,6 @@ def test_bad_input_is_one_line_and_exit_status_2(
 @pytest.mark.nightly
 @pytest.mark.parametrize("command", ["run", "check", "trace"])
 def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_path: Path) -> None:
-    """For it looks for none: what refers to itself would stay in memory until the end."""
 
     def left(parts: int) -> int:
         program, job = tmp_path / "parts.nc", Path(PLATE).with_suffix(".toml")

@@ -88,7 +88,6 @@ def test_a_stop_after_the_unloading_ends_no_stage() -> None:
 
 
 def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> None:
-    """What the roughing leaves is cut away before the stage ends; in the finished part all heat would count."""
     rough, fine = "G82 X230. I-30. Y-.04 J-.04 F100. E20000.", "G82 X230. I-30. Y-.1 J-.001 F100. E20000."
     last = "G00 Y0\nG00 X-30.\nG01 Y-.1 F100.\nG82 X230. I-30. Y-.12 J-.001 F100. E20000."
     begins = "G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500."

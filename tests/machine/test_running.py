@@ -163,7 +163,6 @@ def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str
 
 
 def test_a_part_cools_in_dresses_that_miss_the_diamond_as_long_stroke_by_stroke() -> None:
-    """Three of them in a row last for another number of whole ms than each three times."""
     missed = replace(job(dress_setup=8.0003), diamond=Diamond(x=-100.0, y=10.0, z=-10.0))
     seven = CYCLE.replace("P9100", "P9100 D7").replace("Y-.05 J-.01", "Y-.1 J-.03")
     text = HEAD + CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 X-30.\n" + seven + "G80\nM30\n"  # D1 makes it known

@@ -106,7 +106,6 @@ def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job,
 
 
 def test_the_way_to_the_diamond_is_judged_from_every_station() -> None:
-    """From one that was met before any dress, too: the wheel comes down through the part there, which is higher."""
     low, high = two().stations
     job = dataclasses.replace(two(), stations=(low, dataclasses.replace(high, origin=(500.0, 25.0, 0.0))))
     cycles = [
@@ -140,7 +139,6 @@ def stepped(text: str, whole: Job) -> tuple[JobSimulation, Any, list[Any], float
 
 @pytest.mark.parametrize("wide", [False, True])
 def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
-    """Places, materials and stocks of the two are unlike, and so are their limits; with `wide` the wheel crosses."""
     width = 38.0 if wide else 20.0
     left = Station(name="left", offset="G54", part=part(width=width, roughness_limit=0.4))
     softer = part("aisi_1020", stock=0.04, width=width, start=1.5, roughness_limit=1.0)
@@ -166,7 +164,6 @@ def test_stations_without_a_stroke_are_no_episode() -> None:
 
 
 def test_a_program_may_come_back_to_a_station() -> None:
-    """Rough all, then finish all: each part is what both cycles on it make, and its time is that of both."""
     passes = [("G54", 0.03, 0.0), ("G55", 0.03, 0.0), ("G54", 0.05, 0.03), ("G55", 0.05, 0.03)]
     record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", two())
     assert record.warnings == () and record.parts["part"].tolist() == [1, 2]
@@ -202,7 +199,6 @@ def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_
 
 
 def test_a_part_that_a_running_table_goes_over_to_is_cold() -> None:
-    """Side by side across the table; the next one is met by an infeed, without another cycle."""
     text = "G54\nG00 Y20.\nG00 X-30. Z-2.\nG00 Y0\nG81 X130. I-30. E12000.\nG01 Y-.03 F.4\n"
     text += "G01 Y1. F600.\nG01 Z58. F1500.\nG01 Y0 F600.\nG01 Y-.03 F.4\nG80\nG00 Y20.\nM30\n"
     rows = run(HEAD + text, two((0.0, 0.0, 60.0))).strokes
@@ -227,7 +223,6 @@ def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:
 
 
 def test_two_rows_met_by_one_stroke_need_conditions_of_both() -> None:
-    """Block by block the strokes would be those of one part."""
     both = HEAD + strokes("G54").replace("X130.", "X430.") + "M30\n" + DRESS
     whole = two()
     with pytest.raises(UnjudgedError, match="at once"):
@@ -252,7 +247,6 @@ def test_a_rapid_into_the_part_of_another_station_is_a_crash() -> None:
 
 
 def test_a_dress_is_watched_on_its_way_from_each_station() -> None:
-    """The dresser stands above the left part; the right one is higher than the way to it."""
     dress = "O9200\n" + DRESS.split("O9100\n")[1].replace("G71", "G54 G71")
     text = HEAD + strokes("G54", dress=1) + strokes("G55", dress=1) + "M30\n"
     text = text.replace("P9100", "P9200") + dress

@@ -18,7 +18,6 @@ PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X
 
 
 def test_a_wheel_worn_down_to_its_hub_is_dressed_with_the_lead_of_its_diameter() -> None:
-    """None is left below that: what it was before a dress does not follow from what it is after it."""
     eaten = job(setup={"constant_surface_speed": True})
     conditions = (PartConditions(factors={"Gref": 1e-6}),) * 2
     found, stepped = (

@@ -127,7 +127,6 @@ def test_warm_coolant_boils_sooner_and_a_nozzle_clogs_from_some_time_on() -> Non
 
 
 def test_a_ring_is_as_an_entry_of_its_grade() -> None:
-    """Grade H over J in the hardest place, against the catalogue: all that the grade is in the parameters."""
     wheel = CATALOGUE.wheel("a46j")
     swing = math.log(0.8 / 1.2)
     shop = Shop(machine("graded", swing=swing, pitch=10.0, phase=0.5), parameters(wheel="a46j"))

@@ -83,7 +83,6 @@ def test_core_tasks_have_every_bundled_agent():
 
 @pytest.mark.nightly
 def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
-    """On public ones, as in its training, with other lots; those that are held out judge the published numbers."""
     costs = {
         (name, plant): evaluate(name, "power_limited", plant=plant, episodes=48).evaluation.cost.mean()
         for name in TRAINED

@@ -89,7 +89,6 @@ def test_parts_of_one_job_have_the_same_exponents():
 
 
 def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
-    """Also where the fit itself has none: a search tries all of them in one kernel."""
     job = load_job(EXAMPLES / "plate_g82.toml")
     names = ("material.power_depth_exponent", "machine.stiffness")
     left = Uncertainty(names=names, spread=(0.1, 0.2), correlation=((1.0, 0.0), (0.0, 1.0)))
@@ -101,7 +100,6 @@ def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
 
 
 def test_a_heat_factor_is_one_on_temperature_and_growth_alone():
-    """The first stroke of a wheel, after which the wheel wears as hot as it was; forces are those without it."""
     plain, cooler = (strokes(PLATE, 1, heat_factor=each) for each in (1.0, 0.4))
     first = int(np.argmax(plain["power"] > 0.0))
     assert cooler["power"][first] == plain["power"][first] and plain["T"][first] > 10.0

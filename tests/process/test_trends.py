@@ -83,7 +83,6 @@ def test_depth_of_cut_converges_within_three_strokes_and_slower_in_a_softer_or_w
 
 
 def test_a_freshly_dressed_wheel_cuts_less_deep_by_what_the_stroke_before_has_worn_off_it() -> None:
-    """The early wear of alumina, some tenths of a micrometre a stroke, is depth that the part does not lose."""
     fresh, settled = grinder(parameters()).strokes(6, 0.010), grinder(parameters(), V=400.0).strokes(6, 0.010)
     assert 0.0095 < fresh[2].ae + fresh[1].dw < 0.010
     assert fresh[5].ae + fresh[4].dw == pytest.approx(0.010, rel=0.01)
@@ -151,7 +150,6 @@ def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> 
 
 
 def test_roughness_rises_with_the_removal_rate_and_falls_with_the_wheel_speed() -> None:
-    """With the root of the speed, and as far as thinner chips and lighter grains wear the wheel less."""
     smooth = settled(ALUMINA)
     assert rising([cut(depth, smooth).Rg for depth in (1e-5, 0.001, 0.004, 0.010, 0.030)])
     assert rising([cut(0.010, settled(ALUMINA, speed)).Rg for speed in (3.0, 6.0, 12.0, 24.0, 40.0)])
@@ -166,7 +164,6 @@ def test_roughness_rises_with_the_removal_rate_and_falls_with_the_wheel_speed() 
 
 
 def test_what_wears_the_wheel_roughens_the_part_of_alumina_more_than_of_cbn() -> None:
-    """Measured with the valve alloys: those that wear the wheel come out rough, at any removal rate."""
 
     def over_steel(material: str, wheel: str, depth: float) -> float:
         hard, steel = (
@@ -274,7 +271,6 @@ def size_error(machine: Grinder) -> float:
 
 
 def test_a_hot_part_is_ground_too_thin_and_less_so_the_longer_it_cools_before_the_last_cuts() -> None:
-    """By what it has grown at the last cut, but for what the elastic loop leaves of the way to it."""
     cold = ground_warm(ALUMINA._replace(swell=0.0))
     errors = [size_error(ground_warm(ALUMINA, wait)) for wait in (0.0, 10.0, 30.0, 600.0)]
     assert rising(errors)
@@ -411,7 +407,6 @@ def test_there_is_a_best_number_of_dresses_in_a_deep_cycle_which_shifts_with_spe
 
 
 def test_the_cheapest_table_speed_lies_below_the_fastest() -> None:
-    """A faster table roughens and wears; the fastest gains no time."""
     speeds = [float(speed) for speed in range(6, 41)]
     fastest = min(speeds, key=lambda speed: stroke_seconds(grinder(ALUMINA, speed)))
     # minimum of L/v + v/acc, in m/min

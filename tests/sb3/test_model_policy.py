@@ -102,7 +102,6 @@ def test_what_it_cannot_judge_is_refused():
 
 @pytest.mark.parametrize("wrap", ["bare", nightly("belief"), nightly("stack of beliefs")])
 def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
-    """In Python, and at the command line: what it saw is in the file."""
     simulation = find_problem(FLAGSHIP).simulation()
     model = model_of(vec_env(wrap, action="multidiscrete"))
     with torch.no_grad():

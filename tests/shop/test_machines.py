@@ -54,7 +54,6 @@ def trials(name: str, job: Job, runs: int = 2) -> Trials:
 @pytest.mark.parametrize("laws", ["of the model", "public"])
 @pytest.mark.parametrize("name", few(("keyway_g81", "plate_g82", "rail_g83")))
 def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) -> None:
-    """Their parameters, laws, first wheels and limits of temperature, to the bit."""
     job = load_job(EXAMPLES / f"{name}.toml")
     machines = worlds(job, known_of(job), 1, 3)
     if laws == "public":
@@ -71,7 +70,6 @@ def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) ->
 
 @pytest.mark.usefixtures("nothing_compiled")
 def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines() -> None:
-    """It can be replayed as soon as these are kept as they are."""
     text = (EXAMPLES / "rail_g83.nc").read_bytes()
     job = load_job(EXAMPLES / "rail_g83.toml")
     found = variation_of(
@@ -91,7 +89,6 @@ def test_a_machine_on_which_parts_temper_earlier_scraps_more() -> None:
 
 
 def test_the_drift_is_a_factor_on_the_forces_of_each_part() -> None:
-    """Against a machine whose numbers have that factor; the first part is as the machine is."""
     job = load_job(EXAMPLES / "plate_g82.toml")
     forces = replace(trials("plate_g82", job, 4), drift=0.2)._forces(LOTS).reshape(len(LOTS), 4, 2)
     assert (forces[:, :, 0] == forces[:, :, 1]).all() and (forces[:, 0] == 1.0).all()
@@ -194,7 +191,6 @@ def test_a_program_that_was_never_ground_may_be_condemned(tmp_path: Path) -> Non
 
 @pytest.mark.nightly
 def test_good_parts_do_not_fade_where_the_model_scraps_some_of_them() -> None:
-    """Fifty parts without a dress: few machines grind them well, and the program is tried on those and no others."""
     job = load_job(EXAMPLES / "keyway_g81.toml")
     as_it_is = trials("keyway_g81", job, 50)
     fleet = fleet_of(as_it_is, 1, untried=False)
@@ -238,7 +234,6 @@ def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monk
 
 @pytest.mark.nightly
 def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:
-    """On foreign:2, which is none of the public ones, what is a risk is dearer, and what is none is cheaper."""
     path = EXAMPLES / "plate_g82.nc"
     machine = load_job(path.with_suffix(".toml"), plant=find_plant("foreign:2"))
     foreign = trials("plate_g82", machine, 30).on(lots_of(5, LotUse.JUDGEMENT, 32))
@@ -280,7 +275,6 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
 
 @pytest.mark.nightly
 def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_calibration(tmp_path: Path) -> None:
-    """What is true of a machine is not what was fitted: a wrong calibration must not make the machine like itself."""
     job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
     job.write_text(f'{text}\n[catalogue]\nfiles = ["wrong.toml"]\n')
     wrong = '[wheel.a60j]\nbase = "a60j"\nroughness = 0.2\n'

@@ -45,7 +45,6 @@ def plates(tmp_path_factory):
 
 @pytest.mark.nightly
 def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plates, tmp_path):
-    """Feed overrides and parts that are held out are those of the parts."""
     whole = calibrate(plates, looped(tmp_path / "three.nc", 3), JOB, names=FITTED)
     each = calibrate(plates, PLATE, JOB, names=FITTED)
     for one, other in zip(whole.estimates, each.estimates, strict=True):
@@ -59,7 +58,6 @@ def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plate
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_path):
-    """The operator does not let the program stop at its M01, so that 11 strokes follow 9 of another pace."""
     style = replace(SECONDS, idle=630.0, warm_up=0.0, coolant=0.0, stops=False)
     write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
     job, programs = load_job(JOB), read_file(PLATE)
@@ -71,7 +69,6 @@ def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_
 
 @pytest.mark.nightly
 def test_noise_between_parts_is_no_further_execution(tmp_path):
-    """A coarse log of rails, whose loads have some shape of their own, of a program that grinds all three."""
     text = (EXAMPLES / "rail_g83.nc").read_text(encoding="utf-8")
     head, body = text.split("N20 ", 1)
     body, dress = body.replace(" M05", "").split("N110 M30")

@@ -81,7 +81,6 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
 
 
 def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised, tmp_path: Path) -> None:
-    """Both on the lots of the sweep, which the search has not seen."""
     path = EXAMPLES / found.program
     grid = sweep(path, known_job(tmp_path, path.stem), parts=PARTS)
     job = load_job(path.with_suffix(".toml"))

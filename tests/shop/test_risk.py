@@ -82,7 +82,6 @@ def test_a_job_that_is_held_in_memory_is_that_of_its_file(tmp_path: Path) -> Non
 
 
 def test_a_job_of_a_machine_that_is_known_is_tried_on_that_machine() -> None:
-    """The expected part is that of a run there, which takes another power than the model."""
     job = load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1"))
     once = one_run(read_file(PATH), job)
     power, other = (grind_file(PATH, each).parts["peak_power"][0] for each in (job, PATH.with_suffix(".toml")))

@@ -117,7 +117,6 @@ def test_a_clock_goes_on_over_nights(tmp_path, stamps, steps):
 
 
 def test_a_historian_s_export_is_read(tmp_path):
-    """Stamps with a time zone, words for what is missing, a column of words, and what was made of it all is told."""
     rows = [("Timestamp", "Spindle power [W]", "Quality")]
     for k, each in enumerate(POWER):
         bad = k in (3, 20)

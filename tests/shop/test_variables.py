@@ -190,7 +190,6 @@ def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
 
 
 def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Path) -> None:
-    """Six runs have six, three and two dresses: what these take of a part is in that ratio."""
     text = COUNTING.replace(FINISH, "IF [#500 EQ 1] GOTO 80\n" + FINISH)
     (folder / "uneven.nc").write_text(text, encoding="utf-8")
     swept = SweepRanges(every=(1, 3))

@@ -69,7 +69,6 @@ def test_the_verdict_says_what_the_model_is_for() -> None:
 
 
 def test_constants_of_a_kind_that_the_model_does_not_follow_stay_as_the_catalogue_has_them(tmp_path: Path) -> None:
-    """Forces that the model makes, beside a roughness that rises and falls without a reason."""
     lines = ["table_speed [m/min];downfeed [um];volume;Ft [N/mm];Ra [um]"]
     for k, (speed, feed) in enumerate((speed, feed) for speed in (8, 14, 20) for feed in (5, 15)):
         rig = Rig(load_catalogue()).fresh(

@@ -37,7 +37,6 @@ def test_every_id_and_every_example_is_among_it() -> None:
 
 
 def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
-    """The process by which such a job is ground is that of the job with a file that `grind calibrate` writes."""
     written = "".join(f"material.{each}\n" for each in EXPONENTS).split()
     job = tmp_path / "job.toml"
     job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [0.1, 0.1, 0.1]\n{UNRELATED}\n")

@@ -166,7 +166,6 @@ def test_every_memory_learns_and_acts_the_same_from_its_file(memory: Memory, tmp
 
 
 def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
-    """Each of its episodes is on another machine, and what it has learned is a policy for the task."""
     task, machines = find_problem("power_limited"), on(find_problem("power_limited"), "public")
     few = replace(SMALL, rollout=4)
     there, here = TrainingEnvs(machines, few, 0), TrainingEnvs(task, few, 0)
