@@ -72,8 +72,9 @@ class Judgement:
     @property
     def title(self) -> str:
         """Return the names of policy, problem and machine."""
-        where = f" on {self.plant} (policy assumes: {self.model})" if self.plant else ""
-        return f"{self.policy} in {self.problem}{where}"
+        where = f" on {self.plant}" if self.plant else ""
+        assumed = f" (policy assumes: {self.model})" if self.model not in ("", MODEL.name) else ""
+        return f"{self.policy} in {self.problem}{where}{assumed}"
 
     @property
     def basis(self) -> str:

@@ -49,7 +49,7 @@ def test_what_grinds_is_the_machine_and_what_a_policy_holds_the_model() -> None:
     alone = evaluate(Looker(), "power_limited", episodes=2)
     assert found.score is None and alone.plant == "" and "plant" not in alone.numbers()
     assert (found.evaluation.cost != alone.evaluation.cost).all()
-    assert found.numbers()["plant"] == "held-out" and "on held-out, taken for model, 2 episodes" in found.title
+    assert found.numbers()["plant"] == "held-out" and found.title.endswith(" in power_limited on held-out")
     simulation = on(PLATES, "held-out").simulation()
     names = [each.plant.text for each in _given(simulation, [2_000_000, 2_000_001])]
     one = evaluate(Looker(), "power_limited", episodes=2, plant=names[0])
