@@ -1,6 +1,7 @@
 """Full grid of the benchmark: the cells of all results, and estimates of their CPU time."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from agents.benchmark.plan import AT, KINDS, LIMIT, PLAIN, BenchmarkCell, Request, planned
 from agents.benchmark.price import EXACT
@@ -40,9 +41,14 @@ def grid(
     return sorted(cells, key=lambda cell: (-(cell.steps or 0), -DECISION.get(cell.base, 0.0) - cell.trains))
 
 
+def has_agent(cell: BenchmarkCell, runs: Path) -> bool:
+    """Return whether the cache has an agent of a cell."""
+    return cell.trains and any((runs / cell.task).glob(f"{cell.name}-*"))
+
+
 def making(cell: BenchmarkCell, request: Request) -> float:
-    """Return the estimated CPU time of the training of a cell, s."""
-    if not cell.trains:
+    """Return the estimated CPU time of the training of a cell, s; 0 if there is an agent."""
+    if not cell.trains or has_agent(cell, request.runs):
         return 0.0
     million = TRAINING[PLAIN[cell.base]] if cell.base in PLAIN else RECIPE_TRAINING
     return million * (cell.steps or request.steps or LIMIT) / 1_000_000

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from agents.benchmark.grid import has_agent
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.page import AgentVerdict, verdict
 from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
@@ -97,8 +98,7 @@ def replicate(
         if each.task == problem.name and AT not in each.policy
     ]
     # newly trained agents would be other agents
-    known = {cell: cell.policy in KINDS and any((options.runs / cell.task).glob(f"{cell.name}-*")) for cell in cells}
-    gone = [cell for cell in cells if cell.trains and not known[cell]]
+    gone = [cell for cell in cells if cell.trains and not (cell.policy in KINDS and has_agent(cell, options.runs))]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
         options.console.print(f"left out, because their agents are not in the cache: {', '.join(names)}", markup=False)
