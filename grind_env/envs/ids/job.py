@@ -37,9 +37,8 @@ def make(
     cycle block. So a step covers everything from one cycle block to the next. The program runs in compiled code if the
     program alone decides where the strokes lie. If the wheel, the operator or a grooving cycle decides, too, the
     control executes it event by event (`env.unwrapped.simulation.why` has the reason). `part_program()` is the program
-    with the chosen E and D; `machine.grind` runs it to the same record. A cycle block in a subprogram that M98 calls
-    several times is several steps, and one program text cannot hold their choices. Write such calls out if you want to
-    take the program back to the machine.
+    with the chosen E and D; `machine.grind` runs it to the same record. A cycle block that M98 runs several times is
+    several steps, which one program text cannot hold: write such calls out to take the program back to the machine.
 
     With `parts` the program is run for a batch: the operator loads the next part at its end, the wheel carries over,
     and lots and stocks change as in `[lots]` of the job. A program that loads its parts itself (M00) needs no `parts`.

@@ -18,7 +18,7 @@ from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 
 ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
-"""Table speeds of nearly all scenarios (scenarios, section 1); a higher D was never worthwhile (section 5)."""
+"""Table speeds of nearly all tasks; a higher D was never worthwhile."""
 
 SEEN = (
     *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),

@@ -1,4 +1,4 @@
-"""The tables of a task file, one frozen dataclass each (scenarios, section 4).
+"""The tables of a task file, one frozen dataclass each.
 
 Annotations of fields give the legal values, lines under `Attributes` the meaning; the schema is made from both.
 """
@@ -239,7 +239,7 @@ class WheelChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Random draws of an episode; 0 for a fixed value (scenarios, section 3).
+    """Random draws of an episode; 0 for a fixed value.
 
     `stock` and `gauge` hold for blocks that start a part; a later block removes the rest of the block before it.
     Logarithmic standard deviations belong to factors.
