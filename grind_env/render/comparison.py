@@ -14,8 +14,8 @@ _NUMBER = re.compile(r"^/?\s*[Nn]\s*\d+\s*")
 
 HEADINGS = ("block", "Q'w\nmm²/s", "V'w\nmm³/mm", "vs/vw", "aggr.", "u_s\nJ/mm³")
 MEANING = (
-    "Q'w and aggressiveness are the highest of all strokes, V'w is the volume of one run, vs/vw the mean of strokes that "
-    "cut, and u_s all energy over all volume."
+    "Q'w and aggressiveness are the highest of all strokes, V'w is that of one run of the block, vs/vw the mean of the "
+    "strokes that cut, and u_s all energy over all volume."
 )
 
 SHARPENING = {"lead": "{:.3f}", "overlap": "{:.2f}", "severity": "{:.2f}"}
