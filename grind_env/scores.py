@@ -1,7 +1,7 @@
 """Reference scores of the registered environments: costs of known policies, and the scale of scores.
 
 Score 0 is the best plan that can be written into a program without sensors. Score 100 is a planner that knows the
-whole episode beforehand (scenarios, section 2). `python -m agents scores` measures the numbers in `envs/scores.toml`.
+whole episode beforehand. `python -m agents scores` measures the numbers in `envs/scores.toml`.
 """
 
 import functools

@@ -122,7 +122,7 @@ def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interva
 
 
 def is_ratio(task: str) -> bool:
-    """Return whether both anchors cost so nearly the same that a score would be noise (scenarios, section 5)."""
+    """Return whether both anchors cost so nearly the same that a score would be noise."""
     known = find_reference(environment_id(task))
     return known is not None and known.ratio
 

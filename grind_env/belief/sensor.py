@@ -1,4 +1,4 @@
-"""The power sensor of the machine (scenarios, section 3)."""
+"""The power sensor of the machine."""
 
 POWER_NOISE = 0.03
 """Relative standard deviation of a power reading."""

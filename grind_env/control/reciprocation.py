@@ -1,4 +1,4 @@
-"""State of the reciprocating axis between and within strokes (chapter 16, `surface-cycles.md` section 3)."""
+"""State of the reciprocating axis between and within strokes (chapter 16 of the manual)."""
 
 from dataclasses import dataclass, field
 from enum import Enum

@@ -3,7 +3,7 @@
 Each rule exists only here. The interpreter and the rules of `cycles` call them as plain Python, one stroke at a time;
 `machine.loops.rules` holds them compiled for the batched kernel.
 Lengths are mm, speeds mm/s, accelerations mm/s^2, times s. Depths count from the start of the plunge, positive
-towards the part. Sources are pages of manual 8520-GUM; PD-n is a project decision of `surface-cycles.md`.
+towards the part. Sources are pages of manual 8520-GUM; PD-n is a decision of this project.
 """
 
 import math

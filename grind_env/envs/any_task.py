@@ -146,7 +146,7 @@ def make(
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first plunge.
-        cycle: cycle of the blocks, or None; any other cycle is refused.
+        cycle: leave it None; the task sets the cycle of its blocks.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
         plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;

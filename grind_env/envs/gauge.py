@@ -9,7 +9,7 @@ from grind_env.kernel import inlined
 from grind_env.process.gauge import TRUTH, Gauge, GaugeReadings, beside
 
 SIZE_NOISE = 0.7
-"""Standard deviation of the size gauge, um (scenarios, section 3, like the noise below)."""
+"""Standard deviation of the size gauge, um."""
 TAPER_NOISE = SIZE_NOISE * 2.0**0.5
 """Standard deviation of a gauged taper, the difference of two sizes, um."""
 ROUGHNESS_NOISE = 0.06
@@ -53,7 +53,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
 
 
 GAUGE = Noisy(_read)
-"""Gauges of the tasks (scenarios, section 3)."""
+"""Gauges of the tasks."""
 
 
 def noisy(gauge: Gauge) -> Gauge:

@@ -246,14 +246,14 @@ OF_VECTORS = inspect.signature(GrindVectorEnv).parameters.keys() - {"simulation"
 
 
 def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]:
-    """Return the vector form of an id: arguments as for the id, and those of `GrindVectorEnv`."""
+    """Return the `make_vector` of an id, given its `make`."""
 
     def vector(num_envs: int = 1, **arguments: Any) -> GrindVectorEnv:
         shown = {name: arguments.pop(name) for name in OF_VECTORS & arguments.keys()}
         return GrindVectorEnv(make(**arguments).simulation, num_envs, **shown)
 
     vector.__name__ = vector.__qualname__ = f"{make.__name__}_vector"
-    vector.__doc__ = f"As `{make.__name__}`, many times side by side; further arguments as for `GrindVectorEnv`."
+    vector.__doc__ = f"Return a `GrindVectorEnv`; its arguments and those of `{make.__name__}` are accepted."
     return vector
 
 

@@ -7,20 +7,20 @@ from grind_env.table import Column, table_of
 FILE = "plants.md"
 
 INTRODUCTION = """\
-A policy that is trained, tuned and planned with on one model, and judged on the same one, is judged by what it has
-seen. A **plant** is another machine: a process, what happens before its blocks, what is shown of it, and numbers that
-are drawn by a seed. Its name says which:
+A policy judged on the model that it was trained on is judged on what it has seen. A **plant** is another machine. The
+machines of a **family** differ from the model in one way, and a seed draws their numbers; the sections below describe
+the families *foreign* to *textbook*. A name says which machine:
 
 | name | is |
 | --- | --- |
-| `meter:7` | the member of a family that seed 7 draws |
-| `foreign:3+meter:7` | a mix of several, in any order; at most one of *foreign*, *bursts*, *textbook*, which grind |
-| `held-out:5` | one of a set that nothing is trained or tuned on: two to four families without *textbook* |
-| `public:5` | one that is drawn likewise, to train and tune on |
+| `meter:7` | the machine of the family *meter* that seed 7 draws |
+| `foreign:3+meter:7` | a mix, in any order; at most one of *foreign*, *bursts*, *textbook* (laws of grinding) |
+| `held-out:5` | a machine for judging only: a mix of two to four families without *textbook* |
+| `public:5` | a machine of the same kind to train and tune on |
 | `held-out-laws:5` | a machine for judging only: *textbook*, and one to three other families |
 | `laws:5` | a machine of the same kind to train and tune on |
 | `training:5` | a machine of `public` or `laws`, half each: `grind train` trains on these |
-| `meter`, `foreign+meter:7`, `public` | without a seed, in environments: another one in every episode |
+| `meter`, `foreign+meter:7`, `public` | in environments: without a seed, a new machine in every episode |
 | `module:name` | your own `Plant`, in a module that can be imported |
 | `module:name:7` | a member of your own `Family`, alone or in a mix |
 | `model` | the model itself |
@@ -33,7 +33,7 @@ plant = find_plant("foreign:3+meter:7")
 
 Environments take a name as `plant` (`make`, `make_vec`, `reset(options=...)`), task and job files as a key above their
 tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `evaluate` as an argument
-([how to](howto/evaluate.md)). A file must not name a module, the code of which would be run.
+([how to](howto/evaluate.md)). A file must not name a module, because the code would be run.
 
 A name draws the same numbers on every computer. Each number is drawn uniformly between the ends of its range, or
 uniformly in its logarithm where the range says *factor*. **Held-out** machines have two to four of the families, with
@@ -61,7 +61,7 @@ def plants_page() -> str:
     """Return the page, Markdown."""
     lines = ["# Out-of-model machines", INTRODUCTION]
     for family in FAMILIES:
-        chances = " A seed of its chances is drawn, too." if family.chances else ""
+        chances = " A seed of its random events is drawn, too." if family.chances else ""
         lines += [f"## {family.name}", f"{family.what[0].upper()}{family.what[1:]}.{chances}"]
         lines.append(table_of(RANGES, family.ranges).markdown())
     return "\n\n".join(lines) + "\n"

@@ -11,13 +11,13 @@ from grind_env.validation.rig import CONDITIONS
 FILE, PICTURE, ROWS = "validation.md", "validation.png", "validation.csv"
 
 INTRODUCTION = """\
-Every number below is taken by the functions that all simulations run, under the conditions beside it. The first word of
-its source says what its band is worth: *measured*; *drawn* from data or tables that were seen; *remembered*, of a page
-that was not opened; *own*, what this project expects. Where two published numbers exclude each other, the row says
-which was chosen. The rows are also [a CSV file](validation.csv); papers and data stand with their DOI, where one was
+Every number below comes from the functions that all simulations run, under the conditions in its row. The first word of
+its source says what its band is worth: *measured*; *drawn* from data or tables that were seen; *remembered*, not looked
+up; *own*, what this project expects. Where two published numbers exclude each other, the row names the one that was
+chosen. The rows are also [a CSV file](validation.csv); papers and data stand with their DOI, where one was
 seen, among [the sources](process/index.md#sources).
 
-Two limits speak of heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is
+Two limits concern heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is
 scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
 
 

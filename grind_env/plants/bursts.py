@@ -71,7 +71,7 @@ def _before(
 
 BURSTS = Family(
     name="bursts",
-    what="grains dull on and pull out in bursts, in place of a face that is renewed smoothly",
+    what="grains pull out in bursts instead of renewing the wheel face smoothly",
     ranges=ranges_of("bursts"),
     chances=True,
     wraps=_bursting,

@@ -65,7 +65,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
 
 DRIFT = Family(
     name="drift",
-    what="how fast the wheel dulls, the pressure under its flats and the idle power wander from block to block",
+    what="dulling rate, wear-flat pressure and idle power wander from block to block",
     ranges=ranges_of("drift"),
     chances=True,
     hook=Hook(_before, DriftOwn),

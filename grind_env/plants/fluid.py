@@ -36,7 +36,7 @@ def _before(
 
 FLUID = Family(
     name="fluid",
-    what="the coolant warms up through the shift, and from some time on a nozzle clogs",
+    what="the coolant warms up through the shift, and at some time a nozzle begins to clog",
     ranges=ranges_of("fluid"),
     hook=Hook(_before, FluidOwn),
 )

@@ -134,7 +134,7 @@ def _foreign(inner: Process) -> Process:
 
 FOREIGN = Family(
     name="foreign",
-    what="force, roughness, wear and dulling follow power laws in place of ours; nominal is a cut of 10 um at 12 m/min",
+    what="force, roughness, wear and dulling follow other power laws; the nominal point is 10 um deep at 12 m/min",
     ranges=ranges_of("foreign"),
     wraps=_foreign,
 )

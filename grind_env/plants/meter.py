@@ -37,7 +37,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
 
 METER = Family(
     name="meter",
-    what="the power meter has another gain, lags, and its idle creeps while the bearings warm up",
+    what="the power meter has a wrong gain and a lag, and the idle power creeps as bearings warm up",
     ranges=ranges_of("meter"),
     gauge=Gauge(_read, MeterOwn),
 )

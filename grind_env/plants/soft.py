@@ -33,7 +33,7 @@ def _before(
 
 SOFT = Family(
     name="soft",
-    what="machine, wheel and work give more under the force, and most where the part lies at the end of the table",
+    what="machine, wheel and work yield more under the force, and most at the end of the table",
     ranges=ranges_of("soft"),
     hook=Hook(_before, SoftOwn),
 )

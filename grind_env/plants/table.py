@@ -30,7 +30,7 @@ def _before(
 
 TABLE = Family(
     name="table",
-    what="the table reaches less of a high E, and takes longer to reverse from it",
+    what="the table falls short of a high E, and takes longer to reverse",
     ranges=ranges_of("table"),
     hook=Hook(_before, TableOwn),
 )

@@ -167,7 +167,7 @@ def _textbook(inner: Process) -> Process:
 
 TEXTBOOK = Family(
     name="textbook",
-    what="energy, sliding, heat, wear and roughness follow power laws of the textbooks in place of the package's",
+    what="energy, sliding, heat, wear, dulling and roughness follow power laws from textbooks",
     ranges=ranges_of("textbook"),
     wraps=_textbook,
 )

@@ -20,7 +20,7 @@ AT_ONCE = 250_000
 
 
 CLIP = -100.0
-"""Lowest score in aggregates; lower scores are raised to it (scenarios, section 2)."""
+"""Lowest score in aggregates; lower scores are raised to it."""
 
 
 class Interval(NamedTuple):
@@ -59,7 +59,7 @@ def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
 def score_of_means(J: Array, J_fix: Array, J_plan: Array) -> Array:
     """Return 100 (J_fix - J) / (J_fix - J_plan), where J is the mean cost of an episode; arrays of one shape.
 
-    0 is the best fixed plan, 100 the hindsight planner (scenarios, section 2); nan where these two cost the same.
+    0 is the best fixed plan, 100 the hindsight planner; nan where these two cost the same.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(J_fix == J_plan, np.nan, 100.0 * (J_fix - J) / (J_fix - J_plan))

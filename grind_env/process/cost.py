@@ -21,7 +21,7 @@ SCRAP_BELOW = 0.5
 """A part that is good with less than this probability counts as scrap."""
 
 MOST_HANDOVER_DRESSES = 4.0
-"""Highest price of a dull wheel at handover, in dress executions (scenarios, section 2)."""
+"""Highest price of a dull wheel at handover, in dress executions."""
 
 
 class Rates(NamedTuple):

@@ -12,7 +12,7 @@ from grind_env.render.curves import block_name
 
 _NUMBER = re.compile(r"^/?\s*[Nn]\s*\d+\s*")
 
-HEADINGS = ("block", "Q'w\nmm³/mm/s", "V'w\nmm³/mm", "vs/vw", "aggr.", "u_s\nJ/mm³")
+HEADINGS = ("block", "Q'w\nmm²/s", "V'w\nmm³/mm", "vs/vw", "aggr.", "u_s\nJ/mm³")
 MEANING = (
     "Q'w and aggressiveness are the highest of all strokes, V'w is that of one run of the block, vs/vw the mean of the "
     "strokes that cut, and u_s all energy over all volume."

@@ -24,7 +24,7 @@ GROUPS = {
 
 
 Measure = Callable[[Rig], float]
-TREND = Basis(Evidence.OWN, "expected of the trend")
+TREND = Basis(Evidence.OWN, "expected trend")
 """Basis of a band that is the judgement of this project alone."""
 
 

@@ -79,7 +79,7 @@ def sources(rows: Sequence[Row]) -> str:
 def beyond_limits(rows: Sequence[Row]) -> str:
     """Return how many rows lie outside the catalogue, in one sentence."""
     count = sum(bool(row.outside) for row in rows)
-    return f"{count} rows are taken outside the limits that the catalogue states of wheel or machine; each says which."
+    return f"{count} rows lie beyond a limit of wheel or machine in the catalogue; each names the limit."
 
 
 def totals(rows: Sequence[Row]) -> str:
@@ -87,7 +87,7 @@ def totals(rows: Sequence[Row]) -> str:
     passed = sum(row.passed for row in rows)
     known = sum(not row.passed and is_as_known(row) for row in rows)
     wrong = sum(not is_as_known(row) for row in rows)
-    return f"{len(rows)} rows: {passed} pass, {known} known to fail, {wrong} not as known"
+    return f"{len(rows)} rows: {passed} pass, {known} known to fail, {wrong} unexpected"
 
 
 def print_report(rows: Sequence[Row], console: Console) -> None:
@@ -118,8 +118,8 @@ def print_mutations(found: Sequence[Noticed], console: Console) -> None:
     idle = sum(not each.law.decides for each in found)
     enough = sum(len(each.rows) >= LEAST for each in found)
     wrong = sum(not each.as_known for each in found)
-    said = f"{len(found)} laws, {idle} of them without a decision: {enough} are noticed by {LEAST} rows or more"
-    console.print(f"{said}; {wrong} not as known")
+    said = f"{len(found)} laws, {idle} of them decide nothing: {enough} are noticed by {LEAST} rows or more"
+    console.print(f"{said}; {wrong} unexpected")
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:

@@ -14,7 +14,7 @@ TERMS = ["time", "wheel", "dress", "scrap", "handover"]
 
 
 class Published(NamedTuple):
-    """The set-up of a task, from scenarios, section 4."""
+    """The set-up of a task."""
 
     speed: float = 30.0
     """Of the new wheel, m/s."""
@@ -75,7 +75,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
             assert not truncated
             total, cost = total + reward, cost + info["block_cost"]
 
-            # hourly rate 80 $, dresser 0.10 $ per execution (scenarios, section 4)
+            # hourly rate 80 $, dresser 0.10 $ per execution
             assert terms["time"] == pytest.approx(-80.0 * info["seconds"] / 3600.0 / task.reference_cost)
             assert terms["dress"] == pytest.approx(-0.10 * info["D"] / task.reference_cost, abs=1e-15)
             scrap = env.unwrapped.blocks[-1].kind.scrap
@@ -139,7 +139,7 @@ def test_the_wheel_is_paid_for_the_volume_that_it_loses(name: str) -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_a_block_takes_the_time_of_its_strokes_and_dresses(name: str) -> None:
     r, shop = run(name), SETUPS[name]
-    # scenarios, section 1: ceil(H/a) plunges, one coverage stroke, L spark-out strokes
+    # ceil(H/a) plunges, one coverage stroke, L spark-out strokes
     strokes = np.ceil(r.tape.stock.T / r.of_kind("pick") - 1e-6) + 1 + r.of_kind("sparkout")
     assert (r.result.strokes == strokes).all()
     assert (r.result.dresses == r.executions).all()
@@ -160,7 +160,7 @@ def scrap(x: Array) -> Array:
 
 @pytest.mark.parametrize("name", task_names())
 def test_the_part_is_good_when_every_limit_holds_in_every_block(name: str) -> None:
-    # the logistic steps of scenarios, section 2, written out, of torque in place of power; none is good after a stall
+    # the logistic steps of the cost, written out, of torque in place of power; none is good after a stall
     r = run(name)
     outcome = r.outcome
     allowance, rough, tolerance = (r.of_kind(key) for key in ("rise_allowance", "roughness_limit", "tolerance"))

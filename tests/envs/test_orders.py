@@ -21,7 +21,7 @@ def tape(name: str, count: int = EPISODES) -> TapeRow:
 
 
 def nominal_time(kind: Array) -> Array:
-    """Nominal time of a block in s, by kind: E 12 m/min, 260 mm stroke, no dress, with loading (scenarios, 4.1)."""
+    """Nominal time of a block in s, by kind: E 12 m/min, 260 mm stroke, no dress, with loading."""
     stroke = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
     # ceil(H/a) plunges, one coverage stroke, L spark-out strokes: gauge, plate, wear plate
     strokes = np.array([10 + 1 + 4, 20 + 1 + 2, 20 + 1 + 1])

@@ -36,7 +36,7 @@ def test_slot_gives_the_cost_over_that_of_the_fixed_plan() -> None:
     assert scale.ratio
     assert scale.fixed_plan == "interval"
     assert normalise("grind/Slot-v0", 1.25 * scale.zero) == pytest.approx(1.25)
-    # scenarios, section 8: the planner is within 2 % of the fixed plan
+    # the planner is within 2 % of the fixed plan
     assert abs(normalise("grind/Slot-v0", scale.hundred) - 1.0) < 0.02
 
 
@@ -49,7 +49,7 @@ def test_returns_are_costs_over_the_reference_cost_of_the_task(name: str) -> Non
 
 @pytest.mark.parametrize("env_id", SCORED)
 def test_known_policies_are_in_their_order(env_id: str) -> None:
-    # scenarios, section 8: 6 < 5 < 3b in cost, all but Slot; random is the worst
+    # cost: hindsight planner < best rule <= best fixed plan < random, all but Slot
     scale = reference(env_id)
     returns = {policy: mean.value for policy, mean in scale.returns.items()}
     fixed = max(returns[policy] for policy in FIXED_PLANS if policy in returns)

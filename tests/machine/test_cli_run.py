@@ -239,7 +239,7 @@ def test_pages_say_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixt
         "after each M00",
         "At M01 the operator gauges",
         "[[part.stages]]",
-        "a call of the dress program by M98",
+        "a dress program called by M98",
     ):
         assert words in said
     parts, strokes = page.read_text(encoding="utf-8").split("## Blocks")

@@ -38,7 +38,7 @@ def certain(name):
 
 
 def cost_of_dress(task):
-    """Time at the hourly rate, wheel volume and diamond; scenarios, section 2."""
+    """Time at the hourly rate, wheel volume and diamond."""
     volume = task.dress.passes * task.dress.depth * np.pi * task.wheel.diameter * task.wheel.width
     return task.rates.hourly * task.dress_seconds / 3600.0 + task.rates.wheel * volume + task.rates.dress
 

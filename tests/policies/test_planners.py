@@ -77,7 +77,7 @@ def suite(request):
 
 
 def test_the_order_of_reference_policies_in_every_task(suite):
-    # scenarios, section 8: 6 < 5 < 3b, all but Slot, where the planner is within 2 % of the best fixed plan
+    # cost: planner < rule < fixed plan, all but Slot, where the planner is within 2 % of the best fixed plan
     simulation, runs, planner = suite
     if simulation.task.name == "slot":
         assert planner / runs["interval"].cost[:2].mean() == pytest.approx(1.0, abs=0.02)
@@ -87,7 +87,7 @@ def test_the_order_of_reference_policies_in_every_task(suite):
 
 
 def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite):
-    # eight times (scenarios, section 8); less where a fast table sharpens the wheel, a dress is dear, or both are late
+    # eight times; less where a fast table sharpens the wheel, a dress is expensive, or both are late
     simulation, runs, _ = suite
     least = {"job_shop": 5.0, "rush": 3.0, "CBN": 5.0}.get(simulation.task.name, 8.0)
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))

@@ -99,7 +99,6 @@ def test_the_adaptive_rule_follows_the_clock_and_the_layer():
 
 
 def test_handbook_speeds():
-    # scenarios, section 7
     speeds = {"slot": 12, "job_shop": 15, "rush": 15, "blades": 10, "CBN": 20}
     for name, E in speeds.items():
         simulation = simulated(name)

@@ -39,7 +39,7 @@ def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows
     found = Noticed(Law("changed", "", "", "", decides, known), ("flats", "energy")[:rows])
     monkeypatch.setattr(module, "mutate", lambda: [found])
     assert module.main(["--mutate"]) == status
-    told = ("changed", known, "; ".join(found.rows), f"{status} not as known", capsys.readouterr().out)
+    told = ("changed", known, "; ".join(found.rows), f"{status} unexpected", capsys.readouterr().out)
     assert all(text in told[-1] for text in told)
 
 

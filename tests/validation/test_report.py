@@ -39,7 +39,7 @@ def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
     text = printed(rows)
     assert good.what in text and "FAILS" in text and " 5 " in text
     assert "there is no wheel 'x'" in text
-    assert totals(rows) == "2 rows: 0 pass, 0 known to fail, 2 not as known"
+    assert totals(rows) == "2 rows: 0 pass, 0 known to fail, 2 unexpected"
 
 
 def test_a_known_failure_is_printed_with_its_reason():
@@ -73,7 +73,7 @@ def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
     assert module.main([]) == 0
     monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 5.0)])
     assert module.main([]) == 1
-    assert "1 not as known" in capsys.readouterr().out
+    assert "1 unexpected" in capsys.readouterr().out
     passing = replace(CHECKS[0], name=next(iter(known_failures())))
     monkeypatch.setattr(module, "validate", lambda: [Row(passing, 0.5)])
     assert module.main([]) == 1

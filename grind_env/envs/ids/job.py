@@ -35,11 +35,10 @@ def make(
 
     Before every G81, G82 or G83 the program takes E and D from the agent instead of the block, and runs to the next
     cycle block. So a step covers everything from one cycle block to the next. The program runs in compiled code if the
-    program alone decides where the strokes lie. The control executes a program in which the wheel, the operator or a
-    grooving cycle decides, too (`env.unwrapped.simulation.why` has the reason). `part_program()` is the program with
-    the chosen words; `machine.grind` runs it to the same record. A cycle block that runs several times, because M98
-    calls its subprogram several times, is several steps, and no single text can hold their choices: write such calls
-    out if you want to take the program back to the machine.
+    program alone decides where the strokes lie. If the wheel, the operator or a grooving cycle decides, too, the
+    control executes it event by event (`env.unwrapped.simulation.why` has the reason). `part_program()` is the program
+    with the chosen E and D; `machine.grind` runs it to the same record. A cycle block that M98 runs several times is
+    several steps, which one program text cannot hold: write such calls out to take the program back to the machine.
 
     With `parts` the program is run for a batch: the operator loads the next part at its end, the wheel carries over,
     and lots and stocks change as in `[lots]` of the job. A program that loads its parts itself (M00) needs no `parts`.
@@ -63,12 +62,12 @@ def make(
     ## Reward
 
     Minus the cost of the step in units of `task.reference_cost`: the mean cost of a cycle block when the program runs
-    with its own words on nominal parts. A program with good words earns about -1 a step. The terms are machine time
+    with its own E and D on nominal parts. A program with good values earns about -1 a step. The terms are machine time
     (`info["reward_time"]`), wheel, dresser, the expected cost of scrap when a part is finished, and with the last block
     the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, or with `info="full"` the
-    expected number; all else is as for `GrindEnv`. No cost is negative, so no step earns more than 0. There is no known
-    lower bound, because the program decides what happens between two cycle blocks and how often the table strokes in a
-    G81.
+    expected number; all else is as for `GrindEnv`. No cost is negative, so no step earns more than 0.
+    No lower bound is known: the program decides what happens between two cycle blocks and how often the table strokes
+    in a G81.
 
     ## Episode
 
@@ -89,9 +88,9 @@ def make(
         spread: factor on all that is random; 0 for the nominal job with exact gauges.
         show_block: put the text of the block that was run into `info["block"]`.
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
-        predress: False; the program says which cycles begin with a dress.
+        predress: leave it False; the program says which cycles begin with a dress.
         render_mode: as for `GrindEnv`.
-        cycle: None; the program says which cycles it runs.
+        cycle: leave it None; the program says which cycles it runs.
         variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
         plant: name of an out-of-model machine: `"meter:7"`; `"meter"` or `"held-out"` to draw one in every episode;
             `"module:name"` for your own (`grind_env.plants`). The default is that of the job.

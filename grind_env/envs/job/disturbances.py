@@ -1,7 +1,7 @@
 """The noise tape of an episode of a user's job, drawn in full at reset from the key of the episode.
 
-The spreads are those of the scenarios (section 3) or of the job's `[lots]`: every wheel, coolant and lot of material
-differs somewhat from the catalogue, and gauges are noisy.
+The spreads are those of the tasks or of the job's `[lots]`: every wheel, coolant and lot of material differs somewhat
+from the catalogue, and gauges are noisy.
 """
 
 import itertools

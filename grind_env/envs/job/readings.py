@@ -18,7 +18,7 @@ from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 
 ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
-"""Table speeds of nearly all scenarios (scenarios, section 1); a higher D was never worthwhile (section 5)."""
+"""Table speeds of nearly all tasks; a higher D was never worthwhile."""
 
 SEEN = (
     *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
@@ -42,10 +42,10 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
         Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, f"{ra_noise}every third part, one part late",
                 "Ra of the last gauged part over its limit; 0 without a limit"),
         Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
-                "volume programmed since the last dress per width of the wheel in use, by book-keeping"),
+                "programmed volume since the last dress per width of the wheel in contact"),
         Reading("diameter", "mm", 220.0, 80.0, -2.5, 5.0, wheel_noise, f"wheel diameter (offset 33), {BOOK}"),
         Reading("pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "J of the coming block, 0 in a G81"),
-        Reading("depth", "mm", 0.0, 0.3, 0.0, 5.0, "exact", "by which the part gets deeper until the following block"),
+        Reading("depth", "mm", 0.0, 0.3, 0.0, 5.0, "exact", "programmed depth up to the following block"),
         Reading("sparkout", "", 0.0, 5.0, 0.0, 5.0, "exact", "L of the coming block"),
         Reading("takes_dresses", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming block can have a D word"),
         Reading("starts_part", "", 0.0, 1.0, 0.0, 1.0, "exact", "1 if the coming block is the first on its part"),

@@ -1,4 +1,4 @@
-"""The tasks, one declarative TOML file each (scenarios, section 4), read into frozen dataclasses."""
+"""The tasks, one declarative TOML file each, read into frozen dataclasses."""
 
 from grind_env.envs.names import FOLDER, task_names
 from grind_env.envs.tasks.definition import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Task

@@ -53,8 +53,7 @@ class Task:
         name: name of its file.
         title: short description.
         blocks: cycle blocks of an episode.
-        reference_cost: cost of a block that a reward of -1 stands for; 0 to compute it from the cheapest of some fixed
-            plans.
+        reference_cost: cost of a block with a reward of -1; 0 to compute it from the cheapest of several fixed plans.
         action: ranges of the actions.
         setup: wheel, dresser, fluid and machine.
         dress: the dress program.
@@ -64,8 +63,8 @@ class Task:
         due: due dates.
         wheel_change: cost of a new wheel.
         observation: default observation: the measurements, or also the hidden state.
-        infeed: feed of the wheel by the program while the table reciprocates (G81); 0 for cycles with picks.
-        cross_pick: cross pick of a G83, for parts wider than the wheel; 0 for cycles without.
+        infeed: continuous infeed of the wheel in a G81; 0 for cycles with picks.
+        cross_pick: cross pick of a G83, for parts wider than the wheel; 0 for other cycles.
         spread: random draws of an episode.
         start: state of the wheel at the start.
         factors: factors on parameters of the process model, by symbol.

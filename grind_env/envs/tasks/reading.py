@@ -70,7 +70,7 @@ USUAL_ROUNDS = 30
 DERIVED = {
     "title": "its name",
     "blocks": f"{USUAL_ROUNDS} times the sequence",
-    "reference_cost": "what a block costs by the cheapest of a grid of E and dress interval",
+    "reference_cost": "cost of a block by the cheapest of several fixed plans",
     "sequence": "all kinds in turn",
     "plant": "the model",
 }

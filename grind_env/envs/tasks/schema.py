@@ -22,8 +22,8 @@ __all__ = ["SchemaRow", "document", "json_schema", "rows", "rows_of", "schema_te
 
 TYPES = {float: "number", int: "whole number", bool: "true or false", str: "text", tuple: "list", Mapping: "table"}
 JSON_TYPES = {float: "number", int: "integer", bool: "boolean", str: "string", tuple: "array", Mapping: "object"}
-BASE = f"task that this one is like but for what its file says: a file beside it, or {', '.join(shipped_names())}"
-FILES = "files of catalogue entries, which may name a `base` each and come on top of those of the package"
+BASE = f"task that supplies the keys missing in this file: a file beside it, or {', '.join(shipped_names())}"
+FILES = "files of catalogue entries, added to those of the package; an entry may name another as `base`"
 
 
 @dataclass(frozen=True, slots=True)

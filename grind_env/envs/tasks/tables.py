@@ -1,4 +1,4 @@
-"""The tables of a task file, one frozen dataclass each (scenarios, section 4).
+"""The tables of a task file, one frozen dataclass each.
 
 Annotations of fields give the legal values, lines under `Attributes` the meaning; the schema is made from both.
 """
@@ -90,7 +90,7 @@ class TaskSetup:
         overrun: overrun of the table on each side of the part; in a G82, a wheel one pick deep must clear the part.
         load: time to load each part, including the way of the wheel to the part.
         gauge: time to gauge a part between two blocks on it, including the way of the wheel off the part and back.
-        coolant_ageing: with every part the convection of the coolant is multiplied by exp(-coolant_ageing).
+        coolant_ageing: every part multiplies the convection of the coolant by exp(-coolant_ageing).
         wheel_overrides: values that replace values of the wheel's catalogue entry, in its units.
         dresser_overrides: values that replace values of the dresser's catalogue entry, in its units.
         fluid_overrides: values that replace values of the fluid's catalogue entry, in its units.
@@ -150,13 +150,13 @@ class Kind:
         width: width of the part.
         length: length of the part, along the table.
         height: height of the part above the chuck, which decides how it warms up and grows.
-        scrap: price of a spoilt part, charged with the block that ends it.
+        scrap: price of a scrapped part, charged with its last block.
         roughness_limit: highest Ra; 0 for none.
         tolerance: largest size error, too large or too small; 0 for none.
-        rise_allowance: allowed temperature rise above the rise that tempers the material, for a surface that is ground
-            again later; above 0 every plunge counts and not only the last 0.05 mm.
+        rise_allowance: allowed temperature rise above tempering, for a surface that is ground again later. With 0 only
+            the plunges of the last 0.05 mm count, otherwise all plunges.
         least_stock: smallest ratio of the drawn stock of a part to the nominal stock.
-        starts_part: whether the block starts a part; else it goes on with the part of the block before.
+        starts_part: whether the block starts a part; otherwise it continues that of the block before.
         ends_part: whether the block ends a part.
     """
 
@@ -207,9 +207,9 @@ class Due:
 
     Attributes:
         blocks: number of blocks from one due date to the next.
-        speed: E of the nominal time, mm/min.
+        speed: E at which the nominal time is computed.
         slack: lowest and highest factor on the nominal time, drawn uniformly.
-        late: price of lateness in $/h, without limit.
+        late: price of lateness, without limit.
     """
 
     blocks: Annotated[int, Quantity("", "", 1, 10_000)]
@@ -239,7 +239,7 @@ class WheelChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Random draws of an episode; 0 for a fixed value (scenarios, section 3).
+    """Random draws of an episode; 0 for a fixed value.
 
     `stock` and `gauge` hold for blocks that start a part; a later block removes the rest of the block before it.
     Logarithmic standard deviations belong to factors.
@@ -258,7 +258,7 @@ class Spread:
         g_ratio: logarithmic standard deviation of the G-ratio of a wheel.
         convection: logarithmic standard deviation of the convection of the coolant.
         coolant_ageing: half-width of a uniform factor around 1 on `setup.coolant_ageing`.
-        diamond_flat: the widest wear flat of the diamond at the start, drawn uniformly from 0.
+        diamond_flat: widest wear flat of the diamond at the start, which is drawn uniformly from 0.
     """
 
     stock: Annotated[float, Quantity("", "", 0, 0.5)] = 0.0

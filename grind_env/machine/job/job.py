@@ -51,11 +51,11 @@ class Stage:
     """Requirements on a part at a gauging stop (M01) of its program, such as between roughing and finishing.
 
     Attributes:
-        stock: depth to grind off by the stop, even if the true stock differs; only the final size has the difference.
+        stock: nominal depth to grind off up to the stop; a difference of the true stock counts in the final size only.
         roughness_limit: highest Ra; 0 for none.
         tolerance: limit of the size error; 0 for none.
-        rise_allowance: temperature rise allowed beyond tempering, for the plunges since the stop before; above 0 every
-            plunge counts and not only the last 0.05 mm.
+        rise_allowance: allowed temperature rise above tempering, for the plunges since the stop before. With 0 only
+            those of the last 0.05 mm count, otherwise all.
     """
 
     stock: Annotated[float, Quantity("H", "mm", 0.0001, 20)]
@@ -77,17 +77,17 @@ class Part:
             circumference if the part turns).
         width: width along the cross axis.
         stock: depth to grind off; for a program without strokes the depth of its grooves.
-        start: coordinate of its near (minus) end along the reciprocating axis.
-        across: coordinate of its near edge along the cross axis.
-        surface: plunge coordinate of the touched-off wheel; for grooves on the axis of their infeeds (X is a radius).
+        start: coordinate of the minus end of the part along the reciprocating axis.
+        across: coordinate of the minus edge of the part along the cross axis.
+        surface: plunge coordinate where the wheel touches the part; of grooves on the infeed axis (X is a radius).
         roughness_limit: highest Ra; 0 for none.
         tolerance: limit of the size error; 0 for none.
         scrap_cost: price of a scrapped part.
-        rise_allowance: temperature rise allowed beyond tempering, if the surface is ground again later; above 0 every
-            plunge counts and not only the last 0.05 mm.
+        rise_allowance: allowed temperature rise above tempering, for a surface that is ground again later. With 0 only
+            the plunges of the last 0.05 mm count, otherwise all plunges.
         height: height above the table or chuck before grinding; the table is assumed to lie under the whole travel. A
-            part whose size is judged needs a height, because a hot part grows in proportion. None if unknown: moves
-            into the table are then not noticed, and the part warms up and grows like a part of 20 mm.
+            part whose size is judged needs a height, because a hot part grows in proportion. Left out if
+            unknown: moves into the table then go unnoticed, and the part warms up and grows like one of 20 mm.
         stages: stages before the last one. The first M01 after the part has been ground ends the first stage, and so
             on. The limits above judge the last stage, up to the M00 or M30 that takes the part off; heat and power
             count only after the listed stages. Without stages the limits hold for all grinding of the part.
@@ -136,8 +136,8 @@ class Station:
 
     Attributes:
         name: name in messages and tables.
-        offset: work offset in which the place of the part is given; None for machine coordinates, as for a program
-            that shifts its zero by G52.
+        offset: work offset in which the place of the part is given; left out for machine coordinates, as for a
+            program that shifts its zero by G52.
         origin: machine coordinates X, Y and Z of the zero of `offset`.
         part: the part at the station.
     """
@@ -232,10 +232,10 @@ class Setup:
             `wheel_speed`, and these words have no effect.
         coolant: "by program": M07 and M08 turn the fluid on and M09 off, and without it the wheel grinds dry; "always
             on": the fluid flows regardless.
-        dresser_infeed: advance of the dresser before each pass of a dress program without an infeed of its own; None if
-            unknown: 0.02 mm is then assumed, with a warning.
-        grooving_wheel: whether this wheel makes the infeeds of G76 and G77 (`machine.part.grooving`); otherwise a
-            turning tool does, and only its time counts.
+        dresser_infeed: infeed of the dresser before each pass, if the dress program has none. Without either, 0.02 mm
+            is assumed, with a warning.
+        grooving_wheel: whether this wheel grinds the grooves of G76 and G77; otherwise a turning tool cuts them, and
+            only the time counts.
     """
 
     wheel: Wheel
@@ -259,11 +259,11 @@ class Times:
 
     Attributes:
         load: time from the end of a part to the first cycle of the next part, travel included.
-        gauge: time from an M01, at which the part is gauged, to the next cycle, travel included; no time if the table
-            goes on meanwhile.
-        dress_setup: time of a dress execution besides the motions of its program.
+        gauge: time from an M01, at which the part is gauged, to the next cycle, travel included; none if the table
+            keeps moving.
+        dress_setup: time of a dress execution in addition to the motions of its program.
         wheel_change: time to replace a wheel that is below its least diameter; the operator does this when the part is
-            taken off or gauged. None if the worn wheel stays.
+            taken off or gauged. Left out if the worn wheel stays.
     """
 
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0

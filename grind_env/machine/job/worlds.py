@@ -37,7 +37,7 @@ USUAL_SPREADS: Mapping[str, float] = {
     "machine.chuck_conductance": math.log(1.5),
 }
 """Logarithmic standard deviations of the catalogue's numbers: the uncertainty of their sources
-(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2, model.md), and the differences of machines
+(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2), and the differences of machines
 and wheels of one name. Few rows of the validation test the effect of a dress and the early wear, so these spreads are
 wide. The film of emulsion boils within 15 K of 130 degC. A flood cools by 1,000 to 6,000 W/(m2 K) and a chuck by 1,000
 to 3,000 (`catalogue_data`): nearly all of both is within 1.6 standard deviations. The height of a part has no spread,

@@ -11,7 +11,7 @@ from grind_env.process.cost import STALL
 from grind_env.process.state import StrokeResult
 
 FINISHING_DEPTH = 0.05
-"""Stock, mm; heat damage done with more than this left to grind is ground off again (scenarios, section 2)."""
+"""Stock, mm; heat damage done with more than this left to grind is ground off again."""
 
 RETRACTED = -1000.0
 """Depth of a retracted wheel, which passes high above the part, mm."""

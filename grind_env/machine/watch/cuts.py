@@ -20,10 +20,10 @@ from grind_env.process.equations import wheel_speed
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
-"""Least and highest table speed of the process model, mm/min (model.md, kinematics)."""
+"""Least and highest table speed of the process model, mm/min."""
 
 DEEPEST_CUT = 0.1
-"""Deepest cut of the process model, mm; deeper cuts are creep feed (model.md, section 13)."""
+"""Deepest cut of the process model, mm; deeper cuts are creep feed."""
 
 OVERTRAVEL = 2.0
 """Least overtravel of the table beyond the part, mm: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""

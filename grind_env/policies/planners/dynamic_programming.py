@@ -25,7 +25,7 @@ SURVIVAL = History._fields.index("survival")
 SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2
-"""Largest number of executions tried in a block; more were never worth their price (scenarios, section 1)."""
+"""Largest number of executions tried in a block; more were never worth their price."""
 MARGIN = 10.0
 """Cost of a state above the cheapest state and two surcharges for executions, $, beyond which a state is dropped:
 dressing the cheapest state costs less. The plans of eight episodes were the same with and without it, in half the

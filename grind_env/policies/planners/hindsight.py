@@ -24,7 +24,7 @@ STRETCH = 6
 class Hindsight:
     """Planner of the whole episode on its true tape: forward dynamic programming, then coordinate search.
 
-    A strong reference, not a proven bound (scenarios, section 7, 6).
+    A strong reference, not a proven bound.
 
     Args:
         sweeps: passes over the blocks.

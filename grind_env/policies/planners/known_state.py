@@ -85,12 +85,12 @@ class FullStateRule(SharpnessRule):
 
 @dataclass
 class ModelPredictive:
-    """Planner that tries every E and D in the coming block, with a rule up to a horizon (scenarios, section 7, 6a).
+    """Planner that tries every E and D in the coming block, with a rule up to a horizon.
 
     Args:
         rule: rule for the blocks after the coming block.
         horizon: number of blocks after the coming block, extended to the end of a part and to a due date. Lateness
-            carries over from date to date: a horizon that ends with the very next date (scenarios) cost 4 % more in
+            carries over from date to date: a horizon that ends with the very next date cost 4 % more in
             Rush. The wheel at the horizon is charged like the wheel at the end of an episode.
         speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` + 1 from
             neighbour to neighbour of the best E.

@@ -1,7 +1,7 @@
 """Estimates of sharpness and dulling rate from measured power and nominal constants.
 
 The mean power of a block, minus the nominal power of chips and ploughing, is the friction power of the wear flats.
-Friction and nominal pressure give the area of the flats (Malkin; scenarios, section 3).
+Friction and nominal pressure give the area of the flats (Malkin).
 """
 
 import math

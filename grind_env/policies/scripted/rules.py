@@ -123,7 +123,7 @@ class PowerThreshold:
 
 @dataclass(kw_only=True)
 class SpeedLaw:
-    """E from sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
+    """E from sharpness; see `AdaptiveRule` for the symbols.
 
         ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + gP p + gB q + ...
         x = ln(A / 0.015)
@@ -152,7 +152,7 @@ class SpeedLaw:
 
 @dataclass(kw_only=True)
 class DressLaw:
-    """D from sharpness (scenarios, section 7); see `AdaptiveRule` for the symbols.
+    """D from sharpness; see `AdaptiveRule` for the symbols.
 
         D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
 
@@ -238,7 +238,7 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
 
 @dataclass(kw_only=True)
 class AdaptiveDress(Estimating, DressLaw):
-    """Rule with D as in `AdaptiveRule` and one E for all blocks, as in a fixed plan (scenarios, section 5).
+    """Rule with D as in `AdaptiveRule` and one E for all blocks, as in a fixed plan.
 
     Its saving on the best fixed plan is the value of adapting D; the further saving of `AdaptiveRule` is that of
     adapting E.

@@ -3,8 +3,7 @@
 The temperature rise decides on scrap: its limit is that of the material plus the allowance of the job. The burn ratio
 (Malkin) only warns: it compares the power with the power at which steels usually burn.
 
-Conductances are h lc, over the contact length, in W/(m2 K) times mm. So 1e6 times a power per width, W/mm, over a
-conductance is a temperature rise, K.
+Conductances are h lc in W/(m2 K) mm: rise in K = 1e6 (W/mm) / conductance.
 """
 
 import math
@@ -13,8 +12,10 @@ from grind_env.kernel import exp, inlined
 
 BOILING_SPAN = 20.0
 """Span from the first vapour to a film that has boiled off, K [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
-CARRYING_SPEED, CARRYING_LENGTH = 30.0, 2.4
-"""Wheel speed, m/s, and contact length, mm, for which fluid entries state their convection."""
+CARRYING_SPEED = 30.0
+"""Wheel speed for which fluid entries state their convection, m/s."""
+CARRYING_LENGTH = 2.4
+"""Contact length for which fluid entries state their convection, mm."""
 CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
 """Root of `CARRYING_LENGTH` over `CARRYING_SPEED`, (mm s/m)^0.5."""
 MOST_TO_CHIPS = 0.45

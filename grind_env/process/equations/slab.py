@@ -21,8 +21,10 @@ import math
 MODES = 4
 INSULATED = 1e-12
 """Largest sum of the Biot numbers of both faces at which a part counts as insulated: it keeps its heat for decades."""
-FASTEST, FASTER = 0.12, 50.0
-"""Longest time constant of the fastest mode, s, and its least ratio of slowest to fastest time constant."""
+FASTEST = 0.12
+"""Upper limit of the time constant of the fastest mode, s."""
+FASTER = 50.0
+"""Least ratio of the slowest to the fastest time constant."""
 RATES = (0.03, 0.072, 0.173, 0.416, 1.0)
 """Arguments at which the Laplace transform of the modes is compared with the exact one, 1/s."""
 
