@@ -135,10 +135,11 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
     found = [each for each in (verdict(*item) for item in samples.items()) if each is not None]
     if not found:
         return []
-    beaten = sum(each.over.low > 0.0 for each in found)
+    better, worse = (sum(each.over.low > 0.0 for each in found), sum(each.over.high < 0.0 for each in found))
     said = (
-        f"The best agent with the budget 1M beats the best rule or planner of any budget in {beaten} of {len(found)}"
-        " tasks (the interval of the paired difference is above 0). Both are chosen on the episodes that judge them."
+        f"The best agent with the budget 1M is better than the best rule or planner of any budget in {better} of"
+        f" {len(found)} tasks and worse in {worse}, by the interval of the paired difference. Both are chosen on the"
+        " episodes that judge them."
     )
     columns = (
         Column("task", "task"),

@@ -95,7 +95,7 @@ def test_the_best_agent_of_the_small_budget_is_held_against_the_best_rule_or_pla
     assert (found.agent, found.rule) == ("plain_gru", "belief_planner")
     assert (found.score.value, found.over.value) == pytest.approx((75.0, 10.0), abs=3.0)
     worse = [replace(each, cost=each.cost + 5.0) if each.kind == "learned" else each for each in rows()]
-    assert verdict("rush", Sampled(worse)).over.low < 0.0 and "planner of any budget in 0 of 1 tasks" in page(worse)
+    assert verdict("rush", Sampled(worse)).over.low < 0.0 and "in 0 of 1 tasks and worse in 1" in page(worse)
     assert verdict("rush", Sampled(rows()[:5])) is None
 
 
