@@ -102,7 +102,7 @@ class Landmarks(NamedTuple):
     """Indices of the blocks END 1, END 2 and END 3."""
 
 
-def obey(block: Block, call: Call, variables: Variables) -> None:
+def execute_statement(block: Block, call: Call, variables: Variables) -> None:
     """Execute a paramacro statement: assign a variable, or choose the block that comes next."""
     here = call.stream.index
     match block.statement:

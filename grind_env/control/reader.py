@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head, has_words
+from grind_env.control.foreign_text import HEAD_BYTES, MOST_BLOCKS_BEFORE, check_before, check_head, has_words
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import read_block
 from grind_env.files import ReadError, is_file, read_bytes
@@ -175,9 +175,9 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
     programs: list[Program] = []
     taken: set[int] = set()
     with text.open() as handle:
-        check_head(handle.read(LOOKED_AT), text.name)
+        check_head(handle.read(HEAD_BYTES), text.name)
         scanner = Scanner(handle, text, start)
-        first = list(itertools.islice(scanner, MOST_BEFORE))
+        first = list(itertools.islice(scanner, MOST_BLOCKS_BEFORE))
         if scanner.unread:
             check_before(first)
         scanner = Scanner(handle, text, start)

@@ -9,7 +9,7 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Programs, motions
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.mounting import Mount
@@ -225,7 +225,7 @@ class GrindingRun(EventConsumer):
     def end(self, event: motions.ProgramEnd) -> None:
         if not self.strokes:
             raise GrindingError(
-                f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
+                f"{self.programs.name} makes no stroke and no groove; {list_codes('or')} sets the table going, "
                 "G76 or G77 cuts grooves, and without these feed moves grind that go straight along the axis across "
                 "G17, G18 or G19, over the part and below its surface"
             )

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from grind_env.control.compensation.crossings import Circle, Curve, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
-    Bow,
     Element,
+    PathArc,
     PathSegment,
     Point,
     between,
@@ -78,7 +78,7 @@ def _box(elements: tuple[Element, ...]) -> tuple[float, float, float, float]:
     corners: list[Point] = []
     for element in elements:
         corners += [element.start, element.end]
-        if isinstance(element, Bow):  # the box of its whole circle is large enough and cheap
+        if isinstance(element, PathArc):  # the box of its whole circle is large enough and cheap
             (u, v), radius = element.centre, element.radius
             corners += [(u - radius, v - radius), (u + radius, v + radius)]
     us, vs = zip(*corners, strict=True)
@@ -107,13 +107,13 @@ def _common(a: Element, b: Element) -> tuple[Point, ...]:
 
 
 def _curve(element: Element) -> Curve:
-    if isinstance(element, Bow):
+    if isinstance(element, PathArc):
         return Circle(element.centre, element.radius)
     return StraightLine(element.start, element.direction_at_start)
 
 
 def _direction(element: Element, point: Point) -> Point:
-    return element.direction_at(point) if isinstance(element, Bow) else element.direction_at_start
+    return element.direction_at(point) if isinstance(element, PathArc) else element.direction_at_start
 
 
 def _within(element: Element, point: Point, beyond: float) -> bool:

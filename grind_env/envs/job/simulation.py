@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.envs.branches import ProgramBranches
 from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Found, Outcome, Shop
@@ -143,7 +143,7 @@ class JobSimulation(Simulation):
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
             raise JobProgramError(
-                f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')} and no feed move along the "
+                f"{programs.name} makes no stroke: it has no cycle block {list_codes('or')} and no feed move along the "
                 "table over the part, and no E, F or D to choose"
             )
         self.compiled = self.script is not None

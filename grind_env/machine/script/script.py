@@ -147,7 +147,7 @@ class _Writer(EventConsumer):
         table = self.execution.table
         if table is not None and self.blocks and not isinstance(event, motions.CycleStart):
             plan = self.blocks[-1].plan
-            if table.refed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
+            if table.feed_reprogrammed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         self.position, modes = self.execution.position, self.execution.modes
         by_radius = modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution)
