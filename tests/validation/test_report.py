@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from grind_env.pages.validation import validation_page
-from grind_env.validation import CHECKS, GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses, validate
+from grind_env.validation import CHECKS, GROUPS, Evidence, Row, is_expected, known_failures, unfit_uses, validate
 from grind_env.validation import __main__ as module
 from grind_env.validation.report import CSV_COLUMNS, WIDTH, print_report, totals, write_csv
 
@@ -39,7 +39,7 @@ def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
     text = printed(rows)
     assert good.what in text and "FAILS" in text and " 5 " in text
     assert "there is no wheel 'x'" in text
-    assert totals(rows) == "2 rows: 0 pass, 0 known to fail, 2 not as known"
+    assert totals(rows) == "2 rows: 0 pass, 0 known to fail, 2 unexpected"
 
 
 def test_a_known_failure_is_printed_with_its_reason():
@@ -51,9 +51,9 @@ def test_a_known_failure_is_printed_with_its_reason():
     assert "passes, though known to fail" in printed([Row(check, 0.5)])
 
 
-def test_the_exit_status_says_whether_all_is_as_known(rows, monkeypatch, capsys):
+def test_the_exit_status_says_whether_all_results_are_expected(rows, monkeypatch, capsys):
     monkeypatch.setattr(module, "validate", lambda: rows)
-    assert module.main([]) == (0 if all(map(is_as_known, rows)) else 1)
+    assert module.main([]) == (0 if all(map(is_expected, rows)) else 1)
     said = capsys.readouterr().out
     assert all(title in said for title in GROUPS.values())
     assert max(map(len, said.splitlines())) <= WIDTH == 120
@@ -73,7 +73,7 @@ def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
     assert module.main([]) == 0
     monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 5.0)])
     assert module.main([]) == 1
-    assert "1 not as known" in capsys.readouterr().out
+    assert "1 unexpected" in capsys.readouterr().out
     passing = replace(CHECKS[0], name=next(iter(known_failures())))
     monkeypatch.setattr(module, "validate", lambda: [Row(passing, 0.5)])
     assert module.main([]) == 1
