@@ -11,8 +11,8 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job, Part, Setup
+from grind_env.machine.job.drawn_machines import draw_machine, usual_uncertainty
 from grind_env.machine.job.entries import entries_of
-from grind_env.machine.job.worlds import usual_uncertainty, world
 from grind_env.process.catalogue import USUAL, load_catalogue
 from grind_env.toml import read_toml
 from grind_env.validation import data
@@ -65,7 +65,7 @@ def by_machine(points: Sequence[Callable[[Rig], Any]], material: str = "aisi_521
     job = Job(part=part, setup=Setup(**setup))
     unknown, machines = usual_uncertainty(job), [Rig(catalogue)]
     for number in range(MACHINES):
-        drawn = entries_of(world(job, unknown, unknown.root, SEED, number)).items()
+        drawn = entries_of(draw_machine(job, unknown, unknown.root, SEED, number)).items()
         tables: Any = {f"{kind}s": {**getattr(catalogue, f"{kind}s"), each.name: each} for kind, each in drawn}
         machines.append(Rig(replace(catalogue, **tables)))
     return np.array([[point(rig) for point in points] for rig in machines])

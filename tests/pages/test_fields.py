@@ -9,7 +9,7 @@ import pytest
 from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
-from grind_env.machine.job.worlds import USUAL_SPREADS
+from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.pages.fields import fields_page
 from grind_env.pages.series import MACHINES, PublishedSeries, by_machine, plot_series
 from grind_env.process.catalogue import KINDS, load_catalogue

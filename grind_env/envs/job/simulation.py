@@ -49,7 +49,7 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
-from grind_env.machine.script.choice import taken
+from grind_env.machine.script.choice import complete_settings
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_covered, tables_of
@@ -304,7 +304,7 @@ class JobSimulation(Simulation):
             if self.script is None:
                 why = f"J, L and dress settings can be chosen in programs with a script only: {self.why}"
                 raise JobProgramError(why)
-            chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
+            chosen[active] = complete_settings(self.script, self.tables, episodes.block[active], settings[active])
         chosen[:, E], chosen[:, D] = speeds, executions
         if self.script is None:
             return self._execute(episodes, chosen, active)

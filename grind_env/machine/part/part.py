@@ -65,7 +65,7 @@ class PartRun:
         if conditions.part is not None:
             job = replace(job, part=conditions.part)
         self.number, self.job, self.began = number, job, began  # time of the job at which its loading began, s
-        self.station, self.met = station, False  # from 0, `ANYWHERE` before one is met; whether strokes have met it
+        self.station, self.is_met = station, False  # from 0, `ANYWHERE` before one is met; whether strokes have met it
         self.spent = 0.0  # s of work before `began`, where the program has been at other stations
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
@@ -165,7 +165,7 @@ class PartRun:
     def _way(self, ends: tuple[float, float]) -> PassedOver:
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
-        return PassedOver(Lw, self._coverage.is_whole(ends))
+        return PassedOver(Lw, self._coverage.is_full_length(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Return the least depth that strokes have reached in the area that a wheel sweeps on the part, mm.

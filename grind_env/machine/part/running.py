@@ -39,7 +39,7 @@ class Speed:
         """Return the S word that commands this speed for a new wheel of diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
-    def beside(self, other: "Speed", new: float) -> str:
+    def word_instead_of(self, other: "Speed", new: float) -> str:
         return self.word(new) + " under G97" * (other.constant and not self.constant)
 
 
@@ -86,7 +86,7 @@ class Running:
         return self.own if self.by_hand or self.commanded is None else self.commanded
 
     @property
-    def turns(self) -> bool:
+    def is_turning(self) -> bool:
         return self.by_hand or (self._turning != 0 and self.speed.surface > 0.0)
 
     @property
@@ -117,7 +117,7 @@ class Running:
     def fault(self) -> str | None:
         low, high = SPEEDS
         speed, setup = self.speed, self.job.setup
-        if not self.turns:
+        if not self.is_turning:
             return (
                 f"the wheel does not turn at this stroke; program {self.own.word(setup.wheel.diameter)} M03 before it, "
                 'or say spindle = "always on" in [setup] of the job'
@@ -126,7 +126,7 @@ class Running:
             unit = ", and S is m/min or, under G70, feet/min under G96" if speed.constant else ""
             return (
                 f"S turns the wheel at {speed.surface:.3g} m/s, but the process model holds from {low:g} to {high:g} "
-                f"m/s{unit}; the job says {self.own.beside(speed, setup.wheel.diameter)}"
+                f"m/s{unit}; the job says {self.own.word_instead_of(speed, setup.wheel.diameter)}"
             )
         return None
 
@@ -142,7 +142,7 @@ class Running:
         self.setup = self._known[speed, dry]
 
 
-class Told:
+class RunningWarnings:
     """Warnings about wheel and coolant: one for each commanded speed, for reversed rotation and for dry grinding."""
 
     def __init__(self) -> None:
@@ -198,6 +198,6 @@ def _of_speed(running: Running, diameter: float) -> str | None:
     if abs(surface - own.at(diameter, new)) > SAME * own.surface:
         return (
             f"the wheel turns at {surface:.4g} m/s and not at the {own.at(diameter, new):.4g} m/s of the job; write "
-            f"{own.beside(speed, new)}, or say {running.said_by_job}"
+            f"{own.word_instead_of(speed, new)}, or say {running.said_by_job}"
         )
     return None

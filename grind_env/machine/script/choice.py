@@ -21,7 +21,7 @@ class SettingsError(GrindError):
     """Settings with which a block cannot be run."""
 
 
-def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
+def complete_settings(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
     """Return the settings that blocks use, shape (N, fields of `BlockSettings`): their own if they lack the word.
 
     The time of a dress is computed. Raises a `SettingsError` where J or L are outside the ranges of the script, or no

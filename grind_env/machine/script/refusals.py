@@ -30,8 +30,8 @@ def refuse_led_elsewhere(
         raise script_error(
             programs, line, "its place depends on where the crossover before came to its end: on J and L"
         )
-    beside, other = ([edge_of(motion.start, each.plan) for motion in each.beside] for each in (block, across))
-    if other != beside or (block.gauged_on_the_way and across.end != block.end):
+    motions, other = ([edge_of(motion.start, each.plan) for motion in each.side_motions] for each in (block, across))
+    if other != motions or (block.gauged_on_the_way and across.end != block.end):
         raise script_error(
             programs, line, "the table strokes on where its crossover came to its end, which depends on J and L"
         )

@@ -223,7 +223,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
         motion=NO_BLOCK,
-        gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
+        gauged_at=sum(each.seconds for each in block.side_motions) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
         wait=0.0,
@@ -260,7 +260,7 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
     """Return the motions beside the table, in depth from the zero of the axes, and the rest after them."""
-    plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.beside)
+    plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.side_motions)
 
     def leg(begin: float, seconds: float, start: Position, end: Position, rate: float, after: float) -> FeedMotion:
         depth, edge = -start[plunge], edge_of(start, plan)
@@ -280,13 +280,13 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
         )
 
     time, rows = 0.0, []
-    for motion in block.beside:
+    for motion in block.side_motions:
         feed = motion.feed if isinstance(motion, Line) else job.control.rapid_feed
         rows.append(leg(time, motion.seconds, motion.start, motion.end, feed / 60.0, GOES_ON))
         time += motion.seconds
     if not (rows or block.to_secondary or block.gauged_on_the_way) and block.strokes_alone:
         return []
-    end = block.beside[-1].end if rows else block.end
+    end = block.side_motions[-1].end if rows else block.end
     return [*rows, leg(total, 0.0, end, end, 1.0, ENDS)]
 
 
@@ -313,7 +313,7 @@ def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow])
     part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
     for block, row in zip(blocks, rows, strict=True):
-        places = {edge_of(position, block.plan) for motion in block.beside for position in (motion.start, motion.end)}
+        places = {edge_of(each, block.plan) for motion in block.side_motions for each in (motion.start, motion.end)}
         if len(places) > 1:
             return strip_zones(centres)
         edges |= {row.cross_start, *places}
