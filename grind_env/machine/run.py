@@ -348,7 +348,7 @@ class GrindingRun(EventConsumer):
             self._meet(event.plan.line, stations)
             if self.part.station not in stations:  # the table goes on; a cycle begins at its station
                 loads = self._take_part(event.begins[0], event.plan, stations)
-                self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
+                self.mount.pass_time(self.mount.memory_time, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
             self._take_drive(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -400,7 +400,7 @@ class GrindingRun(EventConsumer):
             self.watch.overload.add(rows, self.part.p)
         if stalls:
             self.delay += self.part.p.stall_time
-            self.mount.lived += self.part.p.stall_time
+            self.mount.memory_time += self.part.p.stall_time
         self.strokes.extend(rows)
         self.plunged += plunged
 

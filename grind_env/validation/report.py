@@ -65,7 +65,7 @@ CSV_COLUMNS = (
     *("group", "name", "what", "at", "evidence", "source", "reference", "predicted", "low", "high", "unit"),
     *("verdict", "reason", "outside limits"),
 )
-LOOK = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1)}
+TABLE_STYLE = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1)}
 
 
 def sources(rows: Sequence[Row]) -> str:
@@ -97,7 +97,7 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
     console.print(CONDITIONS)
     console.print()
     for group, members in groupby(rows, lambda row: row.check.group):
-        table_of(COLUMNS, members, f"{group}. {GROUPS[group]}").print(console, **LOOK)
+        table_of(COLUMNS, members, f"{group}. {GROUPS[group]}").print(console, **TABLE_STYLE)
     console.print(Text("The model must not be used for", "bold"))
     for use, why in unfit_uses().items():
         console.print(f"- {use}: {why}.")
@@ -114,7 +114,7 @@ def print_mutations(found: Sequence[MutationResult], console: Console) -> None:
     """Print the rows that notice each changed law, and the number of laws that are noticed."""
     counted = Column("rows", lambda each: len(each.rows), right=True)
     columns = (Column("law, noticed by", _law, wrap=True), Column("decides", "law.decides"), counted)
-    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **LOOK)
+    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **TABLE_STYLE)
     idle = sum(not each.law.decides for each in found)
     enough = sum(len(each.rows) >= LEAST_ROWS for each in found)
     wrong = sum(not each.is_expected for each in found)

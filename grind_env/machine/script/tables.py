@@ -24,7 +24,7 @@ from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
 
-NO_COURSE = 0.0
+NO_CYCLE = 0.0
 NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
 """Numbers of the cycles that plunge."""
 
@@ -44,7 +44,7 @@ class BlockRow(NamedTuple):
     """
 
     cycle: float
-    """Number of its cycle in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
+    """Number of its cycle in `NUMBERS`; `NO_CYCLE` if all its strokes lie beside motions."""
     first_length: float
     """Distance from the start point to the primary point, mm."""
     starts_elsewhere: float
@@ -68,7 +68,7 @@ class BlockRow(NamedTuple):
     finish: float
     """Depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
     stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block."""
-    finish_besides: float
+    finish_of_other_blocks: float
     """Depth of the deepest stroke in the other blocks of that stage and of the stages before, mm."""
     reached: float
     """Depth that strokes on the part have reached at the end of the block, mm."""
@@ -164,7 +164,7 @@ def tables_of(script: Script) -> ScriptTables:
                 others = depths[first_of_part:k] + depths[k + 1 :]
                 rows[k] = rows[k]._replace(
                     finish=reached,
-                    finish_besides=max(others, default=0.0),
+                    finish_of_other_blocks=max(others, default=0.0),
                     counts_all=float(asked.rise_allowance > 0.0),
                 )
             first_of_stage, stage = number + 1, stage + 1
@@ -202,7 +202,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     crosses = plan.cross_axis is not None
     by_feed = plan.code == FEED
     return BlockRow(
-        cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_COURSE,
+        cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_CYCLE,
         first_length=abs(plan.primary - first),
         starts_elsewhere=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
@@ -215,7 +215,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         coverage=float(job.control.coverage_pass and not by_feed),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
-        finish_besides=reached,
+        finish_of_other_blocks=reached,
         reached=reached,
         width=part.width,
         length=part.length,
