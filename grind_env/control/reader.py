@@ -19,7 +19,7 @@ from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.presenter import html
 
 HIGHEST_PROGRAM = 99_999
-SHORT = 50
+IN_MEMORY_BLOCKS = 50
 """Number of blocks up to which a program stays in memory instead of being cut from its text again."""
 
 _FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
@@ -41,8 +41,8 @@ class Blocks:
         return self.count
 
     def __iter__(self) -> Iterator[SourceText]:
-        if self.count <= SHORT:
-            yield from _kept(self)
+        if self.count <= IN_MEMORY_BLOCKS:
+            yield from _read_blocks(self)
         else:
             yield from self._read()
 
@@ -60,7 +60,7 @@ class Blocks:
 
 
 @functools.lru_cache(maxsize=64)
-def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
+def _read_blocks(blocks: Blocks) -> tuple[SourceText, ...]:
     return tuple(blocks._read())
 
 

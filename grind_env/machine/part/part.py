@@ -92,7 +92,7 @@ class PartRun:
         return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     @property
-    def said(self) -> str:
+    def description(self) -> str:
         return "the part" if self.station == ANYWHERE else f"the part of station {self.job.stations[self.station].name}"
 
     @property

@@ -42,7 +42,7 @@ def repeated(script: Script, runs: int) -> Script | None:
     """
     count, left = divmod(len(script.blocks), SAMPLE_RUNS)
     first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(SAMPLE_RUNS))
-    if left or not is_straight(script.programs) or [*map(_done, second)] != [*map(_done, third)]:
+    if left or not is_straight(script.programs) or [*map(_comparable, second)] != [*map(_comparable, third)]:
         return None
     for block in script.blocks:
         plunge = plunge_axis(block.plan.axis)
@@ -56,7 +56,7 @@ def with_job(script: Script, job: Job) -> Script:
     return replace(script, job=replace(job, part_stations=stations_of_parts(script.programs, job, script.blocks)))
 
 
-def _done(block: ScriptBlock) -> list[object]:
+def _comparable(block: ScriptBlock) -> list[object]:
     motions = [_moved(motion, block) for motion in block.side_motions]
     others = [getattr(block, each.name) for each in fields(block) if each.name not in ("block", "plan", "side_motions")]
     return [block.block.words, replace(block.plan, block=0, line=0), motions, *others]

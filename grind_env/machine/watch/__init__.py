@@ -30,7 +30,7 @@ class RunWatch:
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
-        if not self.cycles.goes_on(part, plan):
+        if not self.cycles.continues(part, plan):
             self._end_cycle(part)
             self.stops.resume(part, plan)
         self.overload.word = speed_word(plan)

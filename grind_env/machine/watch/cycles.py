@@ -97,13 +97,13 @@ class Cycles:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
-    def goes_on(self, part: PartRun, plan: CyclePlan) -> bool:
+    def continues(self, part: PartRun, plan: CyclePlan) -> bool:
         cycle, depth = self.cycle, part.job.part.surface - plan.plunge_start
         return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
 
     def begin(self, part: PartRun, plan: CyclePlan) -> None:
         """Begin a cycle on a part, or a feed move that is a stroke; successive feed moves count as one cycle."""
-        on = self.cycle if self.goes_on(part, plan) else None
+        on = self.cycle if self.continues(part, plan) else None
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
     def count(self, event: CycleStrokes, rows: Array) -> float:

@@ -115,7 +115,7 @@ class ObstacleWatch:
         for each in (part, *self.other_parts):
             depth = into_part(each, move, axis, self._radius, found=found)
             if depth > CRASH + DEPTH_TOLERANCE:
-                return below, advice.crash(depth, move, each.said)
+                return below, advice.crash(depth, move, each.description)
         if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
             into = f"{advice.named_move(move)} takes the wheel {depth:.3g} mm into the table"
             return below, f"{into}; end it higher, or mend part.height"
