@@ -13,10 +13,10 @@ from agents.plants.study import DATA
 from agents.study import Found, Study, StudyOptions
 from grind_env import examples
 from grind_env.files import read_text
+from grind_env.machine.job.drawn_machines import USUAL_RESIDUAL, USUAL_SPREADS, value_of
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
-from grind_env.machine.job.worlds import USUAL_RESIDUAL, USUAL_SPREADS, value_of
 from grind_env.shop.sweep.study import SweepRanges, cheapest, sweep
 
 PROGRAMS, RANGES, PARTS = ("plate_g82", "rail_g83"), SweepRanges(E=(10_000.0, 30_000.0), every=(1, 16)), 30

@@ -3,7 +3,7 @@
 import math
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.options import TAKEN_BY
+from grind_env.control.options import CHECK_COMMANDS
 
 
 class BlockBudget:
@@ -26,7 +26,7 @@ class BlockBudget:
         return place.error(
             "block-budget",
             f"the program comes to more than {self.limit} blocks and strokes; let it repeat less or infeed more at a "
-            f"time, or allow more of them with --max-blocks of {TAKEN_BY} (block_budget)",
+            f"time, or allow more of them with --max-blocks of {CHECK_COMMANDS} (block_budget)",
         )
 
 

@@ -108,7 +108,7 @@ def redirect(
     if table.primary == table.secondary:
         raise _zero_stroke(command, table.axis, displaced(table.primary, -origin))
     if command.reciprocation_feed is not None:
-        table.feed, table.refed = min(command.reciprocation_feed, maximum_feed), True
+        table.feed, table.feed_reprogrammed = min(command.reciprocation_feed, maximum_feed), True
     return memory
 
 

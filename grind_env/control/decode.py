@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from grind_env.control import numbers
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.control.errors import ControlError
 from grind_env.control.modal_state import Modes
-from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES
+from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES, UNSUPPORTED_CODES
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.words import Block, Word
 
@@ -158,11 +158,11 @@ def recognise(block: Block, form: NumberFormat) -> None:
 def _refused(block: Block, word: Word, code: str) -> ControlError:
     hint = "G70 is inch and G71 metric" if code in ("G20", "G21") else ""
     if code.startswith("G8"):
-        hint = f"grinding cycles are {codes_said('and')}"
+        hint = f"grinding cycles are {list_codes('and')}"
     if code in MODAL_MACROS:
         message = f"{code} calls macros after every motion, which this simulator does not do; write G65 in each place"
         return block.error("not-supported", message, word)
-    if code in LATER:
+    if code in UNSUPPORTED_CODES:
         message = f"{code} is a code of the control that this simulator does not have; {hint or 'leave it out'}"
         return block.error("not-supported", message, word)
     return numbers.unknown_code(block, word, hint)

@@ -46,7 +46,7 @@ class BlockStream:
         return BlockStream(self.program, self.index, self.ahead())
 
     def jump(self, index: int) -> None:
-        kept = _kept(self.program.blocks)
+        kept = _block_texts(self.program.blocks)
         self._ahead.clear()
         self.index, self._blocks = index, (kept[number] for number in range(index, len(kept)))
 
@@ -102,7 +102,7 @@ class Landmarks(NamedTuple):
     """Indices of the blocks END 1, END 2 and END 3."""
 
 
-def obey(block: Block, call: Call, variables: Variables) -> None:
+def execute_statement(block: Block, call: Call, variables: Variables) -> None:
     """Execute a paramacro statement: assign a variable, or choose the block that comes next."""
     here = call.stream.index
     match block.statement:
@@ -209,7 +209,7 @@ def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
 def _landmarks(blocks: Blocks) -> Landmarks:
     labels: dict[int, list[int]] = {}
     ends: dict[int, list[int]] = {}
-    for index, source in enumerate(_kept(blocks)):
+    for index, source in enumerate(_block_texts(blocks)):
         for marks, number in ((labels, label_of(source.text)), (ends, end_of(source.text))):
             if number is not None:
                 marks.setdefault(number, []).append(index)
@@ -225,5 +225,5 @@ def landmarks(blocks: Blocks, block: Block) -> Landmarks:
 
 
 @functools.lru_cache(maxsize=16)
-def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
+def _block_texts(blocks: Blocks) -> tuple[SourceText, ...]:
     return tuple(blocks)

@@ -17,7 +17,7 @@ Target = tuple[str, int, float]
 """Target of a pick: "plunge" or "cross", the axis, and its coordinate without the shift by dresses, mm."""
 
 
-def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
+def reversals(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
     """Yield, for each stroke of a cycle, the picks after it and the number of auto-dresses that then fall due."""
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
@@ -39,7 +39,7 @@ def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]
 @functools.lru_cache(maxsize=64)
 def plunges(plan: CyclePlan) -> int:
     """Return the number of plunge picks of a cycle."""
-    return sum(kind == "plunge" for picks, _ in turns(plan, coverage=False) for kind, _, _ in picks)
+    return sum(kind == "plunge" for picks, _ in reversals(plan, coverage=False) for kind, _, _ in picks)
 
 
 def least_strokes(plan: CyclePlan, coverage: bool) -> float:
@@ -51,7 +51,7 @@ def least_strokes(plan: CyclePlan, coverage: bool) -> float:
 def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
     """Execute a cycle stroke by stroke."""
     timeline = interruptions.timeline
-    for picks, due in turns(plan, timeline.control.coverage_pass):
+    for picks, due in reversals(plan, timeline.control.coverage_pass):
         stroke = yield from timeline.finish_stroke()
         for kind, axis, coordinate in picks:
             target = coordinate + timeline.infeed_shift if kind == "plunge" else coordinate
@@ -59,7 +59,7 @@ def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
         yield from interruptions.serve(due)
 
 
-class Turns(NamedTuple):
+class UntimedStrokes(NamedTuple):
     """The strokes of a cycle without their times."""
 
     plunge: tuple[float, ...]
@@ -75,14 +75,14 @@ class Turns(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def all_turns(
+def untimed_strokes(
     plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
-) -> Turns:
+) -> UntimedStrokes:
     """Return at most `most` strokes of a cycle (mm, mm/s, mm/s^2); cached, as programs repeat it for every part."""
     assert plan.plunge_axis is not None
     third = 3 - plan.axis - plan.plunge_axis
     position, plunge, cross, seconds, dresses = list(start), [], [], [], []
-    for picks, due in itertools.islice(turns(plan, coverage), most):
+    for picks, due in itertools.islice(reversals(plan, coverage), most):
         plunge.append(position[plan.plunge_axis])
         cross.append(position[third])
         ways = []
@@ -92,10 +92,10 @@ def all_turns(
         seconds.append(tuple(motion_time(way, pick_speed, acceleration) for way in ways))
         dresses.append(due)
     end = position[0], position[1], position[2]
-    return Turns(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
+    return UntimedStrokes(tuple(plunge), tuple(cross), tuple(seconds), tuple(dresses), end)
 
 
-def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
+def grind_whole_cycle(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     """Execute an undisturbed cycle at once; its auto-dresses are noted and take no time.
 
     Times are added in the order of the timeline, so the floats are identical. Returns None, and does nothing, without
@@ -105,7 +105,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     assert table is not None  # called by cycles only
     acceleration, dwell, feed = control.acceleration, timeline.dwell, timeline.table_rate(table)
     pick_speed, most = timeline.rate(plan.pick_feed) / 60.0, control.block_budget + 1  # the budget refuses one more
-    cycle = all_turns(plan, start, control.coverage_pass, pick_speed, acceleration, most)
+    cycle = untimed_strokes(plan, start, control.coverage_pass, pick_speed, acceleration, most)
 
     def timed(length: float) -> tuple[float, float]:
         """Return the time of a stroke, and of the deceleration at its end, s."""

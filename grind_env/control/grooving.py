@@ -13,7 +13,7 @@ from grind_env.control import numbers
 from grind_env.control.decode import Command
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import Position, placed
-from grind_env.control.options import TAKEN_BY
+from grind_env.control.options import CHECK_COMMANDS
 from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate
 from grind_env.control.rules import DEPTH_TOLERANCE
 
@@ -165,7 +165,7 @@ def _step(command: Command, letter: str, retract: float) -> float:
             "groove-retract",
             f"{command.words[letter]} is a step of {step:g} mm, from which the retract of {retract:g} mm leaves "
             "nothing; program a larger step, or give a smaller retract with --groove-retract of "
-            f"{TAKEN_BY} (groove_retract)",
+            f"{CHECK_COMMANDS} (groove_retract)",
             letter,
         )
     return step

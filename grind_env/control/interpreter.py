@@ -8,7 +8,7 @@ from grind_env.control.control import Control
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import Place
 from grind_env.control.expressions import evaluated
-from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
+from grind_env.control.flow import TEXT_END, BlockStream, Call, execute_statement
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Lookout, Outlook, Prospect
 from grind_env.control.macros import MacroCall, macro_call
@@ -64,7 +64,7 @@ class Interpreter:
             yield from self.table.run_on()
         yield from self.table.stop()
         self.mover.modes = Modes()
-        for text in (*self.variables.unread(), *self.timeline.unserved(), *self.interruptions.unserved()):
+        for text in (*self.variables.unread(), *self.timeline.late_requests(), *self.interruptions.late_requests()):
             yield Message(self.timeline.time, text)
         yield ProgramEnd(self.timeline.time, end)
 
@@ -77,7 +77,7 @@ class Interpreter:
                 continue
             block = read_block(source)
             if block.statement is not None:
-                obey(block, call, self.variables)
+                execute_statement(block, call, self.variables)
                 continue
             block = evaluated(block, self.variables)
             if block.calls_macro:
@@ -107,8 +107,8 @@ class Interpreter:
 
     def _block(self, command: Command) -> Generator[Event, None, str | None]:
         self.mover.begin_block(command)
-        yield from self.mover.tell_clamped(command)
-        yield from self.mover.tell_cut(command)
+        yield from self.mover.report_clamped_feed(command)
+        yield from self.mover.report_cut_decimals(command)
         yield from self.mover.turn_spindle()
         yield from self.mover.switch(command, on=True)
         end = None

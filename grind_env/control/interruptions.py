@@ -74,9 +74,9 @@ class Interruptions:
         yield from self.serve(0)
 
     def after_motion(self) -> Iterator[motions.Event]:
-        if self.timeline.owed and self.timeline.reciprocation is not None:
+        if self.timeline.dress_postponed and self.timeline.reciprocation is not None:
             yield from self.timeline.reach_reversal()
-        if self.timeline.held:
+        if self.timeline.table_held:
             yield from self.serve(0)
 
     def after_block(self) -> Iterator[motions.Event]:
@@ -92,14 +92,14 @@ class Interruptions:
         timeline, table = self.timeline, self.timeline.reciprocation
         if table is None:
             return
-        if auto or timeline.held:
+        if auto or timeline.table_held:
             number = table.plan.program
             assert number is not None  # neither a D nor a held request is accepted without P
             timeline.settle()
             for _ in range(auto):
                 yield from self.dress(number, "auto")
                 table.auto_dresses.end_round()
-            if timeline.held:
+            if timeline.table_held:
                 timeline.acknowledge()
                 yield from self.dress(number, "operator")
         if self._due() is not None:
@@ -129,7 +129,7 @@ class Interruptions:
         if mover.tooling.wheel_radius < self.control.minimum_radius:
             yield motions.Message(timeline.time, "the wheel radius is below its minimum")
 
-    def unserved(self) -> Iterator[str]:
+    def late_requests(self) -> Iterator[str]:
         for request in self.requests:
             yield (
                 f"O{request.program}, asked for at {request.at:g} s, is not run, for the program ends at "

@@ -18,7 +18,7 @@ from grind_env.control.cycles import RULES
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
-from grind_env.control.flow import BlockStream, Call, obey
+from grind_env.control.flow import BlockStream, Call, execute_statement
 from grind_env.control.geometry import Path, Straight
 from grind_env.control.macros import macro_call
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
@@ -214,7 +214,7 @@ class _Walk:
 
     def obeys(self, block: Block) -> bool:
         if block.statement is not None:
-            obey(block, self._levels[-1], self.variables)
+            execute_statement(block, self._levels[-1], self.variables)
         elif block.calls_macro:
             _, program, times, arguments = macro_call(block)
             self._call(block, program, times, arguments)

@@ -44,7 +44,7 @@ MACHINE_COORDINATES = "G53"
 MACRO_CALL = "G65"
 """Code that makes the words of its block arguments of a macro."""
 
-LATER = frozenset(
+UNSUPPORTED_CODES = frozenset(
     {"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"}.difference(CYCLES)
 )
 """Codes of the 9/Series control that this simulator does not support."""

@@ -112,7 +112,7 @@ class Mover:
             self.spindle = spindle
             yield Spindle(self.timeline.time, *spindle)
 
-    def tell_clamped(self, command: Command) -> Iterator[Event]:
+    def report_clamped_feed(self, command: Command) -> Iterator[Event]:
         """Yield a message, once per block, for a feed that is clamped to the maximum (12-60)."""
         feeds = {"E": command.reciprocation_feed}
         if "F" in command.words and not command.modes.per_revolution:
@@ -129,7 +129,7 @@ class Mover:
                 text += f"; G70 is in force, so write {meant} if mm/min are meant, or G71 before it"
             yield Message(self.timeline.time, text)
 
-    def tell_cut(self, command: Command) -> Iterator[Event]:
+    def report_cut_decimals(self, command: Command) -> Iterator[Event]:
         block, inch, form = command.block, command.modes.inch, command.number_format
         if ("cut", self.place) in self._told:
             return

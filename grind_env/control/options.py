@@ -10,7 +10,7 @@ from grind_env.errors import shortened
 HIGHEST_ENTRY = 99
 """Highest entry of the radius table; two digits of a T word select an entry."""
 
-TAKEN_BY = "grind check, trace, run or report"
+CHECK_COMMANDS = "grind check, trace, run or report"
 """Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
 
 _NUMBER = r"[0-9]+\.?[0-9]*|\.[0-9]+"

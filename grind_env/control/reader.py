@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head, has_words
+from grind_env.control.foreign_text import HEAD_BYTES, MOST_BLOCKS_BEFORE, check_before, check_head, has_words
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import read_block
 from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.presenter import html
 
 HIGHEST_PROGRAM = 99_999
-SHORT = 50
+IN_MEMORY_BLOCKS = 50
 """Number of blocks up to which a program stays in memory instead of being cut from its text again."""
 
 _FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
@@ -41,8 +41,8 @@ class Blocks:
         return self.count
 
     def __iter__(self) -> Iterator[SourceText]:
-        if self.count <= SHORT:
-            yield from _kept(self)
+        if self.count <= IN_MEMORY_BLOCKS:
+            yield from _read_blocks(self)
         else:
             yield from self._read()
 
@@ -60,7 +60,7 @@ class Blocks:
 
 
 @functools.lru_cache(maxsize=64)
-def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
+def _read_blocks(blocks: Blocks) -> tuple[SourceText, ...]:
     return tuple(blocks._read())
 
 
@@ -175,9 +175,9 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
     programs: list[Program] = []
     taken: set[int] = set()
     with text.open() as handle:
-        check_head(handle.read(LOOKED_AT), text.name)
+        check_head(handle.read(HEAD_BYTES), text.name)
         scanner = Scanner(handle, text, start)
-        first = list(itertools.islice(scanner, MOST_BEFORE))
+        first = list(itertools.islice(scanner, MOST_BLOCKS_BEFORE))
         if scanner.unread:
             check_before(first)
         scanner = Scanner(handle, text, start)

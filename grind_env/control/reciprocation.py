@@ -63,7 +63,7 @@ class Reciprocation:
     dresses: int = 0  # dresses since the cycle took over
     in_cycle: bool = False  # whether the strokes belong to a G82 or G83 block under execution
     underway: Underway | None = None  # the stroke in progress
-    refed: bool = False  # whether a block after the cycle has set `feed`, even to the same number
+    feed_reprogrammed: bool = False  # whether a block after the cycle has set `feed`, even to the same number
     auto_dresses: Rounds = field(init=False)  # auto-dresses by D of the cycle
 
     @property
@@ -85,7 +85,7 @@ class Reciprocation:
     def take_over(self, plan: CyclePlan, place: Place) -> None:
         self.plan, self.place = plan, place
         self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
-        self.at, self.count, self.dresses, self.refed = Reversal.SECONDARY, 0, 0, False
+        self.at, self.count, self.dresses, self.feed_reprogrammed = Reversal.SECONDARY, 0, 0, False
 
     def begin(self, position: Position, feed: float, acceleration: float, dwell: float) -> Underway:
         """Begin a stroke at `feed`, mm/min, to the other reversal point; from the start point, to the primary one."""

@@ -22,7 +22,7 @@ CHUNK = 1 << 16
 LONGEST_LINE = CHUNK
 """Length, bytes, from which a line is read in pieces cut at ``;``; remarks behind ``;`` are not recognised there."""
 LONGEST_BLOCK = 10_000
-HELD = 1 << 20
+IN_MEMORY_BYTES = 1 << 20
 """Size, bytes, up to which a file stays in memory instead of being read again."""
 
 _REMARK = (
@@ -112,7 +112,7 @@ def text_in(path: Path) -> Text:
     """
     try:
         with open_file(path) as handle:
-            if isinstance(handle, io.BytesIO) or os.fstat(handle.fileno()).st_size <= HELD:
+            if isinstance(handle, io.BytesIO) or os.fstat(handle.fileno()).st_size <= IN_MEMORY_BYTES:
                 return Text(path.name, str(path), functools.partial(io.BytesIO, contents(handle, path)))
             return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
     except ReadError as error:

@@ -8,7 +8,7 @@ from grind_env.control.budget import Rounds
 from grind_env.control.control import Control
 from grind_env.control.cycle_block import ModalWords, Situation, plan_cycle, redirect
 from grind_env.control.decode import Command
-from grind_env.control.grinding import grind, grind_whole, least_strokes
+from grind_env.control.grinding import grind, grind_whole_cycle, least_strokes
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import CycleEnd, CyclePlan, CycleStart, Event, Position, TableStop
@@ -64,7 +64,7 @@ class Reciprocator:
         table.auto_dresses = Rounds(timeline.budget, place, plan.dresses)
         table.in_cycle = True
         alone = self.control.whole_cycles and self.interruptions.nothing_comes_between(plan)
-        whole = grind_whole(plan, timeline) if alone else None
+        whole = grind_whole_cycle(plan, timeline) if alone else None
         if whole is None:
             yield from grind(plan, self.interruptions)
         else:

@@ -46,8 +46,8 @@ class Timeline:
         self.time = 0.0  # time up to which the program is executed, s
         self.position = control.start  # position of the axes or, beside reciprocation, their target
         self.reciprocation: Reciprocation | None = None  # None while no axis reciprocates, and during a dress
-        self.held = False  # whether an operator's request keeps the table at its reversal point until all axes stand
-        self.owed = False  # whether an operator's request waits for the end of a program motion
+        self.table_held = False  # whether the table waits at a reversal for an operator's dress, until all axes stand
+        self.dress_postponed = False  # whether an operator's dress waits for the end of a program motion
         self.inch = False  # units in force, for output
         self.infeed_shift = 0.0  # shift of the plunge coordinates by the dresses of the cycle, mm
         self.share, self.dwell = 1.0, control.reversal_dwell  # share of E that the table reaches; rest at a reversal, s
@@ -195,9 +195,9 @@ class Timeline:
         while self._requests and self._requests[0] <= self.time:
             self._requests.popleft()
         self.control.panel.dress_requested = False
-        self.held = self.owed = False
+        self.table_held = self.dress_postponed = False
 
-    def unserved(self) -> Iterator[str]:
+    def late_requests(self) -> Iterator[str]:
         for time in self._requests:
             yield (
                 f"the dress asked for at {time:g} s is not made, for no stroke of a cycle comes after that: the "
@@ -227,7 +227,7 @@ class Timeline:
     def _reciprocate(self, until: float) -> Iterator[motions.Event]:
         """Make the strokes that end by `until`, s; no stroke begins at `until` itself."""
         table = self.reciprocation
-        while table is not None and not self.held:
+        while table is not None and not self.table_held:
             stroke = table.underway
             if stroke is None:
                 if table.free_at >= until - INSTANT:
@@ -273,20 +273,20 @@ class Timeline:
         During a program motion the table goes on; at rest, it would let the wheel feed into one end of the part
         (ruling 13).
         """
-        panel, motion = self.control.panel, self._motion
+        panel, motion, requests = self.control.panel, self._motion, self._requests
         moving = motion is not None and motion.path.length > 0.0 and motion.finish > table.free_at + INSTANT
-        while (panel.dress_requested or (self._requests and self._requests[0] <= table.free_at)) and not self.held:
+        while (panel.dress_requested or (requests and requests[0] <= table.free_at)) and not self.table_held:
             if table.plan.program is None:
                 if panel.dress_requested:
                     panel.dress_requested = False
                 else:
-                    self._requests.popleft()
+                    requests.popleft()
                 yield motions.Message(table.free_at, "no dress program")
             elif moving:
-                self.owed = True
+                self.dress_postponed = True
                 return
             else:
-                self.held = True
+                self.table_held = True
 
     def _settle_axis(self, table: Reciprocation) -> None:
         self.position = motions.placed(self.position, {table.axis: table.coordinate})

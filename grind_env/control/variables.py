@@ -49,7 +49,7 @@ class Variables:
 
     def read(self, number: int) -> Value:
         """Return the value of a variable; None if it is vacant, as #0 always is."""
-        held = self._held(number)
+        held = self._values_with(number)
         if held is None:
             self.system_reads += number != 0
             return None if number == 0 else self.system.read(number)
@@ -64,7 +64,7 @@ class Variables:
         return value
 
     def write(self, number: int, value: Value) -> None:
-        held = self._held(number)
+        held = self._values_with(number)
         if number == 0:
             raise VariableFault(f"#0 cannot be assigned; {KINDS}")
         if held is None:
@@ -93,7 +93,7 @@ class Variables:
         return notes
 
     def agree(self, notes: Notes) -> bool:
-        return all(self._kept(level).get(number) == value for (level, number), value in notes.items())
+        return all(self._values_of(level).get(number) == value for (level, number), value in notes.items())
 
     def unread(self) -> Iterator[str]:
         for (_, number), overwritten in self._unread.items():
@@ -123,14 +123,14 @@ class Variables:
         """Values of the common variables and of the local ones of the present level, by number."""
         return {number: float(value) for number, value in (self._common | self._locals[self.level]).items()}
 
-    def _held(self, number: int) -> dict[int, Decimal] | None:
-        return self._kept(self._key(number)[0]) if number in LOCALS or is_common(number) else None
+    def _values_with(self, number: int) -> dict[int, Decimal] | None:
+        return self._values_of(self._key(number)[0]) if number in LOCALS or is_common(number) else None
 
     def _key(self, number: int) -> tuple[int, int]:
         """Return the key of a variable: its level (-1 for common variables) and number."""
         return (self.level if number in LOCALS else -1), number
 
-    def _kept(self, level: int) -> dict[int, Decimal]:
+    def _values_of(self, level: int) -> dict[int, Decimal]:
         return self._common if level < 0 else self._locals[level]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.kernel import inlined
-from grind_env.process.gauge import TRUTH, Gauge, GaugeReadings, beside
+from grind_env.process.gauge import TRUTH, Gauge, GaugeReadings, chain_gauges
 
 SIZE_NOISE = 0.7
 """Standard deviation of the size gauge, um."""
@@ -58,4 +58,4 @@ GAUGE = Noisy(_read)
 
 def noisy(gauge: Gauge) -> Gauge:
     """Return a gauge with the noise of the tasks on what it shows."""
-    return GAUGE if gauge is TRUTH else beside(gauge, GAUGE)
+    return GAUGE if gauge is TRUTH else chain_gauges(gauge, GAUGE)

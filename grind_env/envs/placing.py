@@ -5,7 +5,7 @@ from typing import Any
 from grind_env.envs.feed_motions import infeed_of, write_motions
 from grind_env.envs.tables import read_kind
 from grind_env.kernel import inlined
-from grind_env.machine.script.replay import Placed, place_written, read_plan, write_placed
+from grind_env.machine.script.replay import BlockPlace, place_as_programmed, read_plan, write_place
 from grind_env.machine.script.settings import D, E, J
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.process import Drive
@@ -27,9 +27,9 @@ def place_block(
         start = min(surface + tables.lead[number], target)
         here = start, first + (target - first), target, target, target - start
         # the rest times after a block of a task are equal at all ends of its strokes
-        write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
+        write_place(tables.places, i, BlockPlace(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
     else:
-        place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
+        place_as_programmed(tables.places, i, row, read_plan(tables.plans, number), drive)
 
 
 @inlined
@@ -44,4 +44,4 @@ def _place_infeed(
     write_motions(tables.motions, motion, infeed)
     pick = infeed.rate * (infeed.travel + infeed.dwell)
     here = 0.0, stock, stock, stock, stock
-    write_placed(tables.placed, i, Placed(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))
+    write_place(tables.places, i, BlockPlace(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))

@@ -151,7 +151,7 @@ class ProgramEpisode:
         for event in self._execution:
             if isinstance(event, CycleAhead) or (isinstance(event, FeedAhead) and self.run.is_feed_block(event)):
                 if self._execution.table is None or self._execution.table.at_secondary:
-                    self.run.let_part_go()
+                    self.run.take_pending_part_off()
                     self._expect(event)
                 self.time, self.block = self.run.clock(event.time), event.block
                 return

@@ -61,7 +61,7 @@ from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import RestTimes
-from grind_env.machine.script.replay import Placed, covered_blocks_of, read_block, zoned_blocks_of
+from grind_env.machine.script.replay import BlockPlace, covered_blocks_of, read_block, zoned_blocks_of
 from grind_env.machine.script.settings import BlockSettings, E, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
@@ -84,7 +84,7 @@ CHANGES, SURVIVAL, STALLED, CLOCK = (
 )
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
-FINISH, DEEPEST, ACROSS = (Placed._fields.index(name) for name in ("finish", "pick", "across"))
+FINISH, DEEPEST, ACROSS = (BlockPlace._fields.index(name) for name in ("finish", "pick", "across"))
 NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 
 
@@ -140,8 +140,8 @@ class Tables(NamedTuple):
     """Time of the program up to its first block, s."""
     parameters: Any
     """Room for the parameters of the machines, shape (N, fields of `StrokeParameters`)."""
-    placed: Any
-    """Room for the places of the blocks, shape (N, fields of `Placed`)."""
+    places: Any
+    """Room for the places of the blocks, shape (N, fields of `BlockPlace`)."""
     rows: Any
     """Room for the script rows of the blocks, shape (N,), int64."""
     settings: Any
@@ -211,10 +211,10 @@ class Scratch:
             room = ()
         if room and len(room[0]) >= n:
             return room
-        records = StrokeParameters, Placed, BlockSettings
-        parameters, placed, settings = (np.empty((n, len(record._fields))) for record in records)
+        records = StrokeParameters, BlockPlace, BlockSettings
+        parameters, places, settings = (np.empty((n, len(record._fields))) for record in records)
         motions = np.empty((n * self.motions, len(FeedMotion._fields)))
-        return parameters, placed, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS)), motions
+        return parameters, places, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS)), motions
 
     def give_back(self, room: tuple[Any, ...]) -> None:
         """Free arrays for another step."""
@@ -455,7 +455,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             wheel, stage = read_wheel(episodes.wheels, i), read_stage(episodes.stages, i)
             place, by_tape = place_of(episodes.block[i], episodes.tape.shape[1]), tables.lead[number] >= 0.0
             stock = row.stock if row.stock > 0.0 else episodes.tape[i, place, STOCK]
-            stock = tables.placed[i, FINISH] if by_tape else stock
+            stock = tables.places[i, FINISH] if by_tape else stock
             part, taper = gauge_part(episodes[surface_array], i, stock)
             write_part(episodes.parts, i, part)
             good = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
@@ -463,7 +463,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             cooler = tables.cooler[episodes.machine[i], min(number, tables.cooler.shape[1] - 1)]
             good, stage = judged(row, part, tally, stage, size_error, good, cooler)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
-            corner = (0 if even else 1) + (2 if tables.placed[i, ACROSS] > 0.0 else 0)
+            corner = (0 if even else 1) + (2 if tables.places[i, ACROSS] > 0.0 else 0)
             on_the_way, afterwards = tables.rest_times[number, corner, BEFORE], tables.rest_times[number, corner, AFTER]
             came, waited = came_and_waited(tables, number, row, stage)
             tally = with_seconds(tally, (came + waited + tally.seconds + on_the_way + afterwards,))
@@ -481,7 +481,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             handover = price_of_handover(read_settings(tables.own_settings, number), shop, wheel, p) if last else 0.0
             write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
-            seen = Found(good, size_error, change, handover, tables.placed[i, DEEPEST], taper)
+            seen = Found(good, size_error, change, handover, tables.places[i, DEEPEST], taper)
             settle_one(i, tables.kinds, number, shop, episodes, chosen, pre_dress, by_tape, tally, seen, outcomes)
         draw_rows(
             episodes.tape, episodes.block, episodes.source, episodes.schedule, tables.drawn, tables.spreads, active

@@ -84,7 +84,7 @@ class ProgramViewer(Viewer):
         stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
         part = PartState(*episodes.parts[i].tolist())
         shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
-        kinds = [each.part for each in job.met] or [job.part]
+        kinds = [each.part for each in job.part_stations] or [job.part]
         name_of = job.station_of(shown + 1)
         lowest, highest = self.task.action.speed_ends
         extent = Extent(

@@ -19,15 +19,15 @@ from grind_env.kernel.cache import compile_seconds
 
 SHARE = 0.05
 """Ratio of the time of plain calls to the compile time at which the background process starts to compile."""
-FEW = 0.1
+INLINED_SECONDS = 0.1
 """Time of plain calls after which an inlined function is compiled, s: about its compile time."""
 MANY = 16
 """Number of parallel episodes from which on plain Python is too slow."""
 MANY_ROWS = 1024
 """Number of rows in one call from which on plain Python is too slow."""
-LOOK = 0.25
+CACHE_CHECK_SECONDS = 0.25
 """Time of plain calls between two checks of the cache, s."""
-UNLIKE = ArithmeticError, ValueError
+PYTHON_ERRORS = ArithmeticError, ValueError
 """Errors of Python floats, such as a division by 0, where compiled code continues with infinity or NaN."""
 
 WRITTEN: dict[Any, FunctionType] = {}
@@ -53,7 +53,7 @@ class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
             try:
                 with np.errstate(all="ignore"):  # as compiled code does
                     return as_written(self)(*args)
-            except UNLIKE:
+            except PYTHON_ERRORS:
                 for array, values in before:
                     array[...] = values
             finally:
@@ -66,7 +66,7 @@ class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
         types = tuple(map(self.typeof_pyval, args))
         if self._cache.has(types):
             return True
-        self.due = self.spent + LOOK
+        self.due = self.spent + CACHE_CHECK_SECONDS
         price = compile_seconds(self)
         if self.spent < SHARE * price:
             self.due = SHARE * price
@@ -82,12 +82,12 @@ class Inlined(CPUDispatcher):  # type: ignore[misc]  # numba has no types
 
     def __call__(self, *args: Any) -> Any:
         """Run the function, which changes no argument."""
-        if self.spent < FEW:
+        if self.spent < INLINED_SECONDS:
             begin = time.thread_time()
             try:
                 with np.errstate(all="ignore"):
                     return as_written(self)(*args)
-            except UNLIKE:
+            except PYTHON_ERRORS:
                 pass
             finally:
                 self.spent += time.thread_time() - begin

@@ -13,7 +13,7 @@ from grind_env.machine.dress.program import DressRun
 from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import feed_stroke, table_axis
 from grind_env.machine.part.running import Running
-from grind_env.machine.part.stations import alone, met, sweep_of, sweep_of_plan
+from grind_env.machine.part.stations import as_cycle_strokes, cycle_stations, sweep_of, sweep_of_plan
 from grind_env.machine.watch.obstacles import shows_place
 
 
@@ -45,7 +45,7 @@ class EventConsumer(ABC):
             self.position = event.end
             self.dressing.follow(event)
 
-    def let_part_go(self) -> None:
+    def take_pending_part_off(self) -> None:
         """Take off the part of an earlier M00 with a moving table; the table now stands or a cycle takes it over."""
         stop, self.pending_stop = self.pending_stop, None
         if stop is not None:
@@ -64,7 +64,7 @@ class EventConsumer(ABC):
         """
         if self.dressing.under_way is None:
             if not event.reciprocating:
-                self.let_part_go()
+                self.take_pending_part_off()
             if self.pending_stop is None and self.has_ground:
                 if event.code == "M01":
                     self.gauge(event)
@@ -77,10 +77,10 @@ class EventConsumer(ABC):
         plan, dress = event.plan, None
         if plan.program is not None:
             dress = self.dressing.run(plan.program, self.position, event)
-        self._begin(event.time, plan, met(self.job, sweep_of_plan(plan, self.position)), dress)
+        self._begin(event.time, plan, cycle_stations(self.job, sweep_of_plan(plan, self.position)), dress)
 
     def _begin(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
-        self.let_part_go()
+        self.take_pending_part_off()
         self.has_ground, self.begun, self.plan, self.axis = True, self.begun + 1, plan, plan.axis
         self.begin_block(time, plan, stations, dress)
 
@@ -90,7 +90,7 @@ class EventConsumer(ABC):
             self.move(move)
         else:
             self.position = event.start
-            self._begin(move.begin, event.plan, met(self.job, sweep_of(event)), None)
+            self._begin(move.begin, event.plan, cycle_stations(self.job, sweep_of(event)), None)
             self._stroke(event, 0)
         if shows_place(move):
             self.found, self._moved_at = True, move.begin
@@ -158,7 +158,7 @@ class EventConsumer(ABC):
 
     HAPPENINGS: ClassVar[Mapping[type[Any], Callable[[Any, Any], None]]] = {
         motions.CycleStart: _start_cycle,
-        motions.Stroke: lambda self, event: self._stroke(alone(event), event.number or 0),
+        motions.Stroke: lambda self, event: self._stroke(as_cycle_strokes(event), event.number or 0),
         CycleStrokes: lambda self, event: self._stroke(event, 1),
         **dict.fromkeys((motions.Rapid, motions.Line, motions.Arc, motions.Dwell), _move),
         motions.DressStart: lambda self, event: self.start_dress(event),

@@ -9,7 +9,7 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Programs, motions
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.mounting import Mount
@@ -23,7 +23,7 @@ from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, SLOWED, PartRun, StageResult
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
-from grind_env.machine.part.stations import Swept, met, sweep_of, touched
+from grind_env.machine.part.stations import Swept, cycle_stations, sweep_of, touched_stations
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.watch import RunWatch
@@ -53,9 +53,9 @@ class GrindingRun(EventConsumer):
         self.cycles: dict[int, CyclePlan] = {}
         self._left: dict[int, PartRun] = {}  # parts of this loading left for other stations, by station
         self._shared: dict[int, Unjudged] = {}  # stations of this loading whose strokes met others, too
-        self._met: list[Station] = []  # stations of the parts taken off, in machine coordinates
+        self._part_stations: list[Station] = []  # stations of the parts taken off, in machine coordinates
         self._unmet = {each.name for each in job.stations}
-        self._dresses_anew = False  # whether the dress program is new at this station
+        self._first_dress_at_station = False  # whether the dress program is new at this station
         self.part = self._load(0.0)
         self.gauged_at: float | None = None
 
@@ -74,7 +74,7 @@ class GrindingRun(EventConsumer):
             self.blocks,
             self.cycles,
             self.programs,
-            replace(self.job, met=tuple(self._met)),
+            replace(self.job, part_stations=tuple(self._part_stations)),
         )
 
     @property
@@ -85,9 +85,9 @@ class GrindingRun(EventConsumer):
         """Give the control the current wheel radius, and the true speed and dwell of the table."""
         execution.set_wheel_radius(0.5 * self.mount.diameter)
         execution.set_table(*self.drive)
-        if self._dresses_anew:
+        if self._first_dress_at_station:
             execution.forget_dresses()
-            self._dresses_anew = False
+            self._first_dress_at_station = False
 
     def clock(self, time: float) -> float:
         """Return the time of the job at a time of the control, s, with times outside the program, such as loading."""
@@ -147,22 +147,22 @@ class GrindingRun(EventConsumer):
                 self.mount.gauge()
                 if self.mount.changes > 0:
                     back.change_wheel()
-        elif not part.met and (stations or part.station == ANYWHERE):
+        elif not part.is_met and (stations or part.station == ANYWHERE):
             self.part = self._load(part.began, stations[0] if stations else 0, axis)
             self.part.cutting, self.part.tally = part.cutting, part.tally
-        self.part.met |= bool(stations)
+        self.part.is_met |= bool(stations)
         beside = [k for k in self.station_numbers if k != self.part.station]
         self.watch.obstacles.other_parts = [self._left.get(k) or self._untouched(k, axis) for k in beside]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
-        return bool(stations) and self.part.met and self.part.station not in stations
+        return bool(stations) and self.part.is_met and self.part.station not in stations
 
     def expect(self, time: float, sweep: Swept) -> None:
         """Prepare for a block over this range with the table at rest: change a worn wheel between stations.
 
         A caller that chooses the words of each block calls this before; otherwise the block itself does it.
         """
-        if self.unloaded_at is None and self._leaves_for(met(self.job, sweep)):
+        if self.unloaded_at is None and self._leaves_for(cycle_stations(self.job, sweep)):
             self._change_worn_wheel(time)
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
@@ -205,7 +205,7 @@ class GrindingRun(EventConsumer):
         self.stages.append((*part.ended, part.last_stage))
         self.unjudged.append(part.unjudged)
         if part.station != ANYWHERE:
-            self._met.append(Station(name=self.job.stations[part.station].name, part=part.job.part))
+            self._part_stations.append(Station(name=self.job.stations[part.station].name, part=part.job.part))
 
     def _change_worn_wheel(self, time: float) -> None:
         p = self.part.p
@@ -225,11 +225,11 @@ class GrindingRun(EventConsumer):
     def end(self, event: motions.ProgramEnd) -> None:
         if not self.strokes:
             raise GrindingError(
-                f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
+                f"{self.programs.name} makes no stroke and no groove; {list_codes('or')} sets the table going, "
                 "G76 or G77 cuts grooves, and without these feed moves grind that go straight along the axis across "
                 "G17, G18 or G19, over the part and below its surface"
             )
-        self.let_part_go()
+        self.take_pending_part_off()
         for k in self.station_numbers or [ANYWHERE]:
             if self.unloaded_at is not None and self.watch.obstacles.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(event.time, self.axis, () if k == ANYWHERE else (k,))
@@ -267,7 +267,7 @@ class GrindingRun(EventConsumer):
         if plan.plunge_axis is not None:
             part.deepest = max(part.deepest, part.job.part.surface - plan.depth_target)
         if plan.program is not None and plan.dresses > 0:
-            self._dresses_anew = self.dressing.goes_anew(plan.program, part.station)
+            self._first_dress_at_station = self.dressing.is_first_at_station(plan.program, part.station)
 
     def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
         self._meet(plan.line, stations)
@@ -303,7 +303,7 @@ class GrindingRun(EventConsumer):
     def end_dress(self, event: motions.DressEnd) -> None:
         number = event.program
         place = f"{self.programs.name}:{self.line}: dress program O{number}"
-        if not self.running.turns:
+        if not self.running.is_turning:
             raise DressProgramError(f"{place}: the wheel does not turn in it; program M03 before it, and no M05 in it")
         if self.running.speed != self.dressing_speed:
             raise DressProgramError(
@@ -344,11 +344,11 @@ class GrindingRun(EventConsumer):
         return True
 
     def make_strokes(self, event: CycleStrokes, number: int) -> None:
-        if self.job.stations and (stations := touched(self.job, sweep_of(event))):
+        if self.job.stations and (stations := touched_stations(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
             if self.part.station not in stations:  # the table goes on; a cycle begins at its station
                 loads = self._take_part(event.begins[0], event.plan, stations)
-                self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
+                self.mount.pass_time(self.mount.memory_time, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
             self._take_drive(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -400,7 +400,7 @@ class GrindingRun(EventConsumer):
             self.watch.overload.add(rows, self.part.p)
         if stalls:
             self.delay += self.part.p.stall_time
-            self.mount.lived += self.part.p.stall_time
+            self.mount.memory_time += self.part.p.stall_time
         self.strokes.extend(rows)
         self.plunged += plunged
 
@@ -408,7 +408,7 @@ class GrindingRun(EventConsumer):
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
-        self.let_part_go()
+        self.take_pending_part_off()
         self.has_ground = True
         loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block

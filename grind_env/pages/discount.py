@@ -10,7 +10,7 @@ from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 
-KEPT = 0.9
+SAVINGS_LEFT = 0.9
 """Share at which the savings of a dress still count at the end of the interval."""
 SPEEDS = 8
 """Number of table speeds tried."""

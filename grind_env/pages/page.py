@@ -9,7 +9,7 @@ from typing import Any
 from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstrings import meanings
 from grind_env.envs.learning import WORST_REWARD
-from grind_env.pages.discount import KEPT, dress_interval
+from grind_env.pages.discount import SAVINGS_LEFT, dress_interval
 from grind_env.pages.rewards import RewardSpan
 from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.pages.tables import (
@@ -131,8 +131,8 @@ def _discount(about: TaskSheet) -> str:
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
     return (
-        f"{KEPT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every};"
-        f" at the next dress rewards still count {KEPT:g}"
+        f"{SAVINGS_LEFT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every};"
+        f" at the next dress rewards still count {SAVINGS_LEFT:g}"
     )
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job, Part, Setup
+from grind_env.machine.job.drawn_machines import draw_machine, usual_uncertainty
 from grind_env.machine.job.entries import entries_of
-from grind_env.machine.job.worlds import usual_uncertainty, world
 from grind_env.process.catalogue import USUAL, load_catalogue
 from grind_env.toml import read_toml
 from grind_env.validation import data
@@ -43,7 +43,7 @@ class PublishedSeries(NamedTuple):
         published, model = (each / np.exp(np.log(each).mean(axis=-1, keepdims=True)) for each in sides)
         return self._replace(published=published, model=model)
 
-    def judged(self) -> "PublishedSeries":
+    def with_errors(self) -> "PublishedSeries":
         """Return the series with the errors of level and trend of the model in its name."""
         level = np.exp(np.mean(np.log(self.model[0] / self.published)))
         off, constant = (100.0 * np.std(np.log(each / self.published)) for each in (self.model[0], 1.0))
@@ -65,7 +65,7 @@ def by_machine(points: Sequence[Callable[[Rig], Any]], material: str = "aisi_521
     job = Job(part=part, setup=Setup(**setup))
     unknown, machines = usual_uncertainty(job), [Rig(catalogue)]
     for number in range(MACHINES):
-        drawn = entries_of(world(job, unknown, unknown.root, SEED, number)).items()
+        drawn = entries_of(draw_machine(job, unknown, unknown.root, SEED, number)).items()
         tables: Any = {f"{kind}s": {**getattr(catalogue, f"{kind}s"), each.name: each} for kind, each in drawn}
         machines.append(Rig(replace(catalogue, **tables)))
     return np.array([[point(rig) for point in points] for rig in machines])
@@ -77,7 +77,7 @@ def valves(response: str) -> Iterator[PublishedSeries]:
         place = AlloyRuns._fields.index(response)
         model = by_machine([partial(simulated, wheel=wheel)], "inc751", wheel=wheel.entry)[:, 0, place]
         name = f"{wheel.measured} {wheel.speed:g} m/s"
-        yield PublishedSeries(name, measured(wheel)[place], model).over_mean().judged()
+        yield PublishedSeries(name, measured(wheel)[place], model).over_mean().with_errors()
 
 
 def rotary() -> Iterator[PublishedSeries]:
@@ -87,7 +87,7 @@ def rotary() -> Iterator[PublishedSeries]:
     # .28 mm of a diamond touch the wheel at the usual depth
     setups = [f"lead: {0.28 / float(run[names[0]])}; dresser.speed_ratio: {run[names[1]]}" for run in runs]
     points = [Measurement("Rg 1", "fresh", f"dresser: rotary; {setup}") for setup in setups]
-    yield PublishedSeries("Ra", column(runs, "Ra_um"), by_machine(points, dresser="rotary")).over_mean().judged()
+    yield PublishedSeries("Ra", column(runs, "Ra_um"), by_machine(points, dresser="rotary")).over_mean().with_errors()
 
 
 def bearings() -> Iterator[PublishedSeries]:
@@ -98,7 +98,7 @@ def bearings() -> Iterator[PublishedSeries]:
     cuts = ["; ".join(f"{key}: {run[key]}" for key in ("wheel_speed", "table_speed", "downfeed")) for run in runs]
     for name, quantity in (("no spark-out", "Ra 10"), ("spark-out", "sparked_out")):
         points = [Measurement(quantity, "sharp", f"{usual}; {each}") for each in cuts]
-        yield PublishedSeries(name, Ra, by_machine(points, wheel="b126"), 1.0 + deviation / Ra).judged()
+        yield PublishedSeries(name, Ra, by_machine(points, wheel="b126"), 1.0 + deviation / Ra).with_errors()
 
 
 def partition() -> Iterator[PublishedSeries]:

@@ -112,7 +112,7 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
                 return replace(found, name=text)
             if seed is None:
                 raise PlantError(f"{quoted(text)} is a family of machines: give a seed, as '{text}:1'")
-    return _mix(sorted((_member(name, text, seed, modules) for name in names), key=_order))
+    return _mix_members(sorted((_member(name, text, seed, modules) for name in names), key=_order))
 
 
 def modules_of(text: str) -> list[str]:
@@ -120,7 +120,7 @@ def modules_of(text: str) -> list[str]:
     return [own["module"] for name in text.split("+") if (own := _own_part(name))]
 
 
-def _mix(members: list[tuple[str, Family, int]]) -> Plant:
+def _mix_members(members: list[tuple[str, Family, int]]) -> Plant:
     """Return the machine that mixes some members: names, families and seeds, in the order of a mix."""
     families = tuple(family for _, family, _ in members)
     named = [family.name for family in families]

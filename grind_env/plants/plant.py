@@ -7,7 +7,7 @@ from typing import Any
 
 from grind_env.errors import GrindError, reason
 from grind_env.plants.family import SEED, Family, word_of
-from grind_env.process.gauge import TRUTH, Gauge, beside
+from grind_env.process.gauge import TRUTH, Gauge, chain_gauges
 from grind_env.process.process import PROCESS, Process, composed, joined
 
 
@@ -95,4 +95,4 @@ def _made(families: tuple[Family, ...]) -> tuple[Process, Gauge]:
     process = functools.reduce(lambda inner, each: each.wraps(inner) if each.wraps else inner, families, PROCESS)
     hooks = [each.hook for each in families if each.hook is not None]
     gauges = [each.gauge for each in families if each.gauge is not None]
-    return composed(process, *hooks), beside(*gauges)
+    return composed(process, *hooks), chain_gauges(*gauges)

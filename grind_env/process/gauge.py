@@ -47,7 +47,7 @@ TRUTH = Gauge(_read)
 
 
 @functools.cache
-def beside(*gauges: Gauge) -> Gauge:
+def chain_gauges(*gauges: Gauge) -> Gauge:
     """Chain gauges: each reads what the one before shows. The noise is that of the last gauge."""
     if not gauges:
         return TRUTH

@@ -256,7 +256,7 @@ def _loads(
 
 def _common_limits(job: Job) -> Limits:
     """Return the limits that all parts share; a limit that differs between parts becomes `NO_LIMIT`."""
-    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.met or job.parts) + 1))}
+    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.part_stations or job.parts) + 1))}
     return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.errors import printable
 from grind_env.machine.job import Job
-from grind_env.machine.part.unjudged import Unjudged, lines_said, runs
+from grind_env.machine.part.unjudged import Unjudged, list_lines, runs
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
@@ -254,7 +254,7 @@ def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Se
 
 def not_judged(found: Sequence[Unjudged]) -> str:
     """Return the sentence on a part that is not judged."""
-    return f"not judged ({lines_said(line for each in found for line in each.lines)})"
+    return f"not judged ({list_lines(line for each in found for line in each.lines)})"
 
 
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from grind_env.errors import GrindError
 from grind_env.kernel import compile_at_once
 from grind_env.kernel.random import WORD
 from grind_env.machine.job import Job
+from grind_env.machine.job.drawn_machines import draw_machine, uncertainty_of
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import known_of, world
 from grind_env.plants import find_plant
 from grind_env.process.process import PROCESS
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
@@ -73,7 +73,7 @@ class Fleet:
             (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
         ]
         job, root = trials.simulation.job, self.uncertainty.root
-        drawn = world if use is LotUse.SEARCH else machine
+        drawn = draw_machine if use is LotUse.SEARCH else machine
         machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.spread_by(self.spread).on(seeds, machines, self.uncertainty.drift)
 
@@ -87,7 +87,7 @@ def fleet_of(
     returned for such a program.
     """
     job = trials.simulation.job
-    uncertainty = known_of(job)
+    uncertainty = uncertainty_of(job)
     every = Fleet(uncertainty, seed, (0,) if uncertainty.is_certain else tuple(range(NEEDED)))
     if not trials.simulation.compiled:
         return None if job.uncertainty is None else every
@@ -162,7 +162,7 @@ class _Evidence:
 
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
     """Return a possible machine by number; if the job does not fix its laws, the laws of a `public` machine."""
-    drawn = world(job, uncertainty, root, seed, number)
+    drawn = draw_machine(job, uncertainty, root, seed, number)
     return (
         drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
         if job.uncertainty is None and not job.plant and job.process is PROCESS
@@ -175,6 +175,6 @@ def compile_all(once: Trials) -> None:
     job = once.simulation.job
     if once.simulation.compiled:
         compile_at_once()
-        known = known_of(job)
-        for draw in (world, machine):
+        known = uncertainty_of(job)
+        for draw in (draw_machine, machine):
             once.on(once.seeds, [draw(job, known, known.root, 0, 0)]).measure(once.own[None])

@@ -26,7 +26,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script.repetition import FEW, is_straight, repeated, with_job
+from grind_env.machine.script.repetition import SAMPLE_RUNS, is_straight, repeated, with_job
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_settings
 from grind_env.machine.script.tables import BlockRow
@@ -346,7 +346,7 @@ def trials_of(
         )
     began = monotonic()
     batch, script = _batch_of_few(programs, job, runs, ranges_of(picks, spark_outs))
-    execution = (monotonic() - began) / FEW
+    execution = (monotonic() - began) / SAMPLE_RUNS
     try:
         simulation = JobSimulation(
             batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between, script=script
@@ -365,11 +365,11 @@ def trials_of(
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
     """Return a batch of all runs; if all runs are alike, a batch of a few runs and the script of all runs."""
-    if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
-        few = batch_of(programs, FEW, job.variables)
+    if runs > SAMPLE_RUNS and is_straight(programs) and not (job.parts or job.stations):
+        few = batch_of(programs, SAMPLE_RUNS, job.variables)
         with suppress(GrindError):  # the batch of all runs reports the error
             # up to half the block budget: a longer program is executed in full, which shows where it exceeds the budget
-            _require_budget(few.programs, job, FEW * BLOCK_BUDGET // (2 * runs))
+            _require_budget(few.programs, job, SAMPLE_RUNS * BLOCK_BUDGET // (2 * runs))
             script = repeated(script_of(few.programs, job, ranges), runs)
             if script is not None:
                 return few, script

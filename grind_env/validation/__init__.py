@@ -24,7 +24,7 @@ __all__ = [
     "Evidence",
     "Rig",
     "Row",
-    "is_as_known",
+    "is_expected",
     "known_failures",
     "row_of",
     "unfit_uses",
@@ -56,6 +56,6 @@ def unfit_uses() -> Mapping[str, str]:
     return MappingProxyType({each["use"]: each["why"] for each in listed})
 
 
-def is_as_known(row: Row) -> bool:
-    """Return whether a row passes, or is a known failure."""
+def is_expected(row: Row) -> bool:
+    """Return whether a row passes, or fails as `known_failures.toml` says."""
     return row.passed != (row.check.name in known_failures())

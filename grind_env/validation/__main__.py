@@ -1,4 +1,4 @@
-"""`python -m grind_env.validation`: validate the process model. Exit status 1 if a row or a law is not as known."""
+"""`python -m grind_env.validation`: validate the process model. Exit status 1 after an unexpected result."""
 
 import argparse
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from grind_env.files import check_target
 from grind_env.terminal import command, table_console
-from grind_env.validation import is_as_known, validate
+from grind_env.validation import is_expected, validate
 from grind_env.validation.mutations import mutate
 from grind_env.validation.report import WIDTH, print_mutations, print_report, write_csv
 
@@ -17,7 +17,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m grind_env.validation", description=__doc__)
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write all rows to this CSV file, too")
     parser.add_argument(
-        "--mutate", action="store_true", help="list instead which rows notice that one law of the process is changed"
+        "--mutate", action="store_true", help="change one law of the process at a time and list the rows that then fail"
     )
     options = parser.parse_args(arguments)
     console = table_console()
@@ -25,7 +25,7 @@ def main(arguments: Sequence[str]) -> int:
     if options.mutate:
         found = mutate()
         print_mutations(found, console)
-        return 0 if all(each.as_known for each in found) else 1
+        return 0 if all(each.is_expected for each in found) else 1
     file: Path | None = options.csv
     if file is not None:
         check_target(file)
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     print_report(rows, console)
     if file is not None:
         write_csv(rows, file)
-    return 0 if all(map(is_as_known, rows)) else 1
+    return 0 if all(map(is_expected, rows)) else 1
 
 
 if __name__ == "__main__":

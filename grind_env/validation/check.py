@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from grind_env.errors import GrindError
 from grind_env.evidence import Basis, Evidence
-from grind_env.validation.rig import Beyond, Rig
+from grind_env.validation.rig import Rig, Violation
 
 GROUPS = {
     1: "Dress depth and lead",
@@ -98,7 +98,7 @@ class Row:
     check: Check
     value: float
     missing: str = ""
-    outside: tuple[Beyond, ...] = ()
+    outside: tuple[Violation, ...] = ()
 
     @property
     def passed(self) -> bool:

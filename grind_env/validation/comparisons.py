@@ -73,7 +73,7 @@ def wear_on_volume(rig: Rig, wheel: str) -> float:
     return exponent(VOLUMES, [rig.used(volume, material="inc751", wheel=wheel).worn for volume in VOLUMES])
 
 
-def too_thin(rig: Rig, waits: float) -> float:
+def excess_removal_by_growth(rig: Rig, waits: float) -> float:
     """Return the stock that is removed in excess because the part grows with heat, um.
 
     The test is roughing with a wheel due for a dress, `waits` strokes in the air to cool, and two more infeeds.

@@ -52,10 +52,10 @@ class Measurement:
                 kind, _, field = name.rstrip(":").rpartition(".")
                 place = setup.setdefault("changes", {}).setdefault(kind, {}) if kind else setup
                 place[field] = values[k] if len(values) > 1 else values[0]
-            found.append(self._taken(rig, setup))
+            found.append(self._measured(rig, setup))
         return NUMBERS[self.number](found, swept)
 
-    def _taken(self, rig: Rig, setup: dict[str, Any]) -> float:
+    def _measured(self, rig: Rig, setup: dict[str, Any]) -> float:
         name, *arguments = _words(self.quantity)
         if not self.wheel:
             return float(getattr(comparisons, name)(rig, *arguments, **setup))

@@ -15,9 +15,9 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import CHECKS, data, known_failures, row_of
 from grind_env.validation.rig import Rig
 
-LEAST = 2
+LEAST_ROWS = 2
 """Least number of rows that must notice the change of a law that carries a decision."""
-OF_ENTRIES = "idle fields"
+SKIPPED_ROW = "idle fields"
 """Row that is left out: it checks entries of the catalogue, not laws, and takes a fifth of the time of all rows."""
 
 
@@ -33,7 +33,7 @@ class Law(NamedTuple):
     decides: str = ""
     """The decision of a shop that the law carries; "" for none."""
     known: str = ""
-    """Reason why fewer than `LEAST` rows notice the law; "" if `LEAST` rows must notice it."""
+    """Reason why fewer than `LEAST_ROWS` rows notice the law; "" if `LEAST_ROWS` rows must notice it."""
 
     def original(self) -> Any:
         """Return the unchanged function of the process."""
@@ -52,16 +52,16 @@ class Law(NamedTuple):
 LAWS = tuple(Law(**row) for row in data.rows("laws", Path(__file__).parent))
 
 
-class Noticed(NamedTuple):
+class MutationResult(NamedTuple):
     """A changed law and the names of the rows that pass without the change and fail with it."""
 
     law: Law
     rows: tuple[str, ...]
 
     @property
-    def as_known(self) -> bool:
+    def is_expected(self) -> bool:
         """Return whether enough rows notice the law, or it is a known exception."""
-        return not self.law.decides or (len(self.rows) < LEAST) == bool(self.law.known)
+        return not self.law.decides or (len(self.rows) < LEAST_ROWS) == bool(self.law.known)
 
 
 @contextmanager
@@ -77,15 +77,15 @@ def changed(law: Law) -> Iterator[None]:
         function.__code__ = before
 
 
-def notice(law: Law) -> Noticed:
+def notice(law: Law) -> MutationResult:
     """Return a law with the rows that notice its change."""
     rig = Rig(load_catalogue())
-    checks = [check for check in CHECKS if check.name not in known_failures() and check.name != OF_ENTRIES]
+    checks = [check for check in CHECKS if check.name not in known_failures() and check.name != SKIPPED_ROW]
     with changed(law):
-        return Noticed(law, tuple(check.name for check in checks if not row_of(check, rig).passed))
+        return MutationResult(law, tuple(check.name for check in checks if not row_of(check, rig).passed))
 
 
-def mutate(laws: Sequence[Law] = LAWS) -> list[Noticed]:
+def mutate(laws: Sequence[Law] = LAWS) -> list[MutationResult]:
     """Return each law with the rows that notice its change; laws change one at a time, in uncompiled processes."""
     before = os.environ.get("NUMBA_DISABLE_JIT", "0")
     os.environ["NUMBA_DISABLE_JIT"] = "1"

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from grind_env.files import write_csv as write_rows
 from grind_env.table import Cell, Column, table_of
-from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
-from grind_env.validation.mutations import LEAST, Noticed
+from grind_env.validation import GROUPS, Evidence, Row, is_expected, known_failures, unfit_uses
+from grind_env.validation.mutations import LEAST_ROWS, MutationResult
 from grind_env.validation.rig import CONDITIONS
 
 WIDTH = 120
@@ -27,7 +27,7 @@ def number(value: float) -> str:
 
 def verdict(row: Row) -> str:
     """Return the result of a row, in a word or two."""
-    if is_as_known(row):
+    if is_expected(row):
         return "pass" if row.passed else "known to fail"
     return "passes, though known to fail" if row.passed else "FAILS"
 
@@ -41,7 +41,7 @@ def _described(row: Row) -> Cell:
     """Return a cell with name, conditions, source of the band and remarks of a row, a line each."""
     why = f"why: {reason(row)}" if reason(row) else ""
     said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
-    return Cell(row.check.what, "" if row.passed else "poor" if is_as_known(row) else "bad", said)
+    return Cell(row.check.what, "" if row.passed else "poor" if is_expected(row) else "bad", said)
 
 
 def outside(row: Row) -> str:
@@ -65,7 +65,7 @@ CSV_COLUMNS = (
     *("group", "name", "what", "at", "evidence", "source", "reference", "predicted", "low", "high", "unit"),
     *("verdict", "reason", "outside limits"),
 )
-LOOK = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1)}
+TABLE_STYLE = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1)}
 
 
 def sources(rows: Sequence[Row]) -> str:
@@ -85,8 +85,8 @@ def beyond_limits(rows: Sequence[Row]) -> str:
 def totals(rows: Sequence[Row]) -> str:
     """Return how many rows pass and fail, in one line."""
     passed = sum(row.passed for row in rows)
-    known = sum(not row.passed and is_as_known(row) for row in rows)
-    wrong = sum(not is_as_known(row) for row in rows)
+    known = sum(not row.passed and is_expected(row) for row in rows)
+    wrong = sum(not is_expected(row) for row in rows)
     return f"{len(rows)} rows: {passed} pass, {known} known to fail, {wrong} unexpected"
 
 
@@ -97,7 +97,7 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
     console.print(CONDITIONS)
     console.print()
     for group, members in groupby(rows, lambda row: row.check.group):
-        table_of(COLUMNS, members, f"{group}. {GROUPS[group]}").print(console, **LOOK)
+        table_of(COLUMNS, members, f"{group}. {GROUPS[group]}").print(console, **TABLE_STYLE)
     console.print(Text("The model must not be used for", "bold"))
     for use, why in unfit_uses().items():
         console.print(f"- {use}: {why}.")
@@ -105,20 +105,20 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
     console.print(totals(rows))
 
 
-def _law(found: Noticed) -> Cell:
-    why = found.law.known and f"why: {found.law.known}"
-    return Cell(found.law.name, "" if found.as_known else "bad", "\n".join(filter(None, ("; ".join(found.rows), why))))
+def _law(found: MutationResult) -> Cell:
+    texts = "; ".join(found.rows), found.law.known and f"why: {found.law.known}"
+    return Cell(found.law.name, "" if found.is_expected else "bad", "\n".join(filter(None, texts)))
 
 
-def print_mutations(found: Sequence[Noticed], console: Console) -> None:
+def print_mutations(found: Sequence[MutationResult], console: Console) -> None:
     """Print the rows that notice each changed law, and the number of laws that are noticed."""
     counted = Column("rows", lambda each: len(each.rows), right=True)
     columns = (Column("law, noticed by", _law, wrap=True), Column("decides", "law.decides"), counted)
-    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **LOOK)
+    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **TABLE_STYLE)
     idle = sum(not each.law.decides for each in found)
-    enough = sum(len(each.rows) >= LEAST for each in found)
-    wrong = sum(not each.as_known for each in found)
-    said = f"{len(found)} laws, {idle} of them decide nothing: {enough} are noticed by {LEAST} rows or more"
+    enough = sum(len(each.rows) >= LEAST_ROWS for each in found)
+    wrong = sum(not each.is_expected for each in found)
+    said = f"{len(found)} laws, {idle} of them without a decision: {enough} are noticed by {LEAST_ROWS} rows or more"
     console.print(f"{said}; {wrong} unexpected")
 
 

@@ -133,7 +133,7 @@ SLACK = 1e-9
 """Tolerance of a limit as a share of the limit, for rounding errors of unit conversions."""
 
 
-class Beyond(NamedTuple):
+class Violation(NamedTuple):
     """A number of a set-up that is beyond the limit of an entry, and this limit, both in `unit`."""
 
     what: str
@@ -153,18 +153,18 @@ class Beyond(NamedTuple):
         return f"{self.what} {self.value:.4g} {self.unit} ({self.entry}: {end} {self.limit:g})"
 
 
-def beyond(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Beyond]:
+def violations(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Violation]:
     """Return the conditions of a set-up beyond the limits of its wheel and machine."""
     turning = setup.diameter if setup.constant_surface_speed else wheel.diameter
     speed, spindle_speed = setup.wheel_speed, 60_000.0 * setup.wheel_speed / (math.pi * turning)
     most = (
-        Beyond("wheel speed", speed * setup.diameter / turning, "m/s", wheel.name, wheel.maximum_speed),
-        Beyond("wheel diameter", setup.diameter, "mm", wheel.name, wheel.diameter),
-        Beyond("width", setup.width, "mm", wheel.name, wheel.width),
-        Beyond("spindle speed", spindle_speed, "1/min", machine.name, machine.maximum_spindle_speed),
-        Beyond("table speed", 0.06 * setup.table_speed, "m/min", machine.name, machine.maximum_table_speed / 1000.0),
+        Violation("wheel speed", speed * setup.diameter / turning, "m/s", wheel.name, wheel.maximum_speed),
+        Violation("wheel diameter", setup.diameter, "mm", wheel.name, wheel.diameter),
+        Violation("width", setup.width, "mm", wheel.name, wheel.width),
+        Violation("spindle speed", spindle_speed, "1/min", machine.name, machine.maximum_spindle_speed),
+        Violation("table speed", 0.06 * setup.table_speed, "m/min", machine.name, machine.maximum_table_speed / 1000.0),
     )
-    least = Beyond("wheel diameter", setup.diameter, "mm", wheel.name, wheel.minimum_diameter)
+    least = Violation("wheel diameter", setup.diameter, "mm", wheel.name, wheel.minimum_diameter)
     found = [each for each in most if each.value > each.limit * (1.0 + SLACK)]
     return found + [least] * (least.value < least.limit * (1.0 - SLACK))
 
@@ -229,7 +229,7 @@ class Rig:
     """Maker of grinders from a catalogue; `outside` keeps the conditions of set-ups farthest beyond its limits."""
 
     catalogue: Catalogue
-    outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
+    outside: dict[tuple[str, str], Violation] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
         """Return a freshly dressed wheel over a new part; arguments as in `SetUp`."""
@@ -281,7 +281,7 @@ class Rig:
         catalogue, changes = self.catalogue, setup.changes
         wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
         machine = changed(catalogue.machine("default"), changes.get("machine", {}))
-        for found in beyond(setup, wheel, machine):
+        for found in violations(setup, wheel, machine):
             known = self.outside.setdefault((found.entry, found.what), found)
             self.outside[found.entry, found.what] = max(known, found, key=lambda each: each.excess)
         return stroke_parameters(

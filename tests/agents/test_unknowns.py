@@ -12,7 +12,7 @@ from agents.dressing import unknowns
 from agents.dressing.unknowns import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
 from agents.tables import csv_rows
 from grind_env import examples
-from grind_env.machine.job.worlds import USUAL_SPREADS
+from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.shop import calls
 from grind_env.shop.sweep.study import SweepRanges
 from grind_env.task_version import TASK_VERSION

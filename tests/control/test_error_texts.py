@@ -31,7 +31,7 @@ from grind_env.control.functions import FunctionFault
 from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.modal_state import Modes
 from grind_env.control.options import interrupts_of
-from grind_env.control.source import HELD
+from grind_env.control.source import IN_MEMORY_BYTES
 from grind_env.control.words import Block, read_block
 from grind_env.toml import tomllib
 from tests.command import status
@@ -94,7 +94,7 @@ def hold(folder: Path) -> None:
 
 def changed_file(folder: Path) -> None:
     path = folder / "part.nc"
-    path.write_text("G00 X1.\n" * (HELD // 8 + 1))
+    path.write_text("G00 X1.\n" * (IN_MEMORY_BYTES // 8 + 1))
     programs = read_file(path)
     path.write_text("G00 X1.\n")
     list(programs.main.blocks)

@@ -142,7 +142,7 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
 def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A file's path; what is written there is kept in memory, or read again."""
     if request.param == "read again":
-        monkeypatch.setattr(source_module, "HELD", -1)
+        monkeypatch.setattr(source_module, "IN_MEMORY_BYTES", -1)
     return tmp_path / "part.nc"
 
 
@@ -229,7 +229,7 @@ def test_one_line_of_many_blocks_is_a_stream_too(tmp_path: Path) -> None:
 
 
 def test_a_file_that_changes_is_not_read_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_module, "HELD", -1)
+    monkeypatch.setattr(source_module, "IN_MEMORY_BYTES", -1)
     monkeypatch.setattr(source_module, "CHUNK", 4)
     path = tmp_path / "part.nc"
     path.write_text("X1\n" * 20_000)

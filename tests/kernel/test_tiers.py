@@ -24,7 +24,7 @@ from grind_env.kernel.background import Background
 from numba.core.registry import CPUDispatcher
 from toy_parts import scaled
 
-tiers.LOOK = 0.001
+tiers.CACHE_CHECK_SECONDS = 0.001
 kernel, said = scaled(3.0), None
 plain = kernel(2.0)
 end = time.monotonic() + 60.0

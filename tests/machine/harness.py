@@ -7,8 +7,8 @@ from grind_env.control import Control, Programs, execute, read
 from grind_env.control.rules import motion_time
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
+from grind_env.machine.job.drawn_machines import draw_machine
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import world
 from grind_env.machine.loops.cycle import Stroking, dress_lead
 from grind_env.machine.loops.pace import pace_of
 from grind_env.machine.record import GrindingRecord
@@ -120,8 +120,8 @@ def machine_after(programs: Programs, job: Job, control: Control | None = None) 
     return machine
 
 
-def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
-    return tuple(world(job, uncertainty, uncertainty.root, seed, k) for k in range(count))
+def drawn_machines(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
+    return tuple(draw_machine(job, uncertainty, uncertainty.root, seed, k) for k in range(count))
 
 
 def told_stepped(record: GrindingRecord) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.file import load_job
-from grind_env.machine.part.running import Running, Told
+from grind_env.machine.part.running import Running, RunningWarnings
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, told_stepped
 
@@ -105,7 +105,7 @@ def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -
     running.set_speed(Spindle(0.0, round(60_000.0 * speed / (math.pi * 300.0))))
     running.switch(Switch(0.0, turning=True, coolant=True))
     assert running.setup is own.setup and running.fault is None
-    assert list(Told().of(running, 300.0)) == []
+    assert list(RunningWarnings().of(running, 300.0)) == []
 
 
 @pytest.mark.parametrize("words", ["S1450 M03 M08", "S1507 M03 M08", "G96 S1680 M03 M08"])

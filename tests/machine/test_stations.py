@@ -90,7 +90,7 @@ def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job,
     first, second = strokes(one, dress=dress), strokes(other)
     together = run(HEAD + first + second + "M30\n", whole)
     apart = alone(HEAD + first + "M00\n" + second + "M30\n", whole, whole)
-    assert [each.name for each in together.job.met] == ["a", "b"]
+    assert [each.name for each in together.job.part_stations] == ["a", "b"]
     for name in together.strokes.dtype.names or ():
         if name not in ("time", "line"):
             np.testing.assert_array_equal(together.strokes[name], apart.strokes[name], name)
@@ -150,7 +150,7 @@ def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
     assert simulation.compiled and [block.finished for block in simulation.blocks] == [1, 1, 1, 1]
     written = simulation.writer.written(episodes, 1, blocks)
     record = grind(read(written.program, "test.nc"), written.job)
-    assert [each.name for each in record.job.met] == ["left", "right"] * 2
+    assert [each.name for each in record.job.part_stations] == ["left", "right"] * 2
     last = record.strokes[-1]
     wheel = dict(zip(("ds", "A", "lam", "V"), episodes.wheels[1], strict=False))
     for name in ("ds", "A", "V", "lam"):
@@ -212,7 +212,8 @@ def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:
     record = run(text, two())
     (told,) = record.warnings
     assert told.startswith("test.nc:6: its strokes meet the parts of stations left and right at once")
-    assert record.parts["survival"].tolist() == [0.0, 0.0] and [m.name for m in record.job.met] == ["left", "right"]
+    assert record.parts["survival"].tolist() == [0.0, 0.0]
+    assert [each.name for each in record.job.part_stations] == ["left", "right"]
     assert [found[0].lines for found in record.unjudged] == [(6,), (6,)]
     with pytest.raises(UnjudgedError, match="left and right at once"):
         script_of(read(text + DRESS, "test.nc"), two())

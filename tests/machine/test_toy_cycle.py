@@ -22,7 +22,7 @@ from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.loops import Loops, loops_of
 from grind_env.machine.loops.zones import EDGES
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script.replay import Placed, blocks_of
+from grind_env.machine.script.replay import BlockPlace, blocks_of
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -171,7 +171,7 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert_ground(case, record, *numbers[3:])
 
 
-OneBlock = namedtuple("OneBlock", "blocks plans motions placed cycles rows settings parameters")
+OneBlock = namedtuple("OneBlock", "blocks plans motions places cycles rows settings parameters")
 """What `grind_blocks` takes as a script."""
 
 
@@ -183,11 +183,11 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         record = run(case.text, job())
         script = tables_of(script_of(read(case.text + DRESS), job()))
         row, plan = BlockRow(*script.blocks[0]), PlanRow(*script.plans[0])
-        depths = row.start, row.bottom, row.finish, row.finish_besides, plan.depth
-        placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0, 1.0, 0.15, 0.0)])
+        depths = row.start, row.bottom, row.finish, row.finish_of_other_blocks, plan.depth
+        places = np.array([BlockPlace(*depths, plan.pre_dress, row.motion, -1.0, 1.0, 0.15, 0.0)])
         _, parameters, wheels, parts, tallies = tables([case])
         first, room = np.zeros(1, np.int64), np.empty((1, CYCLE_FIELDS))
-        one = OneBlock(*script[:2], script.motions, placed, room, first, script.own_settings, parameters)
+        one = OneBlock(*script[:2], script.motions, places, room, first, script.own_settings, parameters)
         grind_blocks(one, *map(as_table, (wheels, parts, tallies)), first)
         assert_ground(case, record, parts, tallies)
 

@@ -10,11 +10,11 @@ import pytest
 from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
+from grind_env.machine.job.drawn_machines import USUAL_SPREADS, uncertainty_of, usual_uncertainty
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import USUAL_SPREADS, known_of, usual_uncertainty
-from tests.machine.harness import worlds
+from tests.machine.harness import drawn_machines
 
 PLATE = examples.path("plate_g82.nc").with_suffix(".toml")
 TABLE = """
@@ -109,18 +109,18 @@ def test_a_table_that_is_none_is_told(tmp_path: Path) -> None:
 def test_machines_scatter_as_they_are_said_to(tmp_path: Path) -> None:
     """Against spreads and correlation of the table: 2000 of them, so that a standard deviation is within some 5 %."""
     job = load_job(job_with(tmp_path, FITTED.replace("residual = 0.04", "residual = 0")))
-    drawn = worlds(job, known_of(job), 3, 2000)
+    drawn = drawn_machines(job, uncertainty_of(job), 3, 2000)
     logs = np.log([[each.part.material.ploughing_pressure, each.setup.wheel.roughness] for each in drawn])
     assert logs.mean(axis=0) == pytest.approx(np.log([0.7, job.setup.wheel.roughness]), abs=0.015)
     assert logs.std(axis=0) == pytest.approx([0.2, 0.1], rel=0.05)
     assert np.corrcoef(logs.T)[0, 1] == pytest.approx(0.8, abs=0.03)
-    assert drawn[:3] == worlds(job, known_of(job), 3, 3) != worlds(job, known_of(job), 4, 3)
+    assert drawn[:3] == drawn_machines(job, uncertainty_of(job), 3, 3) != drawn_machines(job, uncertainty_of(job), 4, 3)
 
 
 def test_the_residual_scales_all_forces_alike() -> None:
     job = load_job(PLATE)
     only = Uncertainty(names=(), spread=(), correlation=(), residual=0.1)
-    drawn = worlds(job, only, 1, 500)
+    drawn = drawn_machines(job, only, 1, 500)
     fields = job.parameters._fields
     nominal = np.where(np.array(job.parameters) == 0.0, 1.0, job.parameters)
     factors = np.array([np.array(each.parameters) / nominal for each in drawn])
@@ -137,9 +137,9 @@ def test_the_residual_scales_all_forces_alike() -> None:
 def test_what_would_be_beyond_a_legal_range_is_the_end_of_it() -> None:
     job = load_job(PLATE)
     wide = Uncertainty(names=("wheel.dressed_wear_flat",), spread=(3.0,), correlation=((1.0,),))
-    assert max(each.setup.wheel.dressed_wear_flat for each in worlds(job, wide, 1, 100)) == 0.1
+    assert max(each.setup.wheel.dressed_wear_flat for each in drawn_machines(job, wide, 1, 100)) == 0.1
     low = replace(job, setup=replace(job.setup, wheel=replace(job.setup.wheel, wear_flat_limit=0.05)))
-    most = max(each.setup.wheel.dressed_wear_flat for each in worlds(low, wide, 1, 100))
+    most = max(each.setup.wheel.dressed_wear_flat for each in drawn_machines(low, wide, 1, 100))
     assert most == pytest.approx(0.99 * 0.05)  # which must be more than it
 
 
@@ -149,12 +149,12 @@ def test_numbers_that_are_legal_one_by_one_alone_are_told() -> None:
     with pytest.raises(
         GrindError, match=r"uncertainty: some of the machines .* must be below wear_flat_limit.*smaller"
     ):
-        worlds(load_job(PLATE), wide, 1, 100)
+        drawn_machines(load_job(PLATE), wide, 1, 100)
 
 
 def test_without_a_calibration_machines_are_as_uncertain_as_the_catalogue() -> None:
     job = load_job(PLATE)
-    usual = known_of(job)
+    usual = uncertainty_of(job)
     assert usual == usual_uncertainty(job) and usual.source == ""
     assert usual.names == tuple(USUAL_SPREADS) and usual.spread[1] == math.log(1.5)
     soft = replace(job, part=replace(job.part, material=replace(job.part.material, loading_rate=0.0)))
@@ -166,7 +166,7 @@ def test_stations_of_the_same_material_get_it_too(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
     path.write_text(f"{text}\n[[stations]]\nstart = 0\n[[stations]]\nstart = 500\nmaterial = 'aisi_1045'\n")
     job = load_job(path)
-    machine: Job = worlds(job, known_of(job), 1, 1)[0]
+    machine: Job = drawn_machines(job, uncertainty_of(job), 1, 1)[0]
     first, second = (each.part.material for each in machine.stations)
     assert first == machine.part.material != job.part.material
     assert second == job.stations[1].part.material

@@ -17,7 +17,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part.coverage import CELL
-from grind_env.machine.part.unjudged import UnjudgedError, lines_said
+from grind_env.machine.part.unjudged import UnjudgedError, list_lines
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.script import script_of
 from tests.command import status
@@ -161,8 +161,8 @@ def test_of_many_rounds_one_sentence_has_the_lines() -> None:
     again = "#1=0\nWHILE [#1 LT 100] DO 1\n" + BACK + CYCLE + "G80\nG00 Y20.\n#1=#1+1\nEND 1\n"
     found = run(CYCLE + AWAY + again)
     assert len(found.warnings) == 1 and lines_of(found) == [(10,)]
-    assert lines_said(range(1, 4000, 3)) == "lines 1 to 3997"
-    assert lines_said([7]) == "line 7" and lines_said([9, 3, 4, 5]) == "lines 3 to 5, 9"
+    assert list_lines(range(1, 4000, 3)) == "lines 1 to 3997"
+    assert list_lines([7]) == "line 7" and list_lines([9, 3, 4, 5]) == "lines 3 to 5, 9"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState, Stroking, Zone
-from grind_env.machine.loops.strips import beneath, contact_at, cut_surface, in_cut, joined
+from grind_env.machine.loops.strips import add_to_cut, add_zone, contact_at, cut_surface, is_cut
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.part.gauging import gauge, gauge_zones
@@ -258,9 +258,9 @@ def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int,
     made = [Zone(S, Rs, S, 0.0, float(strips), *steps) for strips, S, Rs, *steps in zones]
     contact = contact_at(1.0)
     for zone in made:
-        contact = beneath(contact, zone, True)
+        contact = add_zone(contact, zone, True)
     for zone in made:
-        contact = joined(contact, zone, in_cut(contact, zone, True))
+        contact = add_to_cut(contact, zone, is_cut(contact, zone, True))
     strips = [zone for zone in made for _ in range(int(zone.strips))]
     width, part = cut_surface(contact, 60.0, 1.0)
     assert width == 60.0

@@ -9,7 +9,7 @@ import pytest
 from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
-from grind_env.machine.job.worlds import USUAL_SPREADS
+from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.pages.fields import fields_page
 from grind_env.pages.series import MACHINES, PublishedSeries, by_machine, plot_series
 from grind_env.process.catalogue import KINDS, load_catalogue
@@ -80,8 +80,8 @@ def test_a_band_is_of_machines_that_differ_by_the_usual_spreads():
 
 def test_a_name_says_level_and_trend():
     x = np.array([1.0, 2.0, 4.0])
-    assert PublishedSeries("half", x, 3.0 * x[np.newaxis] ** 0.6).judged().name == "half: × 2.3, 23 % (57 %)"
-    assert PublishedSeries("flat", x, np.ones((1, 3))).over_mean().judged().name == "flat: 57 % (57 %), against"
+    assert PublishedSeries("half", x, 3.0 * x[np.newaxis] ** 0.6).with_errors().name == "half: × 2.3, 23 % (57 %)"
+    assert PublishedSeries("flat", x, np.ones((1, 3))).over_mean().with_errors().name == "flat: 57 % (57 %), against"
 
 
 def test_the_picture_is_drawn_and_its_caption_names_data_that_ship(tmp_path):

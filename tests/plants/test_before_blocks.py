@@ -10,7 +10,7 @@ from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.plants import FAMILIES, Plant
 from grind_env.plants.plant import mixed
 from grind_env.process import equations as eq
-from grind_env.process.gauge import QUIET, GaugeReadings, beside
+from grind_env.process.gauge import QUIET, GaugeReadings, chain_gauges
 from tests.plants.written import Shop, written
 from tests.process.harness import CATALOGUE, parameters
 
@@ -204,5 +204,5 @@ def test_gauges_show_what_those_before_them_show_and_noise_comes_once() -> None:
     own = plant.remembers(*plant.own)
     both, _ = written(noisy(plant.gauge).read)(TRUTH, own, 1e3, noise)
     plain, _ = written(GAUGE.read)(found._replace(diameter=TRUTH.diameter), own, 1e3, noise)
-    assert both == plain and noisy(beside()) is GAUGE
-    assert beside() is beside() and beside(FAMILY["meter"].gauge) is beside(FAMILY["meter"].gauge)
+    assert both == plain and noisy(chain_gauges()) is GAUGE
+    assert all(chain_gauges(*gauges) is chain_gauges(*gauges) for gauges in ((), (FAMILY["meter"].gauge,)))

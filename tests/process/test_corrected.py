@@ -17,7 +17,7 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process.corrected import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
-from tests.machine.harness import worlds
+from tests.machine.harness import drawn_machines
 
 PLATE = "plate_g82"
 
@@ -94,7 +94,7 @@ def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
     left = Uncertainty(names=names, spread=(0.1, 0.2), correlation=((1.0, 0.0), (0.0, 1.0)))
     held = replace(job, uncertainty=left)
     assert job.process is PROCESS and held.process is CORRECTED and not any(exponents_of(held.part.material))
-    some = worlds(held, left, 1, 4)
+    some = drawn_machines(held, left, 1, 4)
     assert {each.process for each in some} == {CORRECTED} and len({each.own for each in some}) == 4
     assert replace(held, uncertainty=None).process is PROCESS
 

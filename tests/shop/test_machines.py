@@ -12,10 +12,10 @@ import pytest
 from grind_env.control import read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.job.drawn_machines import uncertainty_of
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import known_of
 from grind_env.machine.script.settings import D, E
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
@@ -30,7 +30,7 @@ from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.command import Grind, status
 from tests.examples import few
-from tests.machine.harness import worlds
+from tests.machine.harness import drawn_machines
 from tests.shop.programs import EXAMPLES, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
@@ -55,7 +55,7 @@ def trials(name: str, job: Job, runs: int = 2) -> Trials:
 @pytest.mark.parametrize("name", few(("keyway_g81", "plate_g82", "rail_g83")))
 def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) -> None:
     job = load_job(EXAMPLES / f"{name}.toml")
-    machines = worlds(job, known_of(job), 1, 3)
+    machines = drawn_machines(job, uncertainty_of(job), 1, 3)
     if laws == "public":
         machines = tuple(each.on(find_plant(f"public:{k}")) for k, each in enumerate(machines))
     together = trials(name, job).on(LOTS, machines)
@@ -123,7 +123,7 @@ def test_forces_are_added_to_factors_of_a_part() -> None:
 def test_a_program_that_the_control_executes_is_ground_on_machines_too(runs: int) -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     text = PLATE.replace("G94 G90", "G94 G90 G96", 1)
-    machines = worlds(job, known_of(job), 1, 2)
+    machines = drawn_machines(job, uncertainty_of(job), 1, 2)
     seeds = LOTS[:2]
     executed = trials_of(read(text), job, runs, seeds).on(seeds, machines)
     assert not executed.simulation.compiled
@@ -201,7 +201,7 @@ def test_good_parts_do_not_fade_where_the_model_scraps_some_of_them() -> None:
 
 def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_ones_own() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
-    calibrated = replace(job, uncertainty=replace(known_of(job), names=(), spread=(), correlation=()))
+    calibrated = replace(job, uncertainty=replace(uncertainty_of(job), names=(), spread=(), correlation=()))
     named = [job.on(find_plant(name)) for name in ("drift:1", "meter:1")]  # the process of a meter is the model's
     own = replace(job, process=find_plant("drift:1").process)
     for each, name in ((job, "public:"), (calibrated, ""), (own, ""), *((plant, plant.plant) for plant in named)):
@@ -292,9 +292,8 @@ def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_
 
 def test_a_higher_confidence_asks_for_more() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
-    asked = [
-        replace(trials("plate_g82", job).on(LOTS, worlds(job, known_of(job), 1, 6)), confidence=c) for c in (0.6, 0.95)
-    ]
+    tried = trials("plate_g82", job).on(LOTS, drawn_machines(job, uncertainty_of(job), 1, 6))
+    asked = [replace(tried, confidence=c) for c in (0.6, 0.95)]
     found = [each.measure(each.own[None]) for each in asked]
     assert (found[0].ratios < found[1].ratios).all()
     one, other = (each.of_one(measured.cost[0]) for each, measured in zip(asked, found, strict=True))
@@ -311,7 +310,7 @@ def test_a_program_is_not_condemned_by_the_few_machines_that_there_was_time_to_d
     path = EXAMPLES / "plate_g82.nc"
     trials = trials_of(read_file(path), load_job(path.with_suffix(".toml")), 2, ((1, 0, 0),))
     old = trials.measure(trials.own[None])._replace(scrap=np.array([[0.11]]))
-    few = Fleet(known_of(trials.simulation.job), 1, (0,), drawn=64, agree=3)
+    few = Fleet(uncertainty_of(trials.simulation.job), 1, (0,), drawn=64, agree=3)
     require_good(few, old, untried=False)
     with pytest.raises(CondemnedError, match="scraps 11 % of its parts"):
         require_good(replace(few, drawn=MOST_DRAWN), old, untried=False)

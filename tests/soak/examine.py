@@ -213,7 +213,7 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
         "air": any(not (table["ae"][table["line"] == line] > 0.0).any() for line in np.unique(table["line"])),
         "several parts": len(record.parts) > 1,
         "stations met at once": _shares(record),
-        "several stations ground": len({station.name for station in record.job.met}) > 1,
+        "several stations ground": len({station.name for station in record.job.part_stations}) > 1,
         "dresses": len(record.dresses) > 0,
         "wheel destroyed": bool(strokes.size) and float(strokes["A"].max()) >= 0.999 * p.Amax,
     }
@@ -383,7 +383,7 @@ def _compare_wheels(
     whole = script is not None and not stations and len(simulation.tables.zones) == 1
     for number, (one, other) in enumerate(zip(found.tolist(), expected, strict=True)):
         if script is not None:
-            by_clock |= any(not isinstance(motion, Dwell) for motion in script.blocks[number].beside)
+            by_clock |= any(not isinstance(motion, Dwell) for motion in script.blocks[number].side_motions)
             if script.blocks[number].to_secondary:
                 continue
         for here, (name, there) in zip(one, other.items(), strict=False):

@@ -90,7 +90,7 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def falls(run: GrindingRun) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(GrindingRun, "let_part_go", falls)
+    monkeypatch.setattr(GrindingRun, "take_pending_part_off", falls)
     (found,) = of(PLAIN).findings
     assert found.kind == "run: ZeroDivisionError in events.py:_begin" and "Traceback" in found.details
 

@@ -8,7 +8,7 @@ import pytest
 
 from grind_env.errors import GrindError
 from grind_env.validation import __main__ as module
-from grind_env.validation.mutations import LAWS, Law, Noticed, mutate
+from grind_env.validation.mutations import LAWS, Law, MutationResult, mutate
 
 FLATS = """
 from grind_env.validation.mutations import LAWS, Rig, changed, load_catalogue
@@ -36,7 +36,7 @@ def test_a_change_holds_for_a_while():
     [("", "", 0, 0), ("E", "", 1, 1), ("E", "", 2, 0), ("E", "nobody has measured it", 1, 0), ("E", "so", 2, 1)],
 )
 def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows, status, monkeypatch, capsys):
-    found = Noticed(Law("changed", "", "", "", decides, known), ("flats", "energy")[:rows])
+    found = MutationResult(Law("changed", "", "", "", decides, known), ("flats", "energy")[:rows])
     monkeypatch.setattr(module, "mutate", lambda: [found])
     assert module.main(["--mutate"]) == status
     told = ("changed", known, "; ".join(found.rows), f"{status} unexpected", capsys.readouterr().out)
@@ -45,4 +45,4 @@ def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows
 
 @pytest.mark.nightly
 def test_every_decision_is_noticed():
-    assert [each.law.name for each in mutate() if not each.as_known] == []
+    assert [each.law.name for each in mutate() if not each.is_expected] == []

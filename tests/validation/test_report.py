@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from grind_env.pages.validation import validation_page
-from grind_env.validation import CHECKS, GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses, validate
+from grind_env.validation import CHECKS, GROUPS, Evidence, Row, is_expected, known_failures, unfit_uses, validate
 from grind_env.validation import __main__ as module
 from grind_env.validation.report import CSV_COLUMNS, WIDTH, print_report, totals, write_csv
 
@@ -51,9 +51,9 @@ def test_a_known_failure_is_printed_with_its_reason():
     assert "passes, though known to fail" in printed([Row(check, 0.5)])
 
 
-def test_the_exit_status_says_whether_all_is_as_known(rows, monkeypatch, capsys):
+def test_the_exit_status_says_whether_all_results_are_expected(rows, monkeypatch, capsys):
     monkeypatch.setattr(module, "validate", lambda: rows)
-    assert module.main([]) == (0 if all(map(is_as_known, rows)) else 1)
+    assert module.main([]) == (0 if all(map(is_expected, rows)) else 1)
     said = capsys.readouterr().out
     assert all(title in said for title in GROUPS.values())
     assert max(map(len, said.splitlines())) <= WIDTH == 120

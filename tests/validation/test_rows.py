@@ -15,7 +15,7 @@ from grind_env.validation import (
     Rig,
     Row,
     data,
-    is_as_known,
+    is_expected,
     known_failures,
     row_of,
     validate,
@@ -167,13 +167,13 @@ def test_a_known_failure_is_a_row_with_a_reason_and_fails(rows, name):
     assert not rows[name].passed, f"{name} passes: take it out of known_failures.toml"
 
 
-def test_a_row_is_as_known():
+def test_a_row_is_expected():
     rig = Rig(load_catalogue())
     failing = next(iter(known_failures()))
-    assert is_as_known(row_of(made(1.5), rig))
-    assert not is_as_known(row_of(made(3.0), rig))
-    assert is_as_known(row_of(made(3.0, name=failing), rig))
-    assert not is_as_known(row_of(made(1.5, name=failing), rig))
+    assert is_expected(row_of(made(1.5), rig))
+    assert not is_expected(row_of(made(3.0), rig))
+    assert is_expected(row_of(made(3.0, name=failing), rig))
+    assert not is_expected(row_of(made(1.5, name=failing), rig))
 
 
 def test_exponents_and_steps():

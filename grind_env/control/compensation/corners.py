@@ -11,9 +11,9 @@ from grind_env.control.compensation.crossings import Circle, Curve, StraightLine
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
     NEGLIGIBLE_LENGTH,
-    Bow,
     Element,
     Offset,
+    PathArc,
     PathSegment,
     Point,
     between,
@@ -70,7 +70,7 @@ def corner(first: Element, second: Element, offset: Offset, circular: bool, mini
             )
     if circular:
         start = offset.beside_end(first)
-        return Junction(start, (Bow(start, offset.beside_start(second), first.end, -offset.side),))
+        return Junction(start, (PathArc(start, offset.beside_start(second), first.end, -offset.side),))
     return _linear(first, second, offset, out, minimum)
 
 
@@ -80,7 +80,7 @@ def side_change(first: Element, second: Element, before: Offset, after: Offset) 
     Two lines, and paths that do not cross, are joined by a straight block between the perpendicular points.
     """
     end, start = before.beside_end(first), after.beside_start(second)
-    if isinstance(first, Bow) or isinstance(second, Bow):
+    if isinstance(first, PathArc) or isinstance(second, PathArc):
         common = [
             point
             for point in crossings(_curve_at_end(first, before), _curve_at_start(second, after))
@@ -124,11 +124,11 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
                 "longer arc",
                 element,
             )
-        return (Bow(start, end, centre, -rotation),)
+        return (PathArc(start, end, centre, -rotation),)
     if angle > math.tau + NEGLIGIBLE_ANGLE:
         middle = rotated(start, centre, 0.5 * rotation * angle)
-        return Bow(start, middle, centre, rotation), Bow(middle, end, centre, rotation)
-    return (Bow(start, end, centre, rotation),)
+        return PathArc(start, middle, centre, rotation), PathArc(middle, end, centre, rotation)
+    return (PathArc(start, end, centre, rotation),)
 
 
 def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> float:
@@ -139,7 +139,7 @@ def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> fl
     return min(1.0, max(share, minimum_reduction))
 
 
-def centre_radius(arc: Bow, offset: Offset) -> float:
+def centre_radius(arc: PathArc, offset: Offset) -> float:
     """Return the radius of the centre path along an arc, mm: smaller if the arc's centre is on the compensated side."""
     return _concentric(arc, min(arc.radius, math.dist(arc.end, arc.centre)), offset)
 
@@ -171,9 +171,9 @@ def around(point: Point, before: Point, after: Point, offset: Offset, out: float
 def _linear(first: Element, second: Element, offset: Offset, out: float, minimum: float) -> Junction:
     start, ahead, back, end = around(first.end, first.direction_at_end, second.direction_at_start, offset, out)
     points = [ahead, back]
-    if isinstance(first, Bow):
+    if isinstance(first, PathArc):
         points.insert(0, start)
-    if isinstance(second, Bow):
+    if isinstance(second, PathArc):
         points.append(end)
     lines = polyline(*points)
     # Mill 21-42: of two blocks the first is dropped, of three the second; a single one for the intersection (AMP 23-5).
@@ -201,18 +201,18 @@ def _meeting(first: Element, second: Element, offset: Offset, out: float) -> Poi
 
 
 def _curve_at_start(element: Element, offset: Offset) -> Curve:
-    if isinstance(element, Bow):
+    if isinstance(element, PathArc):
         return Circle(element.centre, _concentric(element, element.radius, offset))
     return StraightLine(offset.beside_start(element), element.direction_at_start)
 
 
 def _curve_at_end(element: Element, offset: Offset) -> Curve:
-    if isinstance(element, Bow):
+    if isinstance(element, PathArc):
         return Circle(element.centre, _concentric(element, math.dist(element.end, element.centre), offset))
     return StraightLine(offset.beside_end(element), element.direction_at_end)
 
 
-def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
+def _concentric(arc: PathArc, radius: float, offset: Offset) -> float:
     result = radius - offset.side * arc.rotation * offset.radius
     if result < NEGLIGIBLE_LENGTH:
         raise CompensationFault(
@@ -233,4 +233,4 @@ def _reached(element: Element, point: Point) -> bool:
 
 
 def _curvature(element: Element) -> float:
-    return element.rotation / element.radius if isinstance(element, Bow) else 0.0
+    return element.rotation / element.radius if isinstance(element, PathArc) else 0.0

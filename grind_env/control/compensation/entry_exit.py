@@ -5,9 +5,9 @@ import math
 from grind_env.control.compensation.corners import TANGENTIAL, Junction, around, centre_radius, outward
 from grind_env.control.compensation.crossings import Circle, StraightLine, crossings
 from grind_env.control.compensation.plane import (
-    Bow,
     Element,
     Offset,
+    PathArc,
     PathSegment,
     Point,
     between,
@@ -39,7 +39,7 @@ def entry(
     if out < 0.5 * math.pi + TANGENTIAL:
         return polyline(move.start, ahead, end)
     if circular:
-        return *polyline(move.start, perpendicular), Bow(perpendicular, end, move.end, -offset.side)
+        return *polyline(move.start, perpendicular), PathArc(perpendicular, end, move.end, -offset.side)
     return polyline(move.start, perpendicular, ahead, back, end)
 
 
@@ -62,7 +62,7 @@ def exit_junction(
     _, ahead, back, beside_exit = around(move.start, last.direction_at_end, move.direction_at_start, offset, out)
     sharp = out > 0.5 * math.pi + TANGENTIAL
     if sharp and circular:
-        return Junction(end, (Bow(end, beside_exit, move.start, -offset.side),))
+        return Junction(end, (PathArc(end, beside_exit, move.start, -offset.side),))
     generated = (ahead, back, beside_exit) if sharp else (ahead,)
     if isinstance(last, PathSegment):
         return Junction(ahead, polyline(*generated))

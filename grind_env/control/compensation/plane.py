@@ -71,7 +71,7 @@ class PathSegment:
 
 
 @dataclass(frozen=True, slots=True)
-class Bow:
+class PathArc:
     """An arc, counter-clockwise if its rotation is 1; a full circle if start and end coincide.
 
     As words are rounded, start and end may be at slightly different distances from the centre.
@@ -108,7 +108,7 @@ class Bow:
         return self.rotation * tangent[0], self.rotation * tangent[1]
 
 
-Element: TypeAlias = PathSegment | Bow
+Element: TypeAlias = PathSegment | PathArc
 
 
 def turn(before: Point, after: Point) -> float:

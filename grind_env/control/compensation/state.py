@@ -17,7 +17,7 @@ from grind_env.control.compensation.corners import (
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
 from grind_env.control.compensation.gouging import GougeCheck
-from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, PathSegment, Point
+from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Element, Offset, PathArc, PathSegment, Point
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError, Place
@@ -134,7 +134,7 @@ class Compensation:
             own = command.block.place if fault.element is element else place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         generated = junction.generated
-        if before != after and isinstance(element, Bow):
+        if before != after and isinstance(element, PathArc):
             arrival = before.beside_end(element)
             generated = (PathSegment(arrival, junction.end), *generated)
             junction = Junction(arrival, generated)
@@ -215,7 +215,7 @@ def flat(path: Path, plane: str) -> Element:
     start, end = _point(path.start, plane), _point(path.end, plane)
     if isinstance(path, Straight):
         return PathSegment(start, end)
-    return Bow(start, end, _point(path.centre, plane), path.rotation)
+    return PathArc(start, end, _point(path.centre, plane), path.rotation)
 
 
 def solid(element: Element, start: Position, end: Position, plane: str) -> Path:

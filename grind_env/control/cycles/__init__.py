@@ -54,7 +54,7 @@ RULES: Mapping[str, Rules] = {
 """Rules of every cycle, by its code without .1."""
 
 
-def codes_said(conjunction: str) -> str:
+def list_codes(conjunction: str) -> str:
     """Return the codes of all cycles for a message, with "and" or "or" before the last."""
     *others, last = RULES
     return f"{', '.join(others)} {conjunction} {last}"

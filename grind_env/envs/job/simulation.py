@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.envs.branches import ProgramBranches
 from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Found, Outcome, Shop
@@ -49,7 +49,7 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
-from grind_env.machine.script.choice import taken
+from grind_env.machine.script.choice import complete_settings
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_covered, tables_of
@@ -143,7 +143,7 @@ class JobSimulation(Simulation):
             self.blocks = outline_of_script(self.script, self.tables)
         if not self.blocks:
             raise JobProgramError(
-                f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')} and no feed move along the "
+                f"{programs.name} makes no stroke: it has no cycle block {list_codes('or')} and no feed move along the "
                 "table over the part, and no E, F or D to choose"
             )
         self.compiled = self.script is not None
@@ -304,7 +304,7 @@ class JobSimulation(Simulation):
             if self.script is None:
                 why = f"J, L and dress settings can be chosen in programs with a script only: {self.why}"
                 raise JobProgramError(why)
-            chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
+            chosen[active] = complete_settings(self.script, self.tables, episodes.block[active], settings[active])
         chosen[:, E], chosen[:, D] = speeds, executions
         if self.script is None:
             return self._execute(episodes, chosen, active)

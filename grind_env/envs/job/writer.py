@@ -63,4 +63,4 @@ class JobWriter(ProgramWriter):
     def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
         """Return the job with the parts of episode i and the memory of its process at the start."""
         own = blocks[0].extra_state[: len(self.job.process.own._fields)]
-        return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)
+        return replace(self.job, parts=self.conditions(episodes, i), part_stations=(), own=own)

@@ -65,7 +65,7 @@ class DressPrograms:
         program = self.programs.find(number)
         return self.programs.name if program is None else program.place.file
 
-    def goes_anew(self, number: int, station: int) -> bool:
+    def is_first_at_station(self, number: int, station: int) -> bool:
         return (number, station) not in self._gone
 
     def begin(self, event: DressStart) -> None:
@@ -83,7 +83,7 @@ class DressPrograms:
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
-        by_itself, new = self._found[number], self.goes_anew(number, station)
+        by_itself, new = self._found[number], self.is_first_at_station(number, station)
         if new or by_itself.control.variables:
             self._gone.add((number, station))
             run = dress_program.measure_dress(

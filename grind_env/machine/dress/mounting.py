@@ -32,7 +32,7 @@ class Mount:
         self._plan: DressPlan | None = None  # dress of the cycle in force or before
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
         # memory of the process, shape (1, fields of its `own`), and the time of the job that it stands for, s
-        self.own, self.lived = self._row[:, OWN_FROM:], 0.0
+        self.own, self.memory_time = self._row[:, OWN_FROM:], 0.0
         self._known = True  # whether the wear is known: until the wheel grinds on
         self._left = dict[int, tuple[Array, float]]()  # row of the wheel, and time, when a station was left
 
@@ -52,25 +52,25 @@ class Mount:
         """Let the time up to `time` of the job, s, pass without a stroke; `loads` if the part is changed."""
         if self.job.process.idle is not None:
             self._row[0, :OWN_FROM] = self.present(p)
-            entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.lived, loads)
+            entries_of(self.job.process).pass_time(self._row, np.array([p]), 0, time - self.memory_time, loads)
             self.wheel = self.wheel and WheelState(*self._row[0, :OWN_FROM].tolist())
             if self._known:
                 self.gauge()
-        self.lived = time
+        self.memory_time = time
 
     def leave(self, station: int) -> None:
-        self._left[station] = self._row.copy(), self.lived
+        self._left[station] = self._row.copy(), self.memory_time
 
     def come_back(self, station: int, p: StrokeParameters) -> None:
         """Return to a part at a station that lay there while other parts were ground."""
-        row, lived = self._left.pop(station)
-        entries_of(self.job.process).pass_time(row, np.array([p]), 0, self.lived - lived, False)
+        row, memory_time = self._left.pop(station)
+        entries_of(self.job.process).pass_time(row, np.array([p]), 0, self.memory_time - memory_time, False)
         fields = self.job.process.own._fields
         for name in self.job.process.of_part:
             self.own[0, fields.index(name)] = row[0, OWN_FROM + fields.index(name)]
 
-    def ground(self, wheel: WheelState, lived: float) -> None:
-        self.wheel, self.lived, self._known = wheel, lived, False
+    def set_wheel(self, wheel: WheelState, memory_time: float) -> None:
+        self.wheel, self.memory_time, self._known = wheel, memory_time, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
         """Begin a cycle block with the control's reversal dwell, s; return the parameters and drive of the block."""

@@ -26,7 +26,7 @@ def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
         job,
         part=replace(job.part, material=material),
         stations=tuple(_with_material(each, job.part.material, material) for each in job.stations),
-        met=tuple(_with_material(each, job.part.material, material) for each in job.met),
+        part_stations=tuple(_with_material(each, job.part.material, material) for each in job.part_stations),
         setup=replace(job.setup, **{kind: entry for kind, entry in changed.items() if kind != "material"}),
     )
 

@@ -349,11 +349,11 @@ class Job:
 
     Without `diamond` every dress program is assumed to meet the diamond. `parts` lists how each part differs from
     `part`; empty if all parts are equal. `stations` lists the parts that lie on the table together; `part` is then the
-    part of the first station. A run finds out `met`: the station of each part, in machine coordinates. `process` is the
-    grinding process. `own` is its memory besides the wheel when the shift begins, in the units of its fields; empty for
-    the defaults of the process. `plant` is the name of the machine (`grind_env.plants`); empty for none. `uncertainty`
-    is the uncertainty of a calibration; None without one. `variables` are start values of `#` variables of the control
-    (`Control.variables`), without a unit.
+    part of the first station. A run finds out `part_stations`: the station of each part, in machine coordinates.
+    `process` is the grinding process. `own` is its memory besides the wheel when the shift begins, in the units of its
+    fields; empty for the defaults of the process. `plant` is the name of the machine (`grind_env.plants`); empty for
+    none. `uncertainty` is that of a calibration; None without one. `variables` are start values of `#` variables of the
+    control (`Control.variables`), without a unit.
     """
 
     part: Part
@@ -364,7 +364,7 @@ class Job:
     diamond: Diamond | None = None
     parts: tuple[PartConditions, ...] = ()
     stations: tuple[Station, ...] = ()
-    met: tuple[Station, ...] = ()
+    part_stations: tuple[Station, ...] = ()
     process: Process = PROCESS
     own: tuple[float, ...] = ()
     plant: str = ""
@@ -422,8 +422,8 @@ class Job:
     def of_part(self, number: int) -> "Job":
         """Return the job of a part by its number, from 1; parts of other kinds and stations have other jobs."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
-        if own is None and number <= len(self.met):
-            own = self.met[number - 1].part
+        if own is None and number <= len(self.part_stations):
+            own = self.part_stations[number - 1].part
         return self if own is None else self._of_kind(own)
 
     def at_station(self, number: int, axis: int) -> "Job":
@@ -438,7 +438,7 @@ class Job:
 
     def station_of(self, number: int) -> str:
         """Return the name of the station of a part by its number, from 1; empty for a job without stations."""
-        return self.met[number - 1].name if number <= len(self.met) else ""
+        return self.part_stations[number - 1].name if number <= len(self.part_stations) else ""
 
     @cached_property
     def _lying(self) -> dict[int, tuple[Station, ...]]:

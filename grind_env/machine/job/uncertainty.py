@@ -13,7 +13,7 @@ from grind_env.process.tables import TomlTable
 
 MOST = 3.0
 """Highest legal spread; a higher value is a mistake."""
-NEARLY = 1e-9
+JITTER = 1e-9
 """Least number added to the diagonal of a correlation, which may be singular."""
 
 
@@ -80,7 +80,7 @@ class Uncertainty:
         Shape (names, names); lower triangular.
         """
         table = np.array(self.correlation, float).reshape(len(self.names), len(self.names))
-        table = table + 2.0 * max(NEARLY, -float(min(np.linalg.eigvalsh(table), default=0.0))) * np.eye(len(table))
+        table = table + 2.0 * max(JITTER, -float(min(np.linalg.eigvalsh(table), default=0.0))) * np.eye(len(table))
         return np.asarray(np.linalg.cholesky(table))
 
 

@@ -102,7 +102,7 @@ class Zone(NamedTuple):
 with_wear = replacer(WheelState, "W")
 
 
-class Acts(NamedTuple):
+class CycleFunctions(NamedTuple):
     """Compiled functions of a process in a cycle."""
 
     advance: Callable[..., Any]
@@ -117,7 +117,7 @@ class Acts(NamedTuple):
 
 
 @functools.cache
-def acts_of(process: Process) -> Acts:
+def cycle_functions_of(process: Process) -> CycleFunctions:
     """Return the compiled functions of a process in a cycle."""
     grind, dress_wheel, idle, grown = paced_of(process), process.dress, idle_of(process), grown_of(process)
 
@@ -160,7 +160,7 @@ def acts_of(process: Process) -> Acts:
         wheel, own = idle(wheel, own, p, stroking.dress_seconds, False)
         return wheel, own, count_dress(tally, stroking.dress_seconds + waited, removed)
 
-    return Acts(advance, dress)
+    return CycleFunctions(advance, dress)
 
 
 @functools.cache

@@ -13,7 +13,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined, runs_alone
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
-from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, grown_of, measured, stroke_seconds
+from grind_env.machine.loops.cycle import PartState, Stroking, cycle_functions_of, grown_of, measured, stroke_seconds
 from grind_env.machine.loops.cycle_kernels import CycleKernel
 from grind_env.machine.loops.rows import (
     OWN_FROM,
@@ -25,7 +25,7 @@ from grind_env.machine.loops.rows import (
     write_tally,
     write_wheel,
 )
-from grind_env.machine.loops.surfaces import Buffer, Place, SurfaceLanes, whole, zoned
+from grind_env.machine.loops.surfaces import Buffer, Place, SurfaceLanes, covered_surface, zoned_surface
 from grind_env.machine.loops.tally import Tally, wheel_depth
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters, WheelState
@@ -56,12 +56,12 @@ def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
     Wheels, surfaces and tallies are updated; a tally continues from its values. `course.find` finds strokes in the
     table `motions`. A table may have more columns.
     """
-    return _loops(course, process, whole)
+    return _loops(course, process, covered_surface)
 
 
 def zoned_loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
     """Return the compiled loops over a cycle on parts in zones; `surfaces` has shape (N, zones, fields of `Zone`)."""
-    return _loops(course, process, zoned)
+    return _loops(course, process, zoned_surface)
 
 
 @functools.cache
@@ -90,7 +90,7 @@ def _loops(
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
-    constants, grown, (advance, dress) = process.constants, grown_of(process), acts_of(process)
+    constants, grown, (advance, dress) = process.constants, grown_of(process), cycle_functions_of(process)
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
@@ -199,9 +199,7 @@ def _loops(
             return
         rows = np.empty(buffer_size(surfaces))
         machine = np.full(width, IDLE)
-        upcoming = first
-        running = 0
-        started = False
+        upcoming, running, started = first, 0, False
         while True:
             for lane in range(width):
                 due = rows[event_row + lane] > 0.0 and machine[lane] != IDLE

@@ -56,7 +56,7 @@ class Contact(NamedTuple):
     Rs_step_offset: float
 
 
-class Taken(NamedTuple):
+class Removal(NamedTuple):
     """Depths that both nodes remove from the zones in the cut; `ae` and `slow_ae` are mm, the others um."""
 
     slow_ae: float
@@ -65,9 +65,9 @@ class Taken(NamedTuple):
     Rg: float
 
 
-seen = replacer(Contact, "strips", "S", "Rs", "S_step", "Rs_step", "reached")
-cutting = replacer(Contact, "engaged", "S_offset", "Rs_offset", "S_step_offset", "Rs_step_offset")
-left_on = replacer(Zone, "S", "Rs", "S_step", "Rs_step", "reached")
+with_zone = replacer(Contact, "strips", "S", "Rs", "S_step", "Rs_step", "reached")
+with_cut = replacer(Contact, "engaged", "S_offset", "Rs_offset", "S_step_offset", "Rs_step_offset")
+with_surface = replacer(Zone, "S", "Rs", "S_step", "Rs_step", "reached")
 
 
 @inlined
@@ -90,25 +90,25 @@ def contact_at(tip: float) -> Contact:
 
 
 @inlined
-def beneath(contact: Contact, zone: Zone, under: bool) -> Contact:
+def add_zone(contact: Contact, zone: Zone, under: bool) -> Contact:
     """Return the contact with a zone added; a zone `under` the wheel may have the least stock removed."""
     first = under & (contact.reached == math.inf)
     Rs = zone.Rs if first else contact.Rs
     S_step, Rs_step = zone.S_step if first else contact.S_step, zone.Rs_step if first else contact.Rs_step
     S = min(contact.S, zone.S) if under else contact.S
     reached = min(contact.reached, zone.reached) if under else contact.reached
-    return seen(contact, (contact.strips + zone.strips, S, Rs, S_step, Rs_step, reached))
+    return with_zone(contact, (contact.strips + zone.strips, S, Rs, S_step, Rs_step, reached))
 
 
 @inlined
-def in_cut(contact: Contact, zone: Zone, under: bool) -> bool:
+def is_cut(contact: Contact, zone: Zone, under: bool) -> bool:
     """Return whether a zone takes part in the cut, after all zones were added."""
     deepest = contact.tip - contact.S
     return under & ((contact.tip - zone.S > 0.5 * deepest) | (deepest <= 0.0))
 
 
 @inlined
-def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
+def add_to_cut(contact: Contact, zone: Zone, cut: bool) -> Contact:
     """Return the contact with a zone added to the cut, if `cut`.
 
     Means are sums of offsets from one strip: exact for equal strips, so that a plunge cut equals that of one strip.
@@ -117,7 +117,7 @@ def joined(contact: Contact, zone: Zone, cut: bool) -> Contact:
     Rs = contact.Rs_offset + (zone.strips * (zone.Rs - contact.Rs) if cut else 0.0)
     S_step = contact.S_step_offset + (zone.strips * (zone.S_step - contact.S_step) if cut else 0.0)
     Rs_step = contact.Rs_step_offset + (zone.strips * (zone.Rs_step - contact.Rs_step) if cut else 0.0)
-    return cutting(contact, (contact.engaged + (zone.strips if cut else 0.0), S, Rs, S_step, Rs_step))
+    return with_cut(contact, (contact.engaged + (zone.strips if cut else 0.0), S, Rs, S_step, Rs_step))
 
 
 @inlined
@@ -140,21 +140,21 @@ def cut_surface(contact: Contact, width: float, Z: float) -> tuple[float, PartSt
 
 
 @inlined
-def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, taken: Taken, share: float) -> Zone:
+def zone_after_stroke(zone: Zone, under: bool, cut: bool, tip: float, Z: float, removal: Removal, share: float) -> Zone:
     """Return a zone after a stroke programmed at depth `Z`, mm.
 
     `tip` is the depth of the wheel face, mm; `share` is the share of the slow node.
     """
     slow_S, fast_S = at_nodes(zone.S, zone.S_step, share)
     slow_Rs, fast_Rs = at_nodes(zone.Rs, zone.Rs_step, share)
-    slow_Ra = surface_roughness(slow_Rs, taken.slow_Rg, taken.slow_ae, tip - slow_S)
-    fast_Ra = surface_roughness(fast_Rs, taken.Rg, taken.ae, tip - fast_S)
-    S = zone.S + (taken.ae + share * (taken.slow_ae - taken.ae)) if cut else zone.S
+    slow_Ra = surface_roughness(slow_Rs, removal.slow_Rg, removal.slow_ae, tip - slow_S)
+    fast_Ra = surface_roughness(fast_Rs, removal.Rg, removal.ae, tip - fast_S)
+    S = zone.S + (removal.ae + share * (removal.slow_ae - removal.ae)) if cut else zone.S
     Rs = fast_Ra + share * (slow_Ra - fast_Ra) if cut else zone.Rs
-    S_step = zone.S_step + (taken.ae - taken.slow_ae) if cut else zone.S_step
+    S_step = zone.S_step + (removal.ae - removal.slow_ae) if cut else zone.S_step
     Rs_step = fast_Ra - slow_Ra if cut else zone.Rs_step
     reached = max(zone.reached, Z) if under else zone.reached
-    return left_on(zone, (S, Rs, S_step, Rs_step, reached))
+    return with_surface(zone, (S, Rs, S_step, Rs_step, reached))
 
 
 @functools.cache
@@ -203,18 +203,18 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
         depth += higher
         contact = contact_at(depth - wheel.W)
         for i in range(len(strips)):
-            contact = beneath(contact, read_zone(strips, i), (first <= i) & (i < last))
+            contact = add_zone(contact, read_zone(strips, i), (first <= i) & (i < last))
         for i in range(first, last):
             zone = read_zone(strips, i)
-            contact = joined(contact, zone, in_cut(contact, zone, True))
+            contact = add_to_cut(contact, zone, is_cut(contact, zone, True))
         b, part = cut_surface(contact, width, Z)
         after, left, stroke, slow, fast = grind(wheel, before, part, depth, b, pace, slow_held, held, whole_ms(seconds))
         write_own(own, 0, left)
-        taken = Taken(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg)
+        removal = Removal(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg)
         for i in range(first, last):
             zone = read_zone(strips, i)
-            cut = in_cut(contact, zone, True)
-            write_zone(strips, i, ground(zone, True, cut, contact.tip, Z, taken, pace.slow_share))
+            cut = is_cut(contact, zone, True)
+            write_zone(strips, i, zone_after_stroke(zone, True, cut, contact.tip, Z, removal, pace.slow_share))
         return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z, higher
 
     return grind_strips

@@ -9,7 +9,16 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.machine.loops.cycle import PartState, Zone
 from grind_env.machine.loops.rows import read_part, read_zone, write_part, write_zone
-from grind_env.machine.loops.strips import Contact, Taken, beneath, contact_at, cut_surface, ground, in_cut, joined
+from grind_env.machine.loops.strips import (
+    Contact,
+    Removal,
+    add_to_cut,
+    add_zone,
+    contact_at,
+    cut_surface,
+    is_cut,
+    zone_after_stroke,
+)
 
 
 class Place(NamedTuple):
@@ -40,7 +49,7 @@ class Buffer(NamedTuple):
     place: Callable[..., Any]
     """`place(rows, lane)`: place of the coming stroke."""
     stroke: Callable[..., Any]
-    """`stroke(rows, lane, b, reached, part)`: make the coming stroke; arguments as for `cycle.Acts.advance`."""
+    """`stroke(rows, lane, b, reached, part)`: make the coming stroke; arguments as of `CycleFunctions.advance`."""
 
 
 class SurfaceLanes(NamedTuple):
@@ -59,7 +68,7 @@ class SurfaceLanes(NamedTuple):
     with `rows` as its only argument."""
 
 
-def whole(buffer: Buffer) -> SurfaceLanes:
+def covered_surface(buffer: Buffer) -> SurfaceLanes:
     """Return the functions for surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
     lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
     stroking_in, part_in, stroke_in = buffer.stroking, buffer.part, buffer.stroke
@@ -102,21 +111,18 @@ def is_under(zone: Zone, place: Place) -> bool:
     return (place.edge <= zone.centre) & (zone.centre < place.end)
 
 
-def zoned(buffer: Buffer) -> SurfaceLanes:
+def zoned_surface(buffer: Buffer) -> SurfaceLanes:
     """Return the functions for surfaces in zones; their table has shape (N, zones, fields of `Zone`).
 
     The zones are processed one after the other, each in all lanes side by side.
     """
     lanes, place_in, wheel_in, part_in = buffer.lanes, buffer.place, buffer.wheel, buffer.part
     stroking_in, stroke_in = buffer.stroking, buffer.stroke
-    records = (Place, Contact, Taken)
+    records = (Place, Contact, Removal)
     starts = [buffer.rows + sum(len(record._fields) for record in records[:k]) for k in range(4)]
-    get_place, get_contact, get_taken = (
-        lane_reader(record, start, lanes) for record, start in zip(records, starts, strict=False)
-    )
-    put_place, put_contact, put_taken = (
-        lane_writer(record, start, lanes) for record, start in zip(records, starts, strict=False)
-    )
+    columns = [(record, start, lanes) for record, start in zip(records, starts, strict=False)]
+    get_place, get_contact, get_removal = (lane_reader(*each) for each in columns)
+    put_place, put_contact, put_removal = (lane_writer(*each) for each in columns)
     read_lane, write_lane = lane_reader(Zone, starts[-1], lanes), lane_writer(Zone, starts[-1], lanes)
     first_zone, zone_size = starts[-1] * lanes, len(Zone._fields) * lanes
 
@@ -166,25 +172,25 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
                 place, contact = get_place(rows, lane), get_contact(rows, lane)
                 for k in range(BUNCH):
                     zone = get_zone(rows, bunch * BUNCH + k, lane)
-                    contact = beneath(contact, zone, is_under(zone, place))
+                    contact = add_zone(contact, zone, is_under(zone, place))
                 put_contact(rows, lane, contact)
         for bunch in range(zones // BUNCH):
             for lane in range(lanes):
                 place, contact = get_place(rows, lane), get_contact(rows, lane)
                 for k in range(BUNCH):
                     zone = get_zone(rows, bunch * BUNCH + k, lane)
-                    contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
+                    contact = add_to_cut(contact, zone, is_cut(contact, zone, is_under(zone, place)))
                 put_contact(rows, lane, contact)
         for lane in range(lanes):
             contact = get_contact(rows, lane)
             b, part = cut_surface(contact, stroking_in(rows, lane).width, part_in(rows, lane).Z)
             slow, fast = stroke_in(rows, lane, b, contact.reached, part)
-            put_taken(rows, lane, Taken(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg))
+            put_removal(rows, lane, Removal(slow_ae=slow.ae, ae=fast.ae, slow_Rg=slow.Rg, Rg=fast.Rg))
         for number in range(zones):
             for lane in range(lanes):
                 zone, place, contact = get_zone(rows, number, lane), get_place(rows, lane), get_contact(rows, lane)
-                taken, under = get_taken(rows, lane), is_under(zone, place)
-                cut, share = in_cut(contact, zone, under), stroking_in(rows, lane).slow_share
-                put_zone(rows, number, lane, ground(zone, under, cut, contact.tip, place.Z, taken, share))
+                removal, under = get_removal(rows, lane), is_under(zone, place)
+                cut, share = is_cut(contact, zone, under), stroking_in(rows, lane).slow_share
+                put_zone(rows, number, lane, zone_after_stroke(zone, under, cut, contact.tip, place.Z, removal, share))
 
     return SurfaceLanes(size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes)

@@ -18,7 +18,7 @@ from grind_env.process.equations import INITIAL_ROUGHNESS
 STRIP = 1.0
 """Largest width of a strip, mm."""
 
-WALKED = 4
+TRAVERSES = 4
 """Number of traverses to follow. A traverse begins at one of the two ends of the crossover, at the primary or the
 secondary reversal point; after so many all combinations that ever occur have occurred."""
 
@@ -34,11 +34,11 @@ def strip_centres(across: float, width: float) -> Strips:
 
 def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float]:
     """Return the cross coordinates of the wheel's minus edge in a G83 from `start` to `end`, mm, for any depth."""
-    walked = cycle._replace(depth=0.0, at_depth=float(WALKED))
-    progress, edges = traverse.begin(walked), set()
-    while not traverse.finished(walked, progress):
+    followed = cycle._replace(depth=0.0, at_depth=float(TRAVERSES))
+    progress, edges = traverse.begin(followed), set()
+    while not traverse.finished(followed, progress):
         edges.add(traverse.cross(progress, start, end))
-        progress = traverse.after_reversal(walked, progress)
+        progress = traverse.after_reversal(followed, progress)
     return sorted(edges)
 
 

@@ -25,7 +25,7 @@ class Coverage:
         self._short: dict[tuple[int, int, int, int], float] = {}
         self._known: Strips | None = None
 
-    def is_whole(self, ends: tuple[float, float]) -> bool:
+    def is_full_length(self, ends: tuple[float, float]) -> bool:
         low, high = self._passed(ends)
         return high - low == self._cells
 

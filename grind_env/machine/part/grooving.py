@@ -84,7 +84,7 @@ class Grooves:
         width = self._engaged(direction, place, Z)
         lies = groove.strip, 0, 1, Z, steady(vw), width, self.length, p, Z, mount.own, event.seconds
         wheel, stroke, b, _, grown = strips_of(mount.job.process)(mount.present(p), *lies)
-        mount.ground(wheel, mount.lived + event.seconds)
+        mount.set_wheel(wheel, mount.memory_time + event.seconds)
         groove.plunges.append((Z, stroke.T))
         return GrooveCut(stroke, b, grown, self.length, plunged=True)
 

@@ -20,7 +20,7 @@ from grind_env.machine.loops.zones import strip_centres, strip_zones
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import NO_CUT, GrooveCut, Grooves
-from grind_env.machine.part.passes import Dressed, PassedOver, passes_of
+from grind_env.machine.part.passes import Dressed, GroundLength, passes_of
 from grind_env.machine.part.rows import PartVerdict, table_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survival, volume_left
@@ -65,7 +65,7 @@ class PartRun:
         if conditions.part is not None:
             job = replace(job, part=conditions.part)
         self.number, self.job, self.began = number, job, began  # time of the job at which its loading began, s
-        self.station, self.met = station, False  # from 0, `ANYWHERE` before one is met; whether strokes have met it
+        self.station, self.is_met = station, False  # from 0, `ANYWHERE` before one is met; whether strokes have met it
         self.spent = 0.0  # s of work before `began`, where the program has been at other stations
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
@@ -92,7 +92,7 @@ class PartRun:
         return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     @property
-    def said(self) -> str:
+    def description(self) -> str:
         return "the part" if self.station == ANYWHERE else f"the part of station {self.job.stations[self.station].name}"
 
     @property
@@ -125,7 +125,7 @@ class PartRun:
         later_way = self._way(ends) if rows.size > 1 else first_way
         plunged = np.empty(rows.size, np.bool_)
         dressed = np.empty((len(due), len(Dressed._fields)))
-        wheel, self.tally, lived = passes_of(self.job.process)(
+        wheel, self.tally, memory_time = passes_of(self.job.process)(
             mount.present(self.p),
             self._strips,
             abs(turns[0] - turns[1]),
@@ -145,9 +145,9 @@ class PartRun:
             self.p,
             self.tally,
             mount.own,
-            mount.lived,
+            mount.memory_time,
         )
-        mount.ground(wheel, lived)
+        mount.set_wheel(wheel, memory_time)
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
         # a part may cool below a wheel that goes no deeper: the last stroke that cut decides
@@ -156,16 +156,16 @@ class PartRun:
             last_one = rows[finishing[-1]]
             self._wear, self._grown = float(last_one["W"] - last_one["dw"]), float(last_one["grown"])
         self._plunges += zip(Z[plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
-        if not (first_way.whole and later_way.whole):
+        if not (first_way.is_full_length and later_way.is_full_length):
             for k in np.flatnonzero(over).tolist():
-                if not (later_way if k else first_way).whole:
+                if not (later_way if k else first_way).is_full_length:
                     self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(Z[k]))
         return dressed, plunged
 
-    def _way(self, ends: tuple[float, float]) -> PassedOver:
+    def _way(self, ends: tuple[float, float]) -> GroundLength:
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
-        return PassedOver(Lw, self._coverage.is_whole(ends))
+        return GroundLength(Lw, self._coverage.is_full_length(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Return the least depth that strokes have reached in the area that a wheel sweeps on the part, mm.

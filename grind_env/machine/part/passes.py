@@ -35,20 +35,18 @@ class Dressed(NamedTuple):
     """Wear flat of the diamond before the dress, mm."""
 
 
-class PassedOver(NamedTuple):
+class GroundLength(NamedTuple):
     """Length of the part that strokes between two reversal points grind."""
 
     Lw: float
     """Ground length, mm; 0 if it is beside the part."""
-    whole: bool
+    is_full_length: bool
     """Whether the strokes pass over the whole length of the part."""
 
 
 RESULT_FROM = NUMBERS_FROM + len(TableStroke._fields)
-read_table_stroke, write_table_stroke = (
-    column_reader(TableStroke, NUMBERS_FROM),
-    column_writer(TableStroke, NUMBERS_FROM),
-)
+read_table_stroke = column_reader(TableStroke, NUMBERS_FROM)
+write_table_stroke = column_writer(TableStroke, NUMBERS_FROM)
 write_stroke = column_writer(StrokeResult, RESULT_FROM)
 write_wheel_seen = column_writer(WheelSeen, RESULT_FROM + len(StrokeResult._fields))
 write_dressed = column_writer(Dressed)
@@ -69,8 +67,8 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         acceleration: float,
         covered: Strips,
         rows: Array,
-        first_way: PassedOver,
-        later_way: PassedOver,
+        first_way: GroundLength,
+        later_way: GroundLength,
         first: NDArray[np.int64],
         last: NDArray[np.int64],
         plunged: NDArray[np.bool_],
@@ -81,7 +79,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         p: StrokeParameters,
         tally: Tally,
         own: Array,
-        lived: float,
+        memory_time: float,
     ) -> tuple[WheelState, Tally, float]:
         """Make strokes over a part, and the dresses that fall due between them.
 
@@ -105,7 +103,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             p: parameters.
             tally: tally before the strokes.
             own: as for `grind_strips`; updated.
-            lived: time of the job for which `own` holds, s.
+            memory_time: time of the job for which `own` holds, s.
 
         Returns:
             Wheel and tally after the strokes, and the time for which `own` then holds, s.
@@ -113,21 +111,20 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         executed = 0
         for k in range(len(rows) + 1):
             while executed < due.size and due[executed] == k:
-                lead = dress_lead(wheel, dress.feed, p)
-                wd = wheel.wd
+                lead, wd = dress_lead(wheel, dress.feed, p), wheel.wd
                 wheel, left, removed = dress_wheel(wheel, read_own(own, 0), float(dress.passes), lead, dress.depth, p)
                 wheel, left = idle(wheel, left, p, dress.seconds, False)
                 write_own(own, 0, left)
-                lived += dress.seconds
+                memory_time += dress.seconds
                 tally = count_dress(tally, dress.seconds, removed)
                 write_dressed(dressed, executed, Dressed(wheel.A, wheel.ds, removed, lead, wd))
                 executed += 1
             if k == len(rows):
                 break
             made, stroke, b, grown, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, 0.0, False
-            wheel, left = idle(wheel, read_own(own, 0), p, made.time - lived, False)
+            wheel, left = idle(wheel, read_own(own, 0), p, made.time - memory_time, False)
             write_own(own, 0, left)
-            lived = made.time + made.seconds
+            memory_time = made.time + made.seconds
             way = first_way if k == 0 else later_way
             Lw = way.Lw if first[k] < last[k] else 0.0
             if Lw > 0.0:
@@ -145,7 +142,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
                     own,
                     made.seconds,
                 )
-                if way.whole:
+                if way.is_full_length:
                     for i in range(first[k], last[k]):
                         covered[i] = max(covered[i], made.Z)
             else:
@@ -155,8 +152,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw, grown=grown)
             write_table_stroke(rows, k, made)
             write_stroke(rows, k, stroke)
-            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, W=wheel.W)
-            write_wheel_seen(rows, k, seen)
-        return wheel, tally, lived
+            write_wheel_seen(rows, k, WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, W=wheel.W))
+        return wheel, tally, memory_time
 
     return grind_passes

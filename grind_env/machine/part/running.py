@@ -2,7 +2,7 @@
 
 Decisions (spindle-D1 to spindle-D4 of `grind facts`): a wheel that stands still grinds nothing, so the run is refused.
 A speed other than the job's and a coolant that is off give a warning, and the process uses them. S is a whole number:
-an S within half of one, or within a share of `SAME`, of the job's speed counts as equal.
+an S within half of one, or within a share of `TOLERANCE`, of the job's speed counts as equal.
 """
 
 import math
@@ -15,7 +15,7 @@ from grind_env.machine.job import Job, Setup
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.entries import Fluid
 
-SAME = 1e-3
+TOLERANCE = 1e-3
 """Largest relative difference of two speeds that count as equal."""
 
 SPEEDS = (5.0, 150.0)
@@ -39,12 +39,12 @@ class Speed:
         """Return the S word that commands this speed for a new wheel of diameter `new`, mm."""
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
-    def beside(self, other: "Speed", new: float) -> str:
+    def word_instead_of(self, other: "Speed", new: float) -> str:
         return self.word(new) + " under G97" * (other.constant and not self.constant)
 
 
 @cache
-def air() -> Fluid:
+def dry_fluid() -> Fluid:
     """Return the fluid entry for dry grinding."""
     return load_catalogue().fluid(DRY)
 
@@ -86,7 +86,7 @@ class Running:
         return self.own if self.by_hand or self.commanded is None else self.commanded
 
     @property
-    def turns(self) -> bool:
+    def is_turning(self) -> bool:
         return self.by_hand or (self._turning != 0 and self.speed.surface > 0.0)
 
     @property
@@ -105,7 +105,7 @@ class Running:
         else:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
         half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # half a step of S, m/s
-        same = abs(found.surface - own.surface) <= max(half, SAME * own.surface)
+        same = abs(found.surface - own.surface) <= max(half, TOLERANCE * own.surface)
         self.commanded = own if found.constant == own.constant and same else found
         self._put_in_force()
 
@@ -117,7 +117,7 @@ class Running:
     def fault(self) -> str | None:
         low, high = SPEEDS
         speed, setup = self.speed, self.job.setup
-        if not self.turns:
+        if not self.is_turning:
             return (
                 f"the wheel does not turn at this stroke; program {self.own.word(setup.wheel.diameter)} M03 before it, "
                 'or say spindle = "always on" in [setup] of the job'
@@ -126,7 +126,7 @@ class Running:
             unit = ", and S is m/min or, under G70, feet/min under G96" if speed.constant else ""
             return (
                 f"S turns the wheel at {speed.surface:.3g} m/s, but the process model holds from {low:g} to {high:g} "
-                f"m/s{unit}; the job says {self.own.beside(speed, setup.wheel.diameter)}"
+                f"m/s{unit}; the job says {self.own.word_instead_of(speed, setup.wheel.diameter)}"
             )
         return None
 
@@ -138,11 +138,11 @@ class Running:
             setup = self.job.setup
             if speed != self.own:
                 setup = replace(setup, wheel_speed=speed.surface, constant_surface_speed=speed.constant)
-            self._known[speed, dry] = replace(setup, fluid=air()) if dry else setup
+            self._known[speed, dry] = replace(setup, fluid=dry_fluid()) if dry else setup
         self.setup = self._known[speed, dry]
 
 
-class Told:
+class RunningWarnings:
     """Warnings about wheel and coolant: one for each commanded speed, for reversed rotation and for dry grinding."""
 
     def __init__(self) -> None:
@@ -177,17 +177,17 @@ def _of_speed(running: Running, diameter: float) -> str | None:
     new = setup.wheel.diameter
     surface, word = speed.at(diameter, new), own.word(new)
     turns, most = rotation(surface, diameter), setup.machine.maximum_spindle_speed
-    if surface > (1.0 + SAME) * setup.wheel.maximum_speed:
+    if surface > (1.0 + TOLERANCE) * setup.wheel.maximum_speed:
         allowed = setup.wheel.maximum_speed
         lower = f"say wheel_speed = {allowed:g}" if speed == own else f"write {word}"
         return (
             f"the wheel turns at {surface:.3g} m/s, above the {allowed:g} m/s that {setup.wheel} bears; "
             f"{lower}, or put on a wheel that bears it"
         )
-    if turns > (1.0 + SAME) * most:
+    if turns > (1.0 + TOLERANCE) * most:
         return f"the spindle turns at {turns:.0f} rpm, but {setup.machine} makes {most:g} at most; lower S"
     if running.by_hand:
-        if commanded is None or abs(commanded.at(diameter, new) - own.at(diameter, new)) <= SAME * own.surface:
+        if commanded is None or abs(commanded.at(diameter, new) - own.at(diameter, new)) <= TOLERANCE * own.surface:
             return None
         return (
             f"{commanded.word(new)} has no effect, for the job says that the spindle is always on, with {word}; write "
@@ -195,9 +195,9 @@ def _of_speed(running: Running, diameter: float) -> str | None:
         )
     if commanded is None:
         return f"no S says how fast the wheel is to turn, so that it turns as the job says; write {word}"
-    if abs(surface - own.at(diameter, new)) > SAME * own.surface:
+    if abs(surface - own.at(diameter, new)) > TOLERANCE * own.surface:
         return (
             f"the wheel turns at {surface:.4g} m/s and not at the {own.at(diameter, new):.4g} m/s of the job; write "
-            f"{own.beside(speed, new)}, or say {running.said_by_job}"
+            f"{own.word_instead_of(speed, new)}, or say {running.said_by_job}"
         )
     return None

@@ -51,7 +51,7 @@ def sweep_between(start: Position, end: Position, axis: int) -> Swept:
     return Swept(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
 
 
-def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
+def touched_stations(job: Job, sweep: Swept) -> tuple[int, ...]:
     """Return the numbers, from 0, of the stations whose parts the strokes touch."""
     found, radius = [], 0.5 * first_diameter(job)
     for number, station in enumerate(job.lying(sweep.axis)):
@@ -61,9 +61,9 @@ def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
     return tuple(found)
 
 
-def met(job: Job, sweep: Swept) -> tuple[int, ...]:
+def cycle_stations(job: Job, sweep: Swept) -> tuple[int, ...]:
     """Return the numbers of the stations of a cycle: all that it touches, or the only one below it in the air."""
-    found = touched(job, sweep)
+    found = touched_stations(job, sweep)
     if found:
         return found
     below = [k for k, each in enumerate(job.lying(sweep.axis)) if _lies_under(each.part, sweep, 0.0, job)]
@@ -78,7 +78,7 @@ def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
     return along and near < part.across + part.width - DEPTH_TOLERANCE and part.across + DEPTH_TOLERANCE < far + width
 
 
-def alone(event: Stroke) -> CycleStrokes:
+def as_cycle_strokes(event: Stroke) -> CycleStrokes:
     """Return a single stroke as a `CycleStrokes` event."""
     axis = event.axis
     return CycleStrokes(

@@ -38,7 +38,7 @@ def runs(numbers: Sequence[int]) -> str:
     return ", ".join(f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
 
 
-def lines_said(lines: Iterable[int]) -> str:
+def list_lines(lines: Iterable[int]) -> str:
     """Return lines as text, such as `lines 3, 7 to 12`."""
     numbers = sorted(set(lines))
     if len(numbers) == 1:

@@ -9,7 +9,7 @@ from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.program import DressPlan, DressRun
-from grind_env.machine.job import Job, Station
+from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import FEED
 
 
@@ -40,7 +40,7 @@ class ScriptBlock:
     # depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below the surface
     reached: float = 0.0
     # motions of the program beside the moving table, with dwells, in their order
-    beside: list[Motion] = field(default_factory=list)
+    side_motions: list[Motion] = field(default_factory=list)
     # whether the table then continues to the secondary point, where the next cycle takes over
     to_secondary: bool = False
     at_secondary: bool = True  # whether the table came to rest there before the way to the next block
@@ -89,34 +89,3 @@ def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
     for block in blocks:
         yield job.of_part(number)
         number += block.ends_part
-
-
-def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
-    """Return the stations of the parts in turn, and mark in the blocks where a part ends and the next begins."""
-    if not job.stations:
-        return ()
-    found = list[Station]()
-    for loading in _loadings(blocks):
-        here = next((block.station for block in loading if block.station is not None), 0)
-        seen, before = list[int](), None
-        for block in loading:
-            here = here if block.station is None else block.station
-            lying = job.lying(block.plan.axis)[here]
-            if before is None or here != seen[-1]:
-                if here in seen:
-                    raise script_error(programs, block.plan.line, f"its strokes come back to station {lying.name}")
-                if before is not None:
-                    before.ends_part, before.gauged, block.loads = True, True, False
-                seen.append(here)
-                found.append(lying)
-            before = block
-    return tuple(found)
-
-
-def _loadings(blocks: Sequence[ScriptBlock]) -> list[list[ScriptBlock]]:
-    found: list[list[ScriptBlock]] = [[]]
-    for block in blocks:
-        found[-1].append(block)
-        if block.ends_part:
-            found.append([])
-    return [each for each in found if each]

@@ -11,7 +11,7 @@ from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.dress.times import dress_seconds
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
-from grind_env.machine.script.tables import NO_COURSE, BlockRow, ScriptTables
+from grind_env.machine.script.tables import NO_CYCLE, BlockRow, ScriptTables
 
 CYCLE = BlockRow._fields.index("cycle")
 ABOVE_ZERO = math.nextafter(0.0, 1.0)
@@ -21,14 +21,14 @@ class SettingsError(GrindError):
     """Settings with which a block cannot be run."""
 
 
-def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
+def complete_settings(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
     """Return the settings that blocks use, shape (N, fields of `BlockSettings`): their own if they lack the word.
 
     The time of a dress is computed. Raises a `SettingsError` where J or L are outside the ranges of the script, or no
     dress program has such settings.
     """
     own, result = tables.own_settings[block], settings.copy()
-    plunges, dresses = tables.blocks[block, CYCLE] != NO_COURSE, own[:, DRESS_PASSES] > 0.0
+    plunges, dresses = tables.blocks[block, CYCLE] != NO_CYCLE, own[:, DRESS_PASSES] > 0.0
     result[~plunges, J : L + 1] = own[~plunges, J : L + 1]
     result[~dresses, DRESS_PASSES:] = own[~dresses, DRESS_PASSES:]
     _refuse_outside(script, block, own, result)

@@ -12,7 +12,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
 from grind_env.machine.script.settings import Ranges
 
-ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
+REQUIREMENTS = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
 """Requirements on a part that may differ from one to the next in a script."""
 
 
@@ -30,8 +30,8 @@ def refuse_led_elsewhere(
         raise script_error(
             programs, line, "its place depends on where the crossover before came to its end: on J and L"
         )
-    beside, other = ([edge_of(motion.start, each.plan) for motion in each.beside] for each in (block, across))
-    if other != beside or (block.gauged_on_the_way and across.end != block.end):
+    motions, other = ([edge_of(motion.start, each.plan) for motion in each.side_motions] for each in (block, across))
+    if other != motions or (block.gauged_on_the_way and across.end != block.end):
         raise script_error(
             programs, line, "the table strokes on where its crossover came to its end, which depends on J and L"
         )
@@ -84,9 +84,9 @@ def refuse_turns_inside(programs: Programs, job: Job, block: ScriptBlock) -> Non
 def refuse_unlike_parts(programs: Programs, job: Job) -> None:
     """Refuse parts that differ from the job's part in more than price and limits."""
     for number in range(1, len(job.parts) + 1):
-        part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in ASKED}
+        part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in REQUIREMENTS}
         if replace(part, **asked) != job.part:
-            raise script_error(programs, 0, f"part {number} differs from part 1 in more than {', '.join(ASKED)}")
+            raise script_error(programs, 0, f"part {number} differs from part 1 in more than {', '.join(REQUIREMENTS)}")
 
 
 def refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:

@@ -12,10 +12,10 @@ from grind_env.control.source import SourceText
 from grind_env.control.words import read_block
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.job import Job
-from grind_env.machine.script.block import ScriptBlock, edge_of, met_by
-from grind_env.machine.script.script import Script
+from grind_env.machine.script.block import ScriptBlock, edge_of
+from grind_env.machine.script.script import Script, stations_of_parts
 
-FEW = 4
+SAMPLE_RUNS = 4
 """Number of runs that represent all: the first, which may begin elsewhere, two that must be equal, and the last."""
 
 
@@ -36,30 +36,30 @@ def _is_straight(source: SourceText) -> bool:
 
 
 def repeated(script: Script, runs: int) -> Script | None:
-    """Return the script of many runs of a program, from the script of `FEW`; None if a run may differ.
+    """Return the script of many runs of a program, from the script of `SAMPLE_RUNS`; None if a run may differ.
 
     The text is checked here, because programs in other files are known only after their execution.
     """
-    count, left = divmod(len(script.blocks), FEW)
-    first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(FEW))
-    if left or not is_straight(script.programs) or [*map(_done, second)] != [*map(_done, third)]:
+    count, left = divmod(len(script.blocks), SAMPLE_RUNS)
+    first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(SAMPLE_RUNS))
+    if left or not is_straight(script.programs) or [*map(_comparable, second)] != [*map(_comparable, third)]:
         return None
     for block in script.blocks:
         plunge = plunge_axis(block.plan.axis)
-        if any(motion.start[plunge] != motion.end[plunge] for motion in block.beside):
+        if any(motion.start[plunge] != motion.end[plunge] for motion in block.side_motions):
             return None  # the rounding of the depth of strokes changes with time
     return replace(script, blocks=(*first, *(runs - 2) * second, *last))
 
 
 def with_job(script: Script, job: Job) -> Script:
     """Return the script for a job with other requirements on its parts, or with a stronger spindle."""
-    return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
+    return replace(script, job=replace(job, part_stations=stations_of_parts(script.programs, job, script.blocks)))
 
 
-def _done(block: ScriptBlock) -> list[object]:
-    beside = [_moved(motion, block) for motion in block.beside]
-    others = [getattr(block, each.name) for each in fields(block) if each.name not in ("block", "plan", "beside")]
-    return [block.block.words, replace(block.plan, block=0, line=0), beside, *others]
+def _comparable(block: ScriptBlock) -> list[object]:
+    motions = [_moved(motion, block) for motion in block.side_motions]
+    others = [getattr(block, each.name) for each in fields(block) if each.name not in ("block", "plan", "side_motions")]
+    return [block.block.words, replace(block.plan, block=0, line=0), motions, *others]
 
 
 def _moved(motion: Motion, block: ScriptBlock) -> tuple[object, ...]:

@@ -20,27 +20,27 @@ from grind_env.machine.loops.rows import RULES_FROM, read_part, read_zone, write
 from grind_env.machine.loops.rules import motion_time
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import BlockSettings, read_settings
-from grind_env.machine.script.tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
+from grind_env.machine.script.tables import NO_CYCLE, NUMBERS, BlockRow, PlanRow
 from grind_env.process.process import Drive, Process
 
 read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
 write_feeding = column_writer(Feeding, RULES_FROM)
 with_settings = replacer(PlanRow, "primary_pick", "secondary_pick", "spark_out", "dresses")
-down_to = replacer(Stroking, "full_plunge", "finish")
+with_finish = replacer(Stroking, "full_plunge", "finish")
 STROKES = Tally._fields.index("strokes")
 
 
-class Placed(NamedTuple):
+class BlockPlace(NamedTuple):
     """Place of a block on the part of one machine, from `BlockRow` and its plan.
 
-    `start`, `bottom`, `finish` and `finish_besides` are mm. `share`, a ratio, and `dwell`, s, are true values of the
-    table, as in `Drive`.
+    `start`, `bottom`, `finish` and `finish_of_other_blocks` are mm. `share`, a ratio, and `dwell`, s, are true values
+    of the table, as in `Drive`.
     """
 
     start: float
     bottom: float
     finish: float
-    finish_besides: float
+    finish_of_other_blocks: float
     depth: float
     """From `start` to `bottom`, mm."""
     pre_dress: float
@@ -57,17 +57,17 @@ class Placed(NamedTuple):
 
 
 CYCLE = BlockRow._fields.index("cycle")
-BESIDE, PICK, ACROSS = (Placed._fields.index(name) for name in ("motion", "pick", "across"))
-read_placed, write_placed = column_reader(Placed), column_writer(Placed)
-lying = replacer(BlockRow, "start", "bottom", "finish", "finish_besides", "motion")
-to_depth = replacer(PlanRow, "depth", "pre_dress")
+MOTION, PICK, ACROSS = (BlockPlace._fields.index(name) for name in ("motion", "pick", "across"))
+read_place, write_place = column_reader(BlockPlace), column_writer(BlockPlace)
+with_place = replacer(BlockRow, "start", "bottom", "finish", "finish_of_other_blocks", "motion")
+with_depth = replacer(PlanRow, "depth", "pre_dress")
 
 
 @inlined
-def place_written(placed: Any, i: int, row: BlockRow, plan: Any, drive: Drive) -> None:
+def place_as_programmed(places: Any, i: int, row: BlockRow, plan: Any, drive: Drive) -> None:
     """Place the block of machine i as the program does."""
-    here = row.start, row.bottom, row.finish, row.finish_besides
-    write_placed(placed, i, Placed(*here, plan.depth, plan.pre_dress, row.motion, -1.0, drive.share, drive.dwell, 0.0))
+    here = row.start, row.bottom, row.finish, row.finish_of_other_blocks, plan.depth, plan.pre_dress
+    write_place(places, i, BlockPlace(*here, row.motion, -1.0, drive.share, drive.dwell, 0.0))
 
 
 @inlined
@@ -79,13 +79,13 @@ def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
 
 
 @inlined
-def chosen_block(script: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Placed]:
+def chosen_block(script: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, BlockPlace]:
     """Return the block of machine i at its place on this machine, its plan, its chosen settings and its place."""
-    number, chosen, placed = script.rows[i], read_settings(script.settings, i), read_placed(script.placed, i)
+    number, chosen, place = script.rows[i], read_settings(script.settings, i), read_place(script.places, i)
     row = read_block(script.blocks, number)
-    row = lying(row, (placed.start, placed.bottom, placed.finish, placed.finish_besides, placed.motion))
-    plan = to_depth(read_plan(script.plans, number), (placed.depth, placed.pre_dress))
-    return row, plan_of(row, plan, chosen), chosen, placed
+    row = with_place(row, (place.start, place.bottom, place.finish, place.finish_of_other_blocks, place.motion))
+    plan = with_depth(read_plan(script.plans, number), (place.depth, place.pre_dress))
+    return row, plan_of(row, plan, chosen), chosen, place
 
 
 @inlined
@@ -137,7 +137,7 @@ def stroking_of(
 @inlined
 def feeding_of(row: BlockRow, plan: Any, first: float, travel: float, dwell: float, made: float) -> Feeding:
     """Return the strokes beside the motions of a block, after `made` strokes of its cycle; times as `stroking_of`."""
-    pre_dress = plan.pre_dress if row.cycle == NO_COURSE else 0.0
+    pre_dress = plan.pre_dress if row.cycle == NO_CYCLE else 0.0
     return Feeding(
         pre_dress=pre_dress,
         first_travel=first,
@@ -247,21 +247,21 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         Args:
             script: `blocks`, `plans` and `motions` of `ScriptTables`; `rows`, the block of each machine, shape (N,),
                 int64; its `settings`, shape (N, fields of `BlockSettings`), and `parameters`, shape (N, fields of
-                `StrokeParameters`); `placed`, the places of blocks, shape (N, fields of `Placed`), updated; room for
-                `cycles`, shape (N, `CYCLE_FIELDS`).
+                `StrokeParameters`); `places`, shape (N, fields of `BlockPlace`), updated; room for `cycles`,
+                shape (N, `CYCLE_FIELDS`).
             wheels: shape (N, fields of `WheelState` and of the `own` of the process); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
             tallies: shape (N, fields of `Tally`); updated.
             active: machines to run, int64.
         """
-        cycles, placed = script.cycles, script.placed
+        cycles, places = script.cycles, script.places
         feeding, feeds = np.empty(active.size, np.int64), 0
         for i in active:
-            if script.blocks[script.rows[i], CYCLE] == NO_COURSE:
+            if script.blocks[script.rows[i], CYCLE] == NO_CYCLE:
                 continue
             row, plan, chosen, here = chosen_block(script, i)
             if here.pick < 0.0:
-                placed[i, PICK] = max(
+                places[i, PICK] = max(
                     min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i)
                 )
             speed = here.share * chosen.E / 60.0
@@ -269,10 +269,10 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             first = first_travel_of(row, speed, travel)
             write_stroking(cycles, i, stroking_of(row, plan, chosen, speed, first, travel, here.dwell))
             asked = here.across >= 0.0
-            placed[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, asked, cycles, i) else 0.0
+            places[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, asked, cycles, i) else 0.0
         grind_cycles(script, active, wheels, surfaces, tallies)
         for i in active:
-            if placed[i, BESIDE] >= 0.0:
+            if places[i, MOTION] >= 0.0:
                 row, plan, chosen, here = chosen_block(script, i)
                 speed, before = here.share * chosen.E / 60.0, deepest(surfaces, i)
                 travel = motion_time(row.stroke_length, speed, row.acceleration)
@@ -280,16 +280,16 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
                 stroking = stroking_of(row, plan, chosen, speed, first, travel, here.dwell)
                 cycle = feeding_of(row, plan, first, travel, here.dwell, tallies[i, STROKES])
                 most, reached = here.pick, row.bottom
-                if most < 0.0 or row.cycle != NO_COURSE:
+                if most < 0.0 or row.cycle != NO_CYCLE:
                     most, reached = deepest_pick(stroking, cycle, before, script.motions)
                 full = stroking.full_plunge
-                if row.cycle == NO_COURSE:
+                if row.cycle == NO_CYCLE:
                     full = FULL * most
-                    placed[i, PICK] = most
+                    places[i, PICK] = most
                 else:
                     reached = max(reached, row.bottom)
-                finish = max(row.finish_besides, reached)
-                write_stroking(cycles, i, down_to(stroking, (max(full, DEPTH_TOLERANCE), finish)))
+                finish = max(row.finish_of_other_blocks, reached)
+                write_stroking(cycles, i, with_finish(stroking, (max(full, DEPTH_TOLERANCE), finish)))
                 write_feeding(cycles, i, cycle)
                 feeding[feeds] = i
                 feeds += 1

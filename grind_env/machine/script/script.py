@@ -20,12 +20,12 @@ from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.dress.program import DressRun
 from grind_env.machine.events import EventConsumer
 from grind_env.machine.grind import refuse_unjudged
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Station
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
-from grind_env.machine.part.stations import sweep_of, touched
+from grind_env.machine.part.stations import sweep_of, touched_stations
 from grind_env.machine.script import refusals
-from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, met_by, script_error
+from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, script_error
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 
@@ -77,7 +77,7 @@ def script_of(
     writer = functools.partial(_Writer, programs, job)
     as_it_is = writer()
     blocks = as_it_is.run()
-    job = replace(job, met=met_by(programs, job, blocks))
+    job = replace(job, part_stations=stations_of_parts(programs, job, blocks))
     dressing = [block.takes_dresses for block in blocks] if any(ranges) else []
     corners = [blocks, writer(dressing, elsewhere=True).run()]
     if (ranges.J or ranges.L) and any(block.crosses for block in blocks):
@@ -97,6 +97,37 @@ def script_of(
         refusals.refuse_turns_inside(programs, on_part, block)
     refusals.refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
+
+
+def stations_of_parts(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
+    """Return the stations of the parts in turn, and mark in the blocks where a part ends and the next begins."""
+    if not job.stations:
+        return ()
+    found = list[Station]()
+    for loading in _loadings(blocks):
+        here = next((block.station for block in loading if block.station is not None), 0)
+        seen, before = list[int](), None
+        for block in loading:
+            here = here if block.station is None else block.station
+            lying = job.lying(block.plan.axis)[here]
+            if before is None or here != seen[-1]:
+                if here in seen:
+                    raise script_error(programs, block.plan.line, f"its strokes come back to station {lying.name}")
+                if before is not None:
+                    before.ends_part, before.gauged, block.loads = True, True, False
+                seen.append(here)
+                found.append(lying)
+            before = block
+    return tuple(found)
+
+
+def _loadings(blocks: Sequence[ScriptBlock]) -> list[list[ScriptBlock]]:
+    found: list[list[ScriptBlock]] = [[]]
+    for block in blocks:
+        found[-1].append(block)
+        if block.ends_part:
+            found.append([])
+    return [each for each in found if each]
 
 
 class _Writer(EventConsumer):
@@ -147,7 +178,7 @@ class _Writer(EventConsumer):
         table = self.execution.table
         if table is not None and self.blocks and not isinstance(event, motions.CycleStart):
             plan = self.blocks[-1].plan
-            if table.refed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
+            if table.feed_reprogrammed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         self.position, modes = self.execution.position, self.execution.modes
         by_radius = modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution)
@@ -185,7 +216,7 @@ class _Writer(EventConsumer):
     def make_strokes(self, event: CycleStrokes, number: int) -> None:
         block, table, plan = self.blocks[-1], self.execution.table, event.plan
         self._require_own_setup(plan.line)
-        stations = touched(self.job, sweep_of(event)) if self.job.stations else ()
+        stations = touched_stations(self.job, sweep_of(event)) if self.job.stations else ()
         if stations and block.station not in stations:
             raise self._error("its strokes go over to another station", plan.line)
         if plan.code == FEED:
@@ -252,7 +283,7 @@ class _Writer(EventConsumer):
         elif self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
         else:
-            self.blocks[-1].beside.append(event)
+            self.blocks[-1].side_motions.append(event)
 
     def coming_jobs(self) -> Sequence[Job]:
         return (self.job,)
@@ -266,7 +297,7 @@ class _Writer(EventConsumer):
             raise self._error(reason, line)
 
     def _stand(self, plan: CyclePlan) -> None:
-        self.let_part_go()
+        self.take_pending_part_off()
         here = self.position[plan.axis]
         if here not in (plan.primary, plan.secondary):
             raise self._error("the table comes to rest where the cycle before has left it", plan.line)
@@ -286,7 +317,7 @@ class _Writer(EventConsumer):
     def gauge(self, event: motions.ProgramStop) -> None:
         block, table = self.blocks[-1], self.execution.table
         self.stopped = table is not None
-        if table is None or (table.at_secondary and not block.beside):
+        if table is None or (table.at_secondary and not block.side_motions):
             block.gauged = True
         elif self._job.part.stages or self.job.times.wheel_change is not None:
             raise self._error(

@@ -24,7 +24,7 @@ from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
 
-NO_COURSE = 0.0
+NO_CYCLE = 0.0
 NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
 """Numbers of the cycles that plunge."""
 
@@ -44,7 +44,7 @@ class BlockRow(NamedTuple):
     """
 
     cycle: float
-    """Number of its cycle in `NUMBERS`; `NO_COURSE` if all its strokes lie beside motions."""
+    """Number of its cycle in `NUMBERS`; `NO_CYCLE` if all its strokes lie beside motions."""
     first_length: float
     """Distance from the start point to the primary point, mm."""
     starts_elsewhere: float
@@ -68,7 +68,7 @@ class BlockRow(NamedTuple):
     finish: float
     """Depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
     stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block."""
-    finish_besides: float
+    finish_of_other_blocks: float
     """Depth of the deepest stroke in the other blocks of that stage and of the stages before, mm."""
     reached: float
     """Depth that strokes on the part have reached at the end of the block, mm."""
@@ -164,7 +164,7 @@ def tables_of(script: Script) -> ScriptTables:
                 others = depths[first_of_part:k] + depths[k + 1 :]
                 rows[k] = rows[k]._replace(
                     finish=reached,
-                    finish_besides=max(others, default=0.0),
+                    finish_of_other_blocks=max(others, default=0.0),
                     counts_all=float(asked.rise_allowance > 0.0),
                 )
             first_of_stage, stage = number + 1, stage + 1
@@ -202,7 +202,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
     crosses = plan.cross_axis is not None
     by_feed = plan.code == FEED
     return BlockRow(
-        cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_COURSE,
+        cycle=NUMBERS[SINGLE if by_feed else plan.code] if block.strokes_alone else NO_CYCLE,
         first_length=abs(plan.primary - first),
         starts_elsewhere=float(first != plan.secondary and not block.taken_over),
         stroke_length=abs(plan.primary - plan.secondary),
@@ -215,7 +215,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         coverage=float(job.control.coverage_pass and not by_feed),
         takes_dresses=float(block.takes_dresses),
         finish=reached,
-        finish_besides=reached,
+        finish_of_other_blocks=reached,
         reached=reached,
         width=part.width,
         length=part.length,
@@ -223,7 +223,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
         motion=NO_BLOCK,
-        gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
+        gauged_at=sum(each.seconds for each in block.side_motions) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
         wait=0.0,
@@ -260,7 +260,7 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
     """Return the motions beside the table, in depth from the zero of the axes, and the rest after them."""
-    plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.beside)
+    plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.side_motions)
 
     def leg(begin: float, seconds: float, start: Position, end: Position, rate: float, after: float) -> FeedMotion:
         depth, edge = -start[plunge], edge_of(start, plan)
@@ -280,13 +280,13 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
         )
 
     time, rows = 0.0, []
-    for motion in block.beside:
+    for motion in block.side_motions:
         feed = motion.feed if isinstance(motion, Line) else job.control.rapid_feed
         rows.append(leg(time, motion.seconds, motion.start, motion.end, feed / 60.0, GOES_ON))
         time += motion.seconds
     if not (rows or block.to_secondary or block.gauged_on_the_way) and block.strokes_alone:
         return []
-    end = block.beside[-1].end if rows else block.end
+    end = block.side_motions[-1].end if rows else block.end
     return [*rows, leg(total, 0.0, end, end, 1.0, ENDS)]
 
 
@@ -313,7 +313,7 @@ def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow])
     part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
     for block, row in zip(blocks, rows, strict=True):
-        places = {edge_of(position, block.plan) for motion in block.beside for position in (motion.start, motion.end)}
+        places = {edge_of(each, block.plan) for motion in block.side_motions for each in (motion.start, motion.end)}
         if len(places) > 1:
             return strip_zones(centres)
         edges |= {row.cross_start, *places}

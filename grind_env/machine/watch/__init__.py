@@ -7,7 +7,7 @@ from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.part.running import Running, Told
+from grind_env.machine.part.running import Running, RunningWarnings
 from grind_env.machine.watch.advice import Notices, over_pick_limits, over_table_limits
 from grind_env.machine.watch.cuts import Cuts, Overload, Picks
 from grind_env.machine.watch.cycles import Cycle, Cycles
@@ -23,14 +23,14 @@ class RunWatch:
         self.notices = notices = Notices(program)
         self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
         self.picks, self.stops, self.obstacles = Picks(control, notices), Stops(notices), ObstacleWatch(job, notices)
-        self._told = Told()
+        self._told = RunningWarnings()
         self._last: dict[int, Cycle | None] = {}  # cycle of each part left for another one, by part number
 
     def message(self, event: Message) -> None:
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
-        if not self.cycles.goes_on(part, plan):
+        if not self.cycles.continues(part, plan):
             self._end_cycle(part)
             self.stops.resume(part, plan)
         self.overload.word = speed_word(plan)

@@ -17,10 +17,10 @@ from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.advice import Notices
 
-SHARE = 0.1
+NO_REMOVAL_SHARE = 0.1
 """Share of its plunge: a cycle that goes no deeper than before and removes less only grinds what was left."""
 
-ANEW = 0.5
+RESTART_SHARE = 0.5
 """Share of the depth ground before: a cycle in the air that plunges from above this share begins another part."""
 
 
@@ -70,7 +70,7 @@ class Cycle(NamedTuple):
     @property
     def in_air(self) -> bool:
         plunge = self.deepest - self.highest
-        return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
+        return self.removed <= (NO_REMOVAL_SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
 
     @property
     def grinds_another(self) -> bool:
@@ -79,7 +79,7 @@ class Cycle(NamedTuple):
         Such a cycle lies beside the part, or plunges again from the unground surface. It does not spark out, repeat its
         last depth, or come down on an unground part.
         """
-        again = self.before > 0.0 and self.highest < self.deepest and self.highest <= ANEW * self.before
+        again = self.before > 0.0 and self.highest < self.deepest and self.highest <= RESTART_SHARE * self.before
         return self.in_air and (again or not self.over)
 
 
@@ -97,13 +97,13 @@ class Cycles:
         self._idle: tuple[int, str] | None = None  # the first idle cycle, by its line, and what to say of it
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
-    def goes_on(self, part: PartRun, plan: CyclePlan) -> bool:
+    def continues(self, part: PartRun, plan: CyclePlan) -> bool:
         cycle, depth = self.cycle, part.job.part.surface - plan.plunge_start
         return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
 
     def begin(self, part: PartRun, plan: CyclePlan) -> None:
         """Begin a cycle on a part, or a feed move that is a stroke; successive feed moves count as one cycle."""
-        on = self.cycle if self.goes_on(part, plan) else None
+        on = self.cycle if self.continues(part, plan) else None
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
     def count(self, event: CycleStrokes, rows: Array) -> float:

@@ -13,7 +13,7 @@ from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.dress.wheel_body import over_diamond
 from grind_env.machine.job import Job
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.part.unjudged import Unjudged, lines_said
+from grind_env.machine.part.unjudged import Unjudged, list_lines
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.advice import Notices, over_feed_limits
 from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
@@ -72,7 +72,7 @@ class ObstacleWatch:
         moves = several if len(passes) > 1 else "a feed move outside a cycle takes"
         text = (
             f"{moves} the wheel over the part {advice.deep((min(low), max(high)))}, where it grinds "
-            f"({lines_said(lines)}) and is no stroke of the program along the table, which is not simulated, so that "
+            f"({list_lines(lines)}) and is no stroke of the program along the table, which is not simulated, so that "
             "the part is not judged; set the wheel to depth beside the part, and go straight along the table from there"
         )
         self.notices.tell(lines[0], "pass", text)
@@ -115,7 +115,7 @@ class ObstacleWatch:
         for each in (part, *self.other_parts):
             depth = into_part(each, move, axis, self._radius, found=found)
             if depth > CRASH + DEPTH_TOLERANCE:
-                return below, advice.crash(depth, move, each.said)
+                return below, advice.crash(depth, move, each.description)
         if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
             into = f"{advice.named_move(move)} takes the wheel {depth:.3g} mm into the table"
             return below, f"{into}; end it higher, or mend part.height"

@@ -5,7 +5,7 @@ from grind_env.machine.part.part import PartRun
 from grind_env.machine.watch.advice import Notices
 from grind_env.machine.watch.cycles import Cycle
 
-SIZED = 0.001
+NEGLIGIBLE_STOCK = 0.001
 """Stock that is too little to be left on a part, and difference of depths that gauging does not show, mm."""
 
 
@@ -30,7 +30,7 @@ class Stops:
             if 0.0 < part.job.part.tolerance < 1000.0 * left:
                 found = f"to a depth of {part.deepest:.4g} mm, but has {part.stock:.4g} mm of stock"
                 self._pending.append((cycle.plan.line, "stock", f"the part is ground {found}; go as deep"))
-            if stop is not None and min(left, part.deepest) > SIZED and not notices.muted:
+            if stop is not None and min(left, part.deepest) > NEGLIGIBLE_STOCK and not notices.muted:
                 self._taken_off = stop.line, part.deepest, left
         stages, passed = len(part.job.part.stages), len(part.ended)
         if passed < stages:
@@ -48,7 +48,7 @@ class Stops:
         """Begin a cycle; if it continues the part of the last M00, the warnings about that part follow from the M00."""
         if self._taken_off is not None and plan.plunges:
             line, depth, left = self._taken_off
-            if part.job.part.surface - plan.plunge_start > depth - SIZED:
+            if part.job.part.surface - plan.plunge_start > depth - NEGLIGIBLE_STOCK:
                 text = (
                     f"M00 takes the part off at a depth of {depth:.4g} mm, with {left:.4g} mm of stock, and line "
                     f"{plan.line} goes on there; write M01 if the part is to be gauged and stay"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers
 from grind_env.errors import listed
 from grind_env.machine.job import Job
-from grind_env.machine.job.worlds import USUAL_DRIFT
+from grind_env.machine.job.drawn_machines import USUAL_DRIFT
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded

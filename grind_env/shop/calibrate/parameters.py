@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.job import Job
+from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.machine.job.entries import entries_of
-from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.process.catalogue import KINDS
 from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Quantity, quantities

@@ -137,4 +137,4 @@ def without(job: Job, limit: str) -> Job | None:
 
     parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
     stations = tuple(replace(each, part=freed(each.part)) for each in job.stations)
-    return replace(job, part=freed(job.part), parts=parts, stations=stations, met=())
+    return replace(job, part=freed(job.part), parts=parts, stations=stations, part_stations=())

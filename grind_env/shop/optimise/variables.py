@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Programs
-from grind_env.control.cycles import codes_said
+from grind_env.control.cycles import list_codes
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.paths import INTEGRANDS
 from grind_env.control.source import SourceText
@@ -143,7 +143,7 @@ def choices_of(
     several = intervals[-1].every > 1
     varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]
     if not varied:
-        lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
+        lacks = f"; it has no word {' or '.join(names)} in a {list_codes('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
         raise OptionError(f"{simulation.programs.name} has nothing to vary{why}")
     return SearchSpace(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))

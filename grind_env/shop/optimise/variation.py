@@ -13,7 +13,7 @@ from grind_env.arrays import Array
 from grind_env.control import Programs, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
-from grind_env.machine.script.repetition import FEW, is_straight
+from grind_env.machine.script.repetition import SAMPLE_RUNS, is_straight
 from grind_env.shop.machines import Fleet, compile_all, fleet_of
 from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, Spot, like
@@ -102,7 +102,7 @@ class Variation(NamedTuple):
     def reading(self) -> float:
         """Return the time, s, to execute a changed text of the program for all runs."""
         same = is_straight(self.programs) and len(self.choices.intervals) == 1
-        return self.base.execution * (min(FEW, self.runs) if same else self.runs)
+        return self.base.execution * (min(SAMPLE_RUNS, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """Return a copy with another job, other margins, shape (4,), and another budget."""

@@ -4,14 +4,14 @@ import cmath
 import math
 from itertools import pairwise
 
-from grind_env.control.compensation.plane import Bow, Element, PathSegment, Point
+from grind_env.control.compensation.plane import Element, PathArc, PathSegment, Point
 
 
 def lines(*points: Point) -> list[Element]:
     return [PathSegment(start, end) for start, end in pairwise(points)]
 
 
-def swept(arc: Bow) -> float:
+def swept(arc: PathArc) -> float:
     """Angle of an arc, rad; a full circle if it ends where it starts."""
     start, end, centre = complex(*arc.start), complex(*arc.end), complex(*arc.centre)
     if abs(start - end) < 1e-9:
@@ -27,7 +27,7 @@ def element_from(start: complex, heading: float, bend: float, size: float) -> El
     rotation = 1 if bend > 0.0 else -1
     centre = start + 1j * rotation * size * direction
     end = centre + (start - centre) * cmath.exp(1j * math.radians(bend))
-    return Bow(point(start), point(end), point(centre), rotation)
+    return PathArc(point(start), point(end), point(centre), rotation)
 
 
 def point(number: complex) -> Point:

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from grind_env.control.compensation.corners import CompensationFault, compensated, corner, feed_share, side_change
-from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
+from grind_env.control.compensation.plane import Element, Offset, PathArc, PathSegment, Point
 from tests.control.compensation.chain import element_from, lines, swept
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
@@ -26,7 +26,7 @@ def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
     assert straight.end == pytest.approx((12.0, 2.0 * side))
     assert [piece.end for piece in straight.generated] == [pytest.approx((12.0, -2.0 * side))]
     (arc,) = corner(EAST, back, offset, True, 0.0).generated
-    assert isinstance(arc, Bow)
+    assert isinstance(arc, PathArc)
     assert arc.start == pytest.approx((10.0, 2.0 * side))
     assert arc.end == pytest.approx((10.0, -2.0 * side))
     assert arc.rotation == rotation
@@ -34,10 +34,10 @@ def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
 
 
 def test_generated_blocks_at_arcs_run_along_the_tangents() -> None:
-    first = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)  # ends along +v
-    second = Bow((10.0, 0.0), (10.0, -20.0), (10.0, -10.0), -1)  # starts along +u: 90 degrees inside to the right
-    sharp = Bow((10.0, 0.0), (0.0, -10.0), (10.0, -10.0), 1)  # starts along -u: 90 degrees outside
-    reverse = Bow((10.0, 0.0), (20.0, -10.0), (20.0, 0.0), 1)  # starts along -v: a cusp that opens away
+    first = PathArc((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)  # ends along +v
+    second = PathArc((10.0, 0.0), (10.0, -20.0), (10.0, -10.0), -1)  # starts along +u: 90 degrees inside to the right
+    sharp = PathArc((10.0, 0.0), (0.0, -10.0), (10.0, -10.0), 1)  # starts along -u: 90 degrees outside
+    reverse = PathArc((10.0, 0.0), (20.0, -10.0), (20.0, 0.0), 1)  # starts along -v: a cusp that opens away
     assert corner(first, second, RIGHT, False, 0.0).generated == ()
     assert corner(first, sharp, RIGHT, False, 0.0).generated == ()
     junction = corner(first, reverse, LEFT, False, 0.0)
@@ -54,13 +54,13 @@ def test_generated_blocks_at_arcs_run_along_the_tangents() -> None:
 def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the_line(
     arc_radius: float, radius: float
 ) -> None:
-    over = Bow((10.0, 0.0), (10.0 - arc_radius, arc_radius), (10.0, arc_radius), -1)  # leaves along -u, bends to +v
+    over = PathArc((10.0, 0.0), (10.0 - arc_radius, arc_radius), (10.0, arc_radius), -1)  # leaves along -u, bends to +v
     # The circle of radius R + r about (10, R) and the line v = r: u = 10 -+ sqrt((R + r)^2 - (R - r)^2).
     met = pytest.approx((10.0 - math.sqrt(4.0 * arc_radius * radius), radius))
     inside = corner(EAST, over, Offset(radius, 1), False, 0.0)
     assert inside.end == met
     assert inside.generated == ()
-    back = Bow(over.end, over.start, over.centre, 1), PathSegment(EAST.end, EAST.start)
+    back = PathArc(over.end, over.start, over.centre, 1), PathSegment(EAST.end, EAST.start)
     assert corner(*back, Offset(radius, -1), False, 0.0).end == met
     outside = corner(EAST, over, Offset(radius, -1), False, 0.0)
     assert outside.end == pytest.approx((10.0 + radius, -radius))
@@ -100,7 +100,7 @@ def test_of_two_short_blocks_the_first_is_dropped_and_of_three_the_second() -> N
     one = corner(EAST, arc, Offset(1.0, 1), False, 0.4)
     assert one.end == two.end
     assert [(piece.start, piece.end) for piece in one.generated] == [(two.end, two.generated[-1].end)]
-    before = Bow((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u
+    before = PathArc((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u
     three = corner(before, arc, Offset(1.0, 1), False, 0.0).generated
     assert len(three) == 3
     kept = corner(before, arc, Offset(1.0, 1), False, 0.4).generated
@@ -125,7 +125,7 @@ def test_paths_that_do_not_meet_outside_are_joined_round_the_corner() -> None:
     round_it = corner(EAST, arc, RIGHT, True, 0.0)
     assert round_it.end == pytest.approx((10.0, -2.0))
     (piece,) = round_it.generated
-    assert isinstance(piece, Bow)
+    assert isinstance(piece, PathArc)
     assert swept(piece) == pytest.approx(0.5 * math.pi)
 
 
@@ -139,7 +139,7 @@ def test_paths_that_do_not_meet_inside_interfere() -> None:
 
 @pytest.mark.parametrize("radius", [1.0, 2.0])
 def test_an_arc_not_larger_than_the_radius_is_too_small(radius: float) -> None:
-    arc = Bow((0.0, 0.0), (0.0, 2.0 * radius), (0.0, radius), 1)
+    arc = PathArc((0.0, 0.0), (0.0, 2.0 * radius), (0.0, radius), 1)
     middle = (0.0, radius)
     for act in (
         lambda: compensated(arc, middle, middle, LEFT, detect=False),
@@ -154,7 +154,7 @@ def test_an_arc_not_larger_than_the_radius_is_too_small(radius: float) -> None:
 
 def test_an_arc_too_small_at_one_end_is_too_small() -> None:
     """Words are rounded: here the start is 2.004 from the centre, the end 1.997."""
-    arc = Bow((2.004, 0.0), (0.0, 1.997), (0.0, 0.0), 1)
+    arc = PathArc((2.004, 0.0), (0.0, 1.997), (0.0, 0.0), 1)
     with pytest.raises(CompensationFault, match=r"radius 1\.9970 mm is too small"):
         compensated(arc, (0.004, 0.0), (0.0, -0.003), LEFT)
 
@@ -178,9 +178,9 @@ def test_a_line_that_just_fits_has_no_length() -> None:
     assert run.length == pytest.approx(0.0, abs=1e-12)
 
 
-def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> Bow:
+def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> PathArc:
     """About the origin, from one direction to another in degrees."""
-    return Bow(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
+    return PathArc(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
 
 
 def on(degrees: float, radius: float) -> Point:
@@ -200,7 +200,7 @@ def test_arcs_are_trimmed_and_lengthened(
     start = on(20.0 + rotation * trimmed_start, radius)
     end = on(20.0 + rotation * (programmed - trimmed_end), radius)
     (run,) = compensated(arc, start, end, LEFT)
-    assert isinstance(run, Bow)
+    assert isinstance(run, PathArc)
     assert (run.start, run.end, run.centre, run.rotation) == (start, end, arc.centre, rotation)
     assert math.degrees(run.angle) == pytest.approx(programmed - trimmed_start - trimmed_end)
 
@@ -215,7 +215,7 @@ def test_vectors_of_an_arc_that_cross_interfere(programmed: float, trimmed: floa
         compensated(arc, start, end, LEFT)
     assert caught.value.name == "interference"
     (run,) = compensated(arc, start, end, LEFT, detect=False)
-    assert isinstance(run, Bow)
+    assert isinstance(run, PathArc)
     assert (run.start, run.end, run.rotation) == (start, end, -rotation)
     assert math.degrees(swept(run)) == pytest.approx(2 * trimmed - programmed)
 
@@ -246,7 +246,7 @@ def test_side_change_at_an_angle_joins_the_perpendicular_points() -> None:
 def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
     # Along v = 2 (G41), then the left half of a circle of radius 5 about (10, 5) with the centre inside (G42): with
     # r = 2 its path has radius 3 and touches v = 2 at (10, 2), which is on both.
-    arc = Bow((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), -1)
+    arc = PathArc((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), -1)
     junction = side_change(EAST, arc, LEFT, RIGHT)
     assert junction.end == pytest.approx((10.0, 2.0))
     assert junction.generated == ()
@@ -258,7 +258,7 @@ def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
 
 def test_side_change_takes_the_nearest_of_two_crossings() -> None:
     # Along v = 2, then a full circle of radius sqrt(29) about (5, 2): that of the centre crosses it twice.
-    circle = Bow((10.0, 0.0), (10.0, 0.0), (5.0, 2.0), -1)
+    circle = PathArc((10.0, 0.0), (10.0, 0.0), (5.0, 2.0), -1)
     for path in (EAST, PathSegment((10.0, 0.0), (0.0, 0.0))):
         first, second = (path, circle) if path is EAST else (circle, path)
         before, after = (LEFT, Offset(1.0, -1)) if path is EAST else (Offset(1.0, -1), RIGHT)
@@ -268,7 +268,7 @@ def test_side_change_takes_the_nearest_of_two_crossings() -> None:
 
 
 def test_side_change_to_an_arc_whose_path_is_elsewhere_is_joined_straight() -> None:
-    arc = Bow((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), 1)  # right half, centre outside it: below the line
+    arc = PathArc((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), 1)  # right half, centre outside it: below the line
     junction = side_change(EAST, arc, LEFT, RIGHT)
     assert junction.end == pytest.approx((10.0, 2.0))
     assert [piece.end for piece in junction.generated] == [pytest.approx((10.0, -2.0))]

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
+from grind_env.control.compensation.plane import Element, Offset, PathArc, PathSegment, Point
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 
@@ -31,7 +31,7 @@ def test_entry_with_nothing_ahead_ends_at_right_angles_to_itself() -> None:
 
 def test_the_vector_shifts_the_end_of_an_arc_along_its_circle() -> None:
     # Ends at (10, 0) about the origin along +v; with r = 2 on the right the circle has radius 12.
-    arc = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
+    arc = PathArc((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
     # A line along (-0.8, 0.6) two to its right, through (11.2, 1.6): the distance from the origin is 8, and it meets
     # the circle where its foot (4.8, 6.4) is left by sqrt(144 - 64) against its direction.
     half = math.sqrt(80.0)
@@ -45,12 +45,12 @@ def test_the_vector_shifts_the_end_of_an_arc_along_its_circle() -> None:
 
 def test_a_vector_whose_line_misses_the_circle_changes_nothing() -> None:
     # Ends at (10, 0), circle of radius 8; the line two to the left of (0.6, -0.8) is 10 from the origin.
-    arc = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
+    arc = PathArc((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
     assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(3.0, -4.0)))[0] == (8.0, 0.0)
 
 
 def test_the_shift_on_a_small_circle_is_at_most_a_quarter_turn() -> None:
-    arc = Bow((0.0, -2.1), (2.1, 0.0), (0.0, 0.0), 1)
+    arc = PathArc((0.0, -2.1), (2.1, 0.0), (0.0, 0.0), 1)
     assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(0.0, -1.0)))[0] == (0.0, 0.1)
 
 
@@ -58,18 +58,18 @@ def test_type_b_with_arcs_round_sharp_corners() -> None:
     move = PathSegment((0.0, 0.0), (10.0, 0.0))
     straight, arc = entry(move, PathSegment((10.0, 0.0), (0.0, -10.0)), LEFT, "B", True)
     assert straight == PathSegment((0.0, 0.0), (10.0, 2.0))
-    assert isinstance(arc, Bow)
+    assert isinstance(arc, PathArc)
     assert (arc.start, arc.centre, arc.rotation) == ((10.0, 2.0), (10.0, 0.0), -1)
     assert arc.end == pytest.approx((11.4142, -1.4142), abs=1e-4)
     junction = exit_junction(move, PathSegment((10.0, 0.0), (4.0, -6.0)), LEFT, "B", True, None)
     (same,) = junction.generated
-    assert isinstance(same, Bow)
+    assert isinstance(same, PathArc)
     assert (junction.end, same.start, same.centre, same.rotation) == ((10.0, 2.0), arc.start, arc.centre, -1)
     assert same.end == pytest.approx(arc.end)
 
 
 def test_type_b_exit_from_an_arc_leaves_along_its_tangent() -> None:
-    arc = Bow((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u; the centre on the left
+    arc = PathArc((0.0, 10.0), (10.0, 0.0), (10.0, 10.0), 1)  # ends along +u; the centre on the left
     assert ends(leaving(arc, (10.0, -8.0), LEFT, "B")) == [(10.0, 2.0), (12.0, 2.0), (10.0, -8.0)]
     assert ends(leaving(arc, (4.0, -6.0), LEFT, "B")) == [
         (10.0, 2.0),

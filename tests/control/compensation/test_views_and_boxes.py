@@ -6,7 +6,7 @@ from collections import deque
 import pytest
 
 from grind_env.control import Control, ControlError, execute, read
-from grind_env.control.compensation.gouging import HELD, GougeCheck, Passed, _gouges
+from grind_env.control.compensation.gouging import COMPARED, GougeCheck, Passed, _gouges
 from grind_env.control.compensation.plane import PathSegment
 from grind_env.control.errors import Place
 from grind_env.control.lookahead import Lookout
@@ -69,8 +69,8 @@ def test_a_view_that_goes_on_sees_what_a_new_one_does(monkeypatch: pytest.Monkey
 @pytest.mark.parametrize("seed", few(range(5)))
 def test_boxes_find_the_same_element_as_one_by_one(seed: int) -> None:
     rng, check = random.Random(seed), GougeCheck()
-    passed, here, found = deque[Passed](maxlen=HELD), (0.0, 0.0), 0
-    for number in range(3 * HELD):
+    passed, here, found = deque[Passed](maxlen=COMPARED), (0.0, 0.0), 0
+    for number in range(3 * COMPARED):
         there = here[0] + rng.uniform(-3.0, 3.5), here[1] + rng.uniform(-3.0, 3.0)
         place, level = Place("p.nc", number + 1, 1, number + 1), float(rng.randrange(2))
         programmed, centre = (
@@ -83,4 +83,4 @@ def test_boxes_find_the_same_element_as_one_by_one(seed: int) -> None:
         assert check.follow(new.place, new.programmed, centre, level) == expected
         found += expected is not None
         here = there
-    assert 5 < found < 3 * HELD
+    assert 5 < found < 3 * COMPARED

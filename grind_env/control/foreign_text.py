@@ -8,9 +8,9 @@ from grind_env.control.source import SourceText
 from grind_env.control.words import read_block
 from grind_env.errors import quoted
 
-LOOKED_AT = 4096
+HEAD_BYTES = 4096
 """Bytes at the beginning of a text that are searched for signs of another control."""
-ENOUGH = 2
+LEAST_SIGNS = 2
 """Lines of another control that are needed to recognise it; a single one may be a slip."""
 SIGNS: Mapping[str, re.Pattern[str]] = {
     control: re.compile(f"(?:{sign})[^\r\n]*", re.IGNORECASE | re.MULTILINE | re.VERBOSE)
@@ -31,12 +31,12 @@ SIGNS: Mapping[str, re.Pattern[str]] = {
 }
 """Beginnings of lines by which other controls are recognised; no block of this control begins like these."""
 REMEDY = "this control reads the G code of a 9/Series: post the part for it, or write the program anew"
-MOST_BEFORE = 20
+MOST_BLOCKS_BEFORE = 20
 """Most blocks that are checked before the ``%`` that begins the program."""
 
 
 def check_head(data: bytes, name: str) -> None:
-    """Refuse a program for another control or with parity bits; `data` is its first `LOOKED_AT` bytes."""
+    """Refuse a program for another control or with parity bits; `data` is its first `HEAD_BYTES` bytes."""
     if sum(byte > 0x7F for byte in data) > max(8, len(data) // 4) and not any(byte.bit_count() % 2 for byte in data):
         message = (
             "every byte has a bit of even parity, as on punched tape; receive the program with 7 data bits and even "
@@ -46,7 +46,7 @@ def check_head(data: bytes, name: str) -> None:
     text = data.decode("latin-1")
     for control, sign in SIGNS.items():
         found = list(sign.finditer(text))
-        if len(found) >= ENOUGH:
+        if len(found) >= LEAST_SIGNS:
             line = 1 + len(re.findall(r"\r\n|\r|\n", text[: found[0].start()]))
             message = f"this is a program for a {control} control ({quoted(found[0][0].strip())}); {REMEDY}"
             raise Place(name, line, 1, line).error("file", message)

@@ -60,12 +60,12 @@ def usual_uncertainty(job: Job) -> Uncertainty:
     )
 
 
-def known_of(job: Job) -> Uncertainty:
+def uncertainty_of(job: Job) -> Uncertainty:
     """Return the uncertainty of the machine of a job: from its calibration, or the usual one."""
     return usual_uncertainty(job) if job.uncertainty is None else job.uncertainty
 
 
-def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
+def draw_machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
     """Return the possible machine of a job with this number; `root` is that of the uncertainty.
 
     A number beyond its legal range is set to the end of the range. The drift, which is no number of an entry, is
