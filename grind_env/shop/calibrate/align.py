@@ -277,7 +277,7 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
     return mean
 
 
-def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
+def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
     """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
