@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE, Writes
-from grind_env.shop.advise.own import LOG, STATE, VALUES
+from grind_env.shop.advise.file_kinds import LOG, STATE, VALUES
 from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, OtherPart, Plant, ProgramFile
 
 
@@ -49,7 +49,7 @@ def advise(
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
-    from grind_env.shop.advise.state import held
+    from grind_env.shop.advise.state import locked_state
 
     assert state is not None  # the default name has been filled in
     request = AdviceRequest(
@@ -68,7 +68,7 @@ def advise(
         others = {"--measurements": measurements, "--write": write, "--shadow": shadow, "--restart": restart}
         rehearse(request, plant, [name for name, value in others.items() if value])
         return
-    with held(state):
+    with locked_state(state):
         session = open_session(
             request, by=rows, measurements=measurements, follow=follow, state=state, values=write, shadow=shadow
         )
