@@ -185,7 +185,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 
     The likelihood is the logarithm of the ratio to the likelihood of a constant power.
     """
-    span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
+    strokes = int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
     tried = np.exp(np.arange(np.log(low), np.log(high), apart))
@@ -220,7 +220,6 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         best, override, gain = (
             np.where(better, new, old) for new, old in ((likely, best), (each, override), (factor, gain))
         )
-    assert span > 0.0
     return np.maximum(best, 0.0), override, gain
 
 
@@ -273,8 +272,7 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
     """Return the mean of each execution; a run's weight is the sum of its squared expected powers."""
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
     weight = np.where(np.isfinite(correlation), weights, 0.0)
-    mean: Floats = (np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
-    return mean
+    return np.asarray((np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300))
 
 
 def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:

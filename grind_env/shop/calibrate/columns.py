@@ -9,7 +9,7 @@ from typing import Any
 from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.measurements.sheet import BEYOND, Sheet, plain
+from grind_env.shop.measurements.sheet import MOST_NUMBER, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
@@ -43,9 +43,9 @@ class Map:
         value = self.value(table, key)
         if value is None:
             return None
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < BEYOND:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < MOST_NUMBER:
             raise CalibrationError(
-                f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0 and below {BEYOND:g}"
+                f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0 and below {MOST_NUMBER:g}"
             )
         return float(value)
 

@@ -74,8 +74,7 @@ class Linear(NamedTuple):
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
         """Return the residuals of some measurements, in loose errors, from a fit to all others."""
         step = self.at(width, rows) - self.x
-        found: Floats = self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step)
-        return found
+        return np.asarray(self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step))
 
     def at(self, width: float, without: NDArray[np.bool_] | bool = False) -> Floats:
         """Return the variables at a width of the free term, in prior spreads at its full width."""
@@ -353,8 +352,7 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
     """Return the relative error of the power of each group, its members weighted by their accuracy."""
     _, number = np.unique(group, return_inverse=True)
     weight = value / np.square(error)
-    found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
-    return found
+    return np.asarray(np.bincount(number, weight * rest) / np.bincount(number, weight * value))
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:

@@ -14,7 +14,7 @@ from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.measurements.clock import DAY
-from grind_env.shop.measurements.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
+from grind_env.shop.measurements.sheet import MOST_TIME, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
@@ -120,7 +120,7 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
         )
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
-    times, unit = sheet.numbers(column, beyond=LATEST), plain(str(unit or sheet.headings[column].unit))
+    times, unit = sheet.numbers(column, beyond=MOST_TIME), plain(str(unit or sheet.headings[column].unit))
     known = times[np.isfinite(times)]
     if unit not in SECONDS and known.size > 1:
         within = [name for name, (low, high) in SINCE_1970.items() if low <= known.min() and known.max() < high]

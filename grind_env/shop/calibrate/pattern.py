@@ -37,8 +37,7 @@ class RepeatedProgram:
         self.control = replace(job.control, whole_cycles=True)
         self.events = list(execute(self.programs, self.control))
         record = self._ground(job, ())
-        self.parts_each = len(record.parts) // executions  # parts that one execution grinds
-        self.placed_parts = [record.job.of_part(number).part for number in range(1, self.parts_each + 1)]
+        self.placed_parts = [record.job.of_part(k).part for k in range(1, len(record.parts) // executions + 1)]
         parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
         self.part = parts[: parts.size // executions] - 1  # part of each stroke of one execution, from 0
         self.overrides = overrides
@@ -65,8 +64,7 @@ def scaled(event: Event, override: float) -> Event:
 
 def powers(record: GrindingRecord) -> Floats:
     """Return the power of the strokes above idle, W."""
-    strokes: Floats = record.strokes["power"][record.strokes["groove"] == 0]
-    return strokes
+    return np.asarray(record.strokes["power"][record.strokes["groove"] == 0])
 
 
 class Pattern(NamedTuple):

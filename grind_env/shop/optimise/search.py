@@ -83,7 +83,7 @@ class Budget:
             raise TimeUp
 
 
-def time_said(seconds: float) -> str:
+def time_text(seconds: float) -> str:
     """Return a time as a text for --budget, rounded up."""
     return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 

@@ -7,7 +7,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs, read
@@ -19,7 +19,7 @@ from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, Spot, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Budget, Point, Search
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, join_equal
 from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 
@@ -83,7 +83,7 @@ class Variation(NamedTuple):
         """Return trials of the unchanged program on the lots and machines of a use; by default the lots of `LOTS`."""
         trials = replace(self.base, confidence=self.options.confidence)
         seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
-        return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
+        return trials.with_lots(seeds) if self.fleet is None else self.fleet.trials_for(trials, use, seeds)
 
     def read_trials(self, programs: Programs) -> Trials:
         """Return trials of another text of the program, on one lot."""
@@ -106,15 +106,15 @@ class Variation(NamedTuple):
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """Return a copy with another job, other margins, shape (4,), and another budget."""
-        return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
+        return self._replace(job=job, margins=margins, base=self.base.with_job(job), budget=budget)
 
-    def on(self, job: Job) -> "Variation":
+    def for_machine(self, job: Job) -> "Variation":
         """Return a copy for the job of another, known machine."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
-    def besides(self) -> bool:
+    def other_settings(self) -> bool:
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
     @property
@@ -161,8 +161,9 @@ class Variation(NamedTuple):
             return blocks
         return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
-    def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
-        return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
+    def measure(self, trials: Trials, points: ArrayLike, between: Between = nothing) -> Measures:
+        settings = self.settings(trials.own, np.array(points))
+        return trials.measure(settings, other_settings=self.other_settings, between=between)
 
     def counting(self, point: Point) -> Counting | None:
         """Return the counting text of a point's interval; None if every part or no part is dressed."""
@@ -241,7 +242,7 @@ class Variation(NamedTuple):
 
         def costs(points: NDArray[np.int64]) -> Array:
             between = budget.require_search if search.costs else budget.require_first
-            found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
+            found = self.measure(trials, points, between)
             first[:] = first or [found]
             shares = self.shares(trials, found, first[0]) / (SURE if comparing else 1.0)
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
@@ -323,8 +324,8 @@ def _choices(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
     """Return the search space; words of equal parts are one variable unless `options.free`."""
-    choices = choices_of(simulation, text, options, runs, of_all=of_all)
-    return choices if options.free else choices._replace(variables=together(choices.variables, simulation))
+    space = choices_of(simulation, text, options, runs, of_all=of_all)
+    return space if options.free else space._replace(variables=join_equal(space.variables, simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:

@@ -66,7 +66,7 @@ def recommended(
     point = (0,) * len(variation.counts)
     base, _ = swept_on(variation.base, seed, untried=untried)
     written = variation.read_trials(variation.read(point))
-    written = written.on(base.seeds, base.simulation.machines.jobs, base.drift)
+    written = written.with_lots(base.seeds, base.simulation.machines.jobs, base.drift)
     if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
         raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))
