@@ -69,7 +69,7 @@ def report(
     path = job_beside(program) if job is None else Path(job)
     numbers = [each.program for each in interrupts_of(interrupts)]
     read = program, *called_files(program, numbers), *files_named(path)
-    check_targets([Target(path=written, own=PAGE if output is None else None)], read)
+    check_targets([Target(path=written, replaceable=PAGE if output is None else None)], read)
     prepare_page(written)
     programs, settings = read_file(program), load_job(path)
     record = grind_file(

@@ -24,12 +24,12 @@ def advise(
     state: Annotated[
         Path | None,
         typer.Option(help="File of the session; default PROGRAM with .advise.json."),
-        Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
+        Writes(default_suffix=".advise.json", replaceable=STATE, always=True, beside={".csv": LOG}),
     ] = None,
     write: Annotated[
         Path | None,
         typer.Option(help="Write E and D as #101=... to this file."),
-        Writes(own=VALUES, always=True, called=True),
+        Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
     max_step: Annotated[float, typer.Option(help="Largest rise of E, a factor.")] = 1.25,
     bounds: Annotated[
