@@ -67,7 +67,7 @@ def calibrate(
     report_stage: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a log of the spindle's power."""
-    said = read_map(map_file)
+    map_ = read_map(map_file)
     settings, programs = load_job(job, plant=MODEL), read_file(program)
     if settings.parts:
         raise CalibrationError(
@@ -75,8 +75,8 @@ def calibrate(
         )
     free = free_parameters(settings) if names is None else ()
     report_stage("reading the log")
-    rows = _bound(read_log(log, settings.setup.machine, said), said, job)
-    gauged = None if gauge is None else read_gauge(gauge, said)
+    rows = _bound(read_log(log, settings.setup.machine, map_), map_, job)
+    gauged = None if gauge is None else read_gauge(gauge, map_)
     if gauged is not None:
         refuse_impossible(gauged, settings)
     tells_heat = gauged is not None and np.isfinite([gauged.size, gauged.burn]).any()
@@ -215,9 +215,9 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
     return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
-def _bound(log: Log, said: Map, job: Path) -> Log:
+def _bound(log: Log, map_: Map, job: Path) -> Log:
     """Return the log with a smaller uncertainty of its meter's scale if the map or the job states the rating."""
-    stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
+    stated = log.unit == "%" and (map_.number("log", "rated_power") is not None or _states_limit(job))
     return replace(log, scale_spread=min(log.scale_spread, STATED_SCALE_SPREAD)) if stated else log
 
 

@@ -28,7 +28,7 @@ NORMAL_90 = 1.6449
 """Half width of the 90 % interval of a normal variable, in standard deviations."""
 UNDETERMINED = 0.9
 """Ratio of posterior to prior spread above which a constant is undetermined, unless it moved by more than a spread."""
-OPENED = {"material.chip_energy": 6.0}
+WIDENED_PRIORS = {"material.chip_energy": 6.0}
 """Factor on the prior spread of a constant in a fit with a free term: the shares of chips and rubbing in the power are
 then open, too, because other laws have no such shares."""
 FOLDS = 8
@@ -40,11 +40,11 @@ DRIFT = 0.05
 result is the level in the middle of the log: an apparent drift may be a wheel that dulls in another way."""
 WIDTHS = (0.25, 0.5, 1.0)
 """Widths of the free term that are tried, as shares of its full width."""
-CLEARLY = 0.8
+FREE_TERM_GAIN = 0.8
 """Ratio of mean square errors on held-out parts, with over without the free term, below which the term is used."""
-FOLLOWED = 1.0
+MOST_PLAIN_ERROR = 1.0
 """Mean square error on held-out parts, in loose errors, up to which the model needs no free term."""
-ALIKE = 1.05
+LEAST_ERROR_FACTOR = 1.05
 """Factor on the least mean square error; the smallest width with no greater error is taken."""
 ENOUGH_PARTS = 2
 WANDERING_PARTS = 4
@@ -90,8 +90,8 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> float:
         return 0.0
     errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
     least = min(errors.values())
-    width = next(each for each, error in errors.items() if error <= ALIKE * least)
-    return 0.0 if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0] else width
+    width = next(each for each, error in errors.items() if error <= LEAST_ERROR_FACTOR * least)
+    return 0.0 if errors[0.0] < MOST_PLAIN_ERROR or errors[width] > FREE_TERM_GAIN * errors[0.0] else width
 
 
 def _in_turn(fit: Linear, width: float, data: Data) -> float:
@@ -166,17 +166,17 @@ class FitProblem:
     left_out: tuple[str, ...] = ()  # kinds of measurement that are not used
 
     @property
-    def unfree(self) -> NDArray[np.bool_]:
+    def outside_free_term(self) -> NDArray[np.bool_]:
         """Return which variables do not belong to the free term, if there is one."""
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
     def widened(self, x: Floats) -> Floats:
         """Return the variables, extended by a free term without effect."""
-        whole = np.zeros(self.unfree.size)
-        whole[self.unfree] = x
+        whole = np.zeros(self.outside_free_term.size)
+        whole[self.outside_free_term] = x
         return whole
 
-    def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = OPENED) -> Solver:
+    def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = WIDENED_PRIORS) -> Solver:
         """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
         nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
@@ -229,18 +229,18 @@ def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage:
         report_stage("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
         wide = _settled(at_most, np.zeros(at_most.size), used, report_stage)
-        linear = _linear(problem, wide, problem.unfree)
+        linear = _linear(problem, wide, problem.outside_free_term)
         width = best_width(_linear(problem, place), linear, data)
         if width == 1.0:
             place = wide
         elif width:
-            ratio, at_most = np.where(problem.unfree, 1.0, width), problem.solver(width, plain)
+            ratio, at_most = np.where(problem.outside_free_term, 1.0, width), problem.solver(width, plain)
             at_most.begin_with(wide.solver, ratio)
             place = _settled(at_most, linear.at(width) / ratio, wide.used, report_stage, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
             there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
-            wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
+            wider = narrow.parameters, _linear(problem, there, problem.outside_free_term).covariance(WIDTHS[0])
     return _finished(problem, width, place, nominal, report_stage, wider)
 
 

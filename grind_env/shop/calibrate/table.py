@@ -62,11 +62,11 @@ def calibrate_table(
 
     Dimensions and wheel speed that the table does not have are those of the job.
     """
-    said = read_map(map_file)
+    map_ = read_map(map_file)
     settings = load_job(job, plant=MODEL)
     parameters = chosen_parameters(settings, names, BESIDE)
     sheet = read_sheet(table)
-    columns = find_columns(sheet, "table", said, RESPONSES, SETTINGS)
+    columns = find_columns(sheet, "table", map_, RESPONSES, SETTINGS)
     measured = [name for name in RESPONSES if name in columns]
     values = {
         name: sheet.quantity(column, _units(name, settings.part.width), **(MEASURED if name in RESPONSES else SET))

@@ -32,7 +32,7 @@ UNLIMITED = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LI
 """Field of a part that has each limit, and its value without the limit."""
 
 
-def compared(
+def rank_finalists(
     variation: Variation, search: Search, tried: Mapping[Point, Trade], progress: Progress, label: str = "comparing"
 ) -> list[Point]:
     """Return programs in the order of judgement, at least one.

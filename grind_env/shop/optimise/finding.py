@@ -16,7 +16,7 @@ from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
 from grind_env.shop.machines import require_good
-from grind_env.shop.optimise.comparing import compared, costs_of_limits, job_without
+from grind_env.shop.optimise.comparing import costs_of_limits, job_without, rank_finalists
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
@@ -95,14 +95,14 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     compiled, fleet = variation.base.simulation.compiled, variation.fleet
     progress("judging", 0)
     judgement = _judgement(variation)
-    budget.keep(judgement.seconds * (len(LIMITS) if compiled else 1) + variation.reading)
+    budget.keep(judgement.seconds * (len(LIMITS) if compiled else 1) + variation.reading_seconds)
     tried: dict[Point, Trade] = {}
     search = variation.search(variation.trials(LotUse.SEARCH), "searching", progress, tried)
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = any(each.keeps for each in tried.values())
-    points: Sequence[Point] = compared(variation, search, tried, progress) if feasible else search.ranked[:1]
+    points: Sequence[Point] = rank_finalists(variation, search, tried, progress) if feasible else search.ranked[:1]
     chosen = judgement.best_of(points)
     judged, kept, untold = len(judgement.judged), chosen.keeps(variation), len(points) - len(judgement.judged)
     promised = None

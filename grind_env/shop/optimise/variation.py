@@ -26,7 +26,7 @@ from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots
 INFEASIBLE = 1e9
 """Cost of a program beyond a limit in the search, $, times 1 plus its excess."""
 
-LOOKING = 0.2
+DRAWING_SHARE = 0.2
 """Share of the budget up to which possible machines are drawn."""
 USUAL_RUNS = 50
 """Usual number of runs of a batch; shorter batches have proportionally more lots."""
@@ -35,7 +35,7 @@ LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
 program."""
 MANY_PARTS, FEWEST = 100, 192
 """Parts of a batch above which comparison and judgement have at most this number of lots, one on each machine."""
-MOST_MORE = 4
+MOST_LOTS_FACTOR = 4
 """Greatest factor on the lots of short batches: in the search, which tries thousands of programs, and half of it in the
 comparison of hundreds."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
@@ -94,12 +94,12 @@ class Variation(NamedTuple):
         if not self.base.simulation.compiled:
             return LOTS[use]
         more = -(-USUAL_RUNS // self.runs)
-        most = {LotUse.SEARCH: MOST_MORE, LotUse.COMPARISON: -(-min(more, MOST_MORE) // 2)}
+        most = {LotUse.SEARCH: MOST_LOTS_FACTOR, LotUse.COMPARISON: -(-min(more, MOST_LOTS_FACTOR) // 2)}
         lots = LOTS[use] * min(more, most.get(use, more))
         return min(lots, FEWEST) if self.base.simulation.parts > MANY_PARTS and use is not LotUse.SEARCH else lots
 
     @property
-    def reading(self) -> float:
+    def reading_seconds(self) -> float:
         """Return the time, s, to execute a changed text of the program for all runs."""
         same = is_straight(self.programs) and len(self.choices.intervals) == 1
         return self.base.execution * (min(FEW, self.runs) if same else self.runs)
@@ -146,7 +146,7 @@ class Variation(NamedTuple):
         table = np.repeat(own[None], len(points), axis=0)
         varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
-            blocks = self._everywhere(variable)
+            blocks = self._blocks_of_all_runs(variable)
             table[:, blocks, variable.column] = variable.settings[points[:, k], None]
             varied[blocks if variable.name == "D" else []] = True
         executions, run = table[..., COLUMNS["D"]], self.base.run_of_block
@@ -155,7 +155,7 @@ class Variation(NamedTuple):
             executions[k] *= due | ~varied
         return table
 
-    def _everywhere(self, variable: SearchVariable) -> NDArray[np.int64]:
+    def _blocks_of_all_runs(self, variable: SearchVariable) -> NDArray[np.int64]:
         blocks = np.array(variable.blocks)
         if not self.base.alike:
             return blocks
@@ -316,7 +316,7 @@ def variation_of(
         choices = _choices(seen, text, others, runs, of_all=of_all)
         choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
+    fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > DRAWING_SHARE * budget.seconds)
     return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
 
 

@@ -227,7 +227,7 @@ def sweep(
     """
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
-    trials, fleet = swept_on(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
+    trials, fleet = sweep_trials(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
     study = _Study(trials, parts, progress)
     require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
@@ -236,7 +236,7 @@ def sweep(
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
-    judge = study.on(judged_on(study.trials, fleet, seed))
+    judge = study.with_trials(judgement_trials(study.trials, fleet, seed))
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
         grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
@@ -263,14 +263,14 @@ def sweep(
     )
 
 
-def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
+def sweep_trials(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
     """Return trials of the unchanged program on the lots and machines of a sweep; errors as in `fleet_of`."""
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     fleet = fleet_of(trials, seed, untried=untried)
     return trials.with_lots(lots) if fleet is None else fleet.trials_for(trials, LotUse.SWEEP, lots), fleet
 
 
-def judged_on(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
+def judgement_trials(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
     """Return trials on lots and machines on which no point was chosen."""
     lots = lots_of(seed, LotUse.JUDGEMENT, JUDGED_LOTS)
     return trials.with_lots(lots) if fleet is None else fleet.trials_for(trials, LotUse.JUDGEMENT, lots)
@@ -296,7 +296,7 @@ class _Study:
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
 
-    def on(self, trials: Trials) -> "_Study":
+    def with_trials(self, trials: Trials) -> "_Study":
         """Return the study on other lots and machines."""
         return _Study(trials, self.runs, self.progress)
 
