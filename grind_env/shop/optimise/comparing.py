@@ -52,8 +52,8 @@ def rank_finalists(
     others = [point for point in more.ranked if point in some]
     kept = [point for point in others if known[point].keeps]
     best = front(known, quantity) if any(each.keeps for each in known.values()) else []
-    untold = [point for point in some if point not in known]  # for which there was no time
-    found = dict.fromkeys([*best, *kept, *untold, *others])
+    unmeasured = [point for point in some if point not in known]  # for which there was no time
+    found = dict.fromkeys([*best, *kept, *unmeasured, *others])
     return [point for point in found if point != start] or [start]
 
 

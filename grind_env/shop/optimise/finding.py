@@ -104,7 +104,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     feasible = any(each.keeps for each in tried.values())
     points: Sequence[Point] = rank_finalists(variation, search, tried, progress) if feasible else search.ranked[:1]
     chosen = judgement.best_of(points)
-    judged, kept, untold = len(judgement.judged), chosen.keeps(variation), len(points) - len(judgement.judged)
+    judged, kept, unjudged = len(judgement.judged), chosen.keeps(variation), len(points) - len(judgement.judged)
     promised = None
     if machine is not None:
         promised = judgement.trials.of_one(getattr(chosen.new, objective)[0])
@@ -129,7 +129,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
         enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_text(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
-    elif not verdict.is_written and (search.ended_early or untold):
+    elif not verdict.is_written and (search.ended_early or unjudged):
         reason = f"{reason}; a larger --budget may find one"
     base = judgement.trials
     unpriced = [name for name in LIMITS if sought and name not in costs and job_without(variation.job, name)]
@@ -150,7 +150,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
             *variation.base.simulation.unread,
             *dress_remarks(base, after, variation.runs),
             *machine_remarks(fleet),
-            *ranking_remarks(judged, kept, untold),
+            *ranking_remarks(judged, kept, unjudged),
             *_few(judgement.trials),
             *unpriced_remarks(unpriced),
         ),

@@ -296,13 +296,13 @@ def unpriced_remarks(names: Sequence[str]) -> list[str]:
     return [f"no time to find what the limit of {said} costs: raise --budget"] if said else []
 
 
-def ranking_remarks(judged: int, kept: bool, untold: int) -> list[str]:
+def ranking_remarks(judged: int, kept: bool, unjudged: int) -> list[str]:
     """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
     ranked, end = ("before it", "") if kept else ("next", ", too")
     missed = f"the {judged - 1} ranked {ranked} broke a limit or an option on unseen lots{end}"
     said = [missed] if judged > 1 else []
-    if untold and not kept:
-        said.append(f"the budget ended before {untold} more programs were judged: raise --budget")
+    if unjudged and not kept:
+        said.append(f"the budget ended before {unjudged} more programs were judged: raise --budget")
     return said
 
 
