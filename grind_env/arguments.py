@@ -45,15 +45,15 @@ class Reads(NamedTuple):
 class Writes(NamedTuple):
     """Argument that names an output file.
 
-    `usual` is the suffix of the default file, named after the program. A file under the default name is replaced only
-    if `own` recognises it; with `always` this holds for every name. With `called`, the file may be one of the input
-    programs. `beside` has the suffixes and kinds of further files that are written beside it.
+    `default_suffix` is that of the default file, named after the program. A file of the default name is replaced only
+    if `replaceable` recognises it; with `always` this holds for every name. With `may_be_input`, the file may be one of
+    the input programs. `beside` has the suffixes and kinds of further files that are written beside it.
     """
 
-    usual: str = ""
-    own: Own | None = None
+    default_suffix: str = ""
+    replaceable: Own | None = None
     always: bool = False
-    called: bool = False
+    may_be_input: bool = False
     beside: Mapping[str, Own] = {}
 
 
@@ -61,11 +61,11 @@ class Keeps(NamedTuple):
     """Argument that names a folder for files whose names the command chooses."""
 
 
-class Asked(NamedTuple):
+class Requests(NamedTuple):
     """Argument that names programs which the operator requests, such as `9200@12.5` (program number, time in s)."""
 
 
-Role: TypeAlias = Reads | Writes | Keeps | Asked
+Role: TypeAlias = Reads | Writes | Keeps | Requests
 
 PROGRAM = Reads(programs=True)
 PROBLEM = Reads(programs=True)
@@ -94,7 +94,7 @@ class Application(typer.Typer):
 def roles_of(function: Callable[..., Any]) -> dict[str, Role]:
     """Return the roles of the file arguments of a command, by argument name."""
     said = ((name, each) for name, annotated in _annotated(function).items() for each in annotated)
-    return {name: each for name, each in said if isinstance(each, Reads | Writes | Keeps | Asked)}
+    return {name: each for name, each in said if isinstance(each, Reads | Writes | Keeps | Requests)}
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -114,14 +114,14 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
         targets = list[Target]()
         for name, role in writes.items():
             named = arguments[name] is not None
-            if not named and role.usual and program is not None:
-                arguments[name] = beside(program, role.usual)
+            if not named and role.default_suffix and program is not None:
+                arguments[name] = beside(program, role.default_suffix)
             path, option = arguments[name], _option(name, annotated[name])
             if path is not None:
-                own = role.own if role.always or not named else None
-                targets.append(Target(path=path, option=option, own=own, called=role.called))
+                own = role.replaceable if role.always or not named else None
+                targets.append(Target(path=path, option=option, replaceable=own, may_be_input=role.may_be_input))
                 for suffix, other in role.beside.items():
-                    targets.append(Target(path=beside(path, suffix), option=option, own=other, after=path))
+                    targets.append(Target(path=beside(path, suffix), option=option, replaceable=other, main_file=path))
         check_targets(targets, _files_read(roles, arguments))
         return function(**arguments)
 
@@ -134,7 +134,7 @@ def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iter
     from grind_env.control.reader import called_files
 
     given = _given(roles, arguments)
-    interrupts = [each.program for each in interrupts_of([text for role, text in given if isinstance(role, Asked)])]
+    interrupts = [each.program for each in interrupts_of([text for role, text in given if isinstance(role, Requests)])]
     needs_job = any(role is JOB for role in roles.values()) and not any(role is JOB for role, _ in given)
     reads = ((role, path) for role, text in given if isinstance(role, Reads) for path in role.named(text))
     for role, path in reads:

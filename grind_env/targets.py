@@ -38,21 +38,21 @@ class Own(NamedTuple):
 class Target:
     """Output file.
 
-    `option` is the option that names the file, or its folder if `kind` is "folder". `after` is the file beside which it
-    is written. Files that `own` recognises may be replaced, all if None; with `called`, such a file may be an input
-    program.
+    `option` is the option that names the file, or its folder if `kind` is "folder". The file is written beside
+    `main_file`. Files that `replaceable` recognises may be replaced, all if None; with `may_be_input`, such a file may
+    be an input program.
     """
 
     path: Path
     option: str = ""
-    own: Own | None = None
-    after: Path | None = None
+    replaceable: Own | None = None
+    main_file: Path | None = None
     kind: str = "file"
-    called: bool = False
+    may_be_input: bool = False
 
     def refused(self, why: str) -> FileError:
         """Return the error that says why the file is not written, and what to do instead."""
-        beside = "" if self.after is None else f", written beside {shown(self.after)},"
+        beside = "" if self.main_file is None else f", written beside {shown(self.main_file)},"
         remedy = f"name another {self.kind} " + (f"with {self.option}" if self.option else "to write")
         return FileError(f"{shown(self.path)}{beside} {why}{remedy}")
 
@@ -62,28 +62,28 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 
     Raises:
         FileError: a file cannot be written, is an input, is written twice, or exists and is not recognised by its
-            `own`.
+            `replaceable`.
     """
     for target in targets:
         check_target(target.path)
     there = [target for target in targets if is_file(target.path)]
     known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
     for target in there:
-        own = target.own is not None and target.own.fits(target.path)
-        is_values = own and target.called and target.path.stat().st_size > 0  # an empty input may become anything
+        own = target.replaceable is not None and target.replaceable.fits(target.path)
+        is_values = own and target.may_be_input and target.path.stat().st_size > 0  # an empty input may become anything
         for path in () if is_values else known:
             if path.samefile(target.path):
                 which = "" if path == target.path else f"{shown(path)}, which is "
                 raise target.refused(f"is {which}read here and would be lost; ")
-        if target.own is not None and not own:
-            what = target.own.what
+        if target.replaceable is not None and not own:
+            what = target.replaceable.what
             raise target.refused(f"is there already and would be lost, for it is no {what}: move it away, or ")
     taken = dict[str, Target]()
     for target in targets:
         place = os.path.realpath(target.path).casefold()  # many file systems ignore case
         other = taken.setdefault(place, target)
-        if other is not target and target.after == other.path:
-            raise replace(target, after=None).refused("is the name of what is written beside it, too; ")
+        if other is not target and target.main_file == other.path:
+            raise replace(target, main_file=None).refused("is the name of what is written beside it, too; ")
         if other is not target:
             options = " and ".join(dict.fromkeys(each.option for each in (other, target) if each.option))
             by = f" with {options}" if options else ""
@@ -93,4 +93,4 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 def check_own(path: Path, own: Own, option: str) -> None:
     """Check, before any work, that a file whose name the command chooses may be replaced; `option` names its folder."""
     if status_of(path) is not None:
-        check_targets([Target(path=path, option=option, own=own, kind="folder")])
+        check_targets([Target(path=path, option=option, replaceable=own, kind="folder")])

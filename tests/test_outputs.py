@@ -173,7 +173,7 @@ def test_no_output_is_an_input(
     [
         each
         for each in WRITING
-        if any(isinstance(role, Writes) and role.usual for role in roles_of(TREE[each].function).values())
+        if any(isinstance(role, Writes) and role.default_suffix for role in roles_of(TREE[each].function).values())
     ],
 )
 def test_a_usual_name_is_no_input_and_no_file_of_somebody(
@@ -181,8 +181,8 @@ def test_a_usual_name_is_no_input_and_no_file_of_somebody(
 ) -> None:
     leaf = TREE[name]
     monkeypatch.chdir(tmp_path)
-    for role in [role for role in roles_of(leaf.function).values() if isinstance(role, Writes) and role.usual]:
-        usual = Path(f"part{role.usual}")
+    for role in [role for role in roles_of(leaf.function).values() if isinstance(role, Writes) and role.default_suffix]:
+        usual = Path(f"part{role.default_suffix}")
         for file in [usual, *map(usual.with_suffix, role.beside or {})]:
             for text in ("mine\n", "<html>mine</html>", '{"steps": []}', "time,block\n", "#101=3\n"):
                 (tmp_path / "part.nc").write_text("M30\n")
@@ -191,7 +191,7 @@ def test_a_usual_name_is_no_input_and_no_file_of_somebody(
                 assert "is there already and would be lost" in refused(leaf, {"program": "part.nc"}, capsys)
                 assert file.read_text() == text
             for reads in [each for each, other in roles_of(leaf.function).items() if isinstance(other, Reads)]:
-                if reads == "program" and file.with_suffix(role.usual) != file:
+                if reads == "program" and file.with_suffix(role.default_suffix) != file:
                     continue
                 given = {"program": "part.nc", reads: str(file)}
                 assert "is read here and would be lost" in refused(leaf, given, capsys), given

@@ -9,7 +9,7 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.lead import AdviserPolicy
+from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed
 from grind_env.training.rivals import EVERY, RATIOS, Programmed
 

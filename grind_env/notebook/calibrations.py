@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from grind_env.notebook.markup import fragment, items, paragraphs, table
 from grind_env.shop.calibrate.figure import draw_calibration
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.show import said_sentences, told_table
+from grind_env.shop.calibrate.show import all_sentences, constants_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 def html(found: Calibration) -> str:
     """Return the output of `grind calibrate` as HTML."""
-    told = told_table(found)
-    shown = table(told.headings, told.rows) if told.rows else ""
-    return fragment(f"Calibrated from {found.source}", shown, paragraphs(said_sentences(found)), items(found.remarks))
+    constants = constants_table(found)
+    shown = table(constants.headings, constants.rows) if constants.rows else ""
+    return fragment(f"Calibrated from {found.source}", shown, paragraphs(all_sentences(found)), items(found.remarks))
 
 
 def figure(found: Calibration) -> "Figure":

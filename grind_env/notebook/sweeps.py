@@ -6,7 +6,7 @@ from grind_env.notebook.markup import fragment, paragraphs, table
 from grind_env.shop.sweep.figure import draw_sweep
 from grind_env.shop.sweep.study import Sweep
 from grind_env.shop.sweep.table import sentences, tables_of
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import lots_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def html(found: Sweep) -> str:
     """Return the output of `grind sweep` as HTML."""
     bodies = [paragraphs([shown.title]) + table(shown.headings, shown.rows, left=0) for shown in tables_of(found)]
-    title = f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots)}"
+    title = f"{found.program}, batches of {found.parts} runs, {lots_text(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
 
 

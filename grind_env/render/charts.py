@@ -65,13 +65,13 @@ def _draw_strip(canvas: Canvas, area: Box, strip: Strip, blocks: int) -> None:
     if len(points) > 1:
         canvas.line(points, ink.mix(ink.BLUE, ink.PANEL, 0.45), 1.0)
     for k, point in enumerate(points):
-        beyond = strip.beyond(k)
-        canvas.disc(point, 3.0 if beyond else 1.8, ink.BRICK if beyond else ink.BLUE)
+        exceeds = strip.exceeds_limit(k)
+        canvas.disc(point, 3.0 if exceeds else 1.8, ink.BRICK if exceeds else ink.BLUE)
 
 
 def _label_strip(canvas: Canvas, plot: Box, strip: Strip) -> None:
     base = plot.top + 14.0
     scale = f" (log scale, {strip.bottom:g} to {strip.top:g})" if strip.bottom > 0.0 else ""
     canvas.text((plot.left, base), f"{strip.name}, {strip.unit}{scale}", 11, ink.GREY)
-    colour = ink.BRICK if strip.values and strip.beyond(-1) else ink.INK
+    colour = ink.BRICK if strip.values and strip.exceeds_limit(-1) else ink.INK
     canvas.text((plot.right, base), strip.latest, 12, colour, "rs", strong=True)

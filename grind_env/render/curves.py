@@ -182,7 +182,7 @@ def sparks_out(record: GrindingRecord) -> Array:
     return found
 
 
-def behind(record: GrindingRecord, job: Job) -> Array:
+def depth_lag(record: GrindingRecord, job: Job) -> Array:
     """Return the lag of the mean ground depth behind the programmed depth after each stroke, um, shape (strokes,).
 
     At the end of a finished part the lag is the mean size error.
@@ -214,7 +214,7 @@ def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
         *_loads(strokes["power"], strokes["T"], burn, strokes["A"], strokes["Ra"], job),
     ]
     if job is not None and not strokes["groove"].any():
-        curves.append(_size("ground behind the program, mean", behind(record, job), job))
+        curves.append(_size("ground behind the program, mean", depth_lag(record, job), job))
     return curves
 
 

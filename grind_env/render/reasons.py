@@ -12,7 +12,7 @@ DEEP = 1e-6
 """mm; a depth that is short of the stock by less than this reaches it."""
 
 
-def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
+def explain(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
     """Return where parts have exceeded a limit most, and what to do; empty if nothing more is known.
 
     Only parts with the same limits as the first one are considered. `cause` is a field of `Limits`.

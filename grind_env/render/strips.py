@@ -37,7 +37,7 @@ class Strip(NamedTuple):
             return math.log(value / self.bottom) / math.log(self.top / self.bottom)
         return value / self.top
 
-    def beyond(self, k: int) -> bool:
+    def exceeds_limit(self, k: int) -> bool:
         """Return whether value k exceeds its limit."""
         return 0.0 < self.limits[k] < self.values[k]
 

@@ -12,7 +12,7 @@ from grind_env.machine.part.unjudged import Unjudged, list_lines, runs
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
-from grind_env.render.reasons import reason, shares
+from grind_env.render.reasons import explain, shares
 from grind_env.table import Cell, table_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ CAUSES = {
     "unground": ("unground", "survival"),
     "earlier": ("earlier stage", "survival"),
 }
-"""Word and column of each cause why a part is not good, by the name that `causes` returns."""
+"""Word and column of each cause why a part is not good, by the name that `causes_of` returns."""
 
 SENTENCES = {
     "stall": "the spindle stalled",
@@ -143,19 +143,19 @@ def faults(record: GrindingRecord, job: Job) -> list[Fault]:
     """Return the limits that parts exceed, and other causes why parts are not good."""
     bad: dict[str, list[int]] = {}
     for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
-        for words in beyond(causes(part, job), stages, unjudged_part):
+        for words in cause_words(causes_of(part, job), stages, unjudged_part):
             bad.setdefault(words, []).append(int(part["part"]))
     unjudged = _unjudged(record)
     found = []
     for words, numbers in bad.items():
         limit = words if words in unjudged else SENTENCES.get(words, f"beyond the limit of {words}")
         cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
-        sentence = f"{limit}: {parts_said(numbers, job)}"
-        found.append(Fault(sentence, unjudged.get(words) or reason(cause, numbers, record, job)))
+        sentence = f"{limit}: {parts_text(numbers, job)}"
+        found.append(Fault(sentence, unjudged.get(words) or explain(cause, numbers, record, job)))
     return found
 
 
-def parts_said(numbers: Sequence[int], job: Job) -> str:
+def parts_text(numbers: Sequence[int], job: Job) -> str:
     """Return text that names parts by their ascending numbers and, for a job with stations, the stations."""
     text = f"part{'s' * (len(numbers) > 1)} {runs(numbers)}"
     names = dict.fromkeys(job.station_of(number) for number in numbers)
@@ -199,7 +199,7 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
         scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes(part, job)})
+        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes_of(part, job)})
         if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
@@ -210,7 +210,7 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
 def _size(record: GrindingRecord) -> str:
     """Return a sentence with the largest size error of a part, and its shares."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
-    whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
+    whose = f" of {parts_text([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
 
 
@@ -228,7 +228,7 @@ def totals(record: GrindingRecord) -> str:
     return f"{share}; {record.seconds:.1f} s, {cost:.2f} $, {price}{grooves}"
 
 
-def causes(part: Any, job: Job) -> tuple[str, ...]:
+def causes_of(part: Any, job: Job) -> tuple[str, ...]:
     """Return the exceeded limits of the job for a part, a row of `record.PART_ROW`.
 
     Returns:
@@ -241,15 +241,15 @@ def causes(part: Any, job: Job) -> tuple[str, ...]:
     return (*passed, *(name for name, is_so in others.items() if is_so))
 
 
-def beyond(reasons: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
-    """Return the words for why a part is not good: its `causes`, and exceeded limits of its stages.
+def cause_words(names: Sequence[str], stages: Sequence[Sequence[str]], unjudged: Sequence[Unjudged] = ()) -> list[str]:
+    """Return the words for why a part is not good: its causes `names`, and exceeded limits of its stages.
 
     For a part that is not judged, the only text is `not_judged`, with the lines of the program.
     """
     if unjudged:
         return [not_judged(unjudged)]
     named = [f"{CAUSES[limit][0]} in stage {number}" for number, passed in enumerate(stages, 1) for limit in passed]
-    return [CAUSES[name][0] for name in reasons if name != "earlier" or not named] + named
+    return [CAUSES[name][0] for name in names if name != "earlier" or not named] + named
 
 
 def not_judged(found: Sequence[Unjudged]) -> str:
@@ -267,7 +267,7 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """
     bad: dict[str, list[int]] = {}
     for part, unjudged in zip(record.parts, record.unjudged, strict=True):
-        for cause in () if unjudged else causes(part, job):
+        for cause in () if unjudged else causes_of(part, job):
             bad.setdefault(cause, []).append(int(part["part"]))
     names = record.parts.dtype.names or ()
     return {
@@ -279,13 +279,13 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         "parts": [
             dict(zip(names, part.tolist(), strict=True))
             | ({STATION: job.station_of(int(part["part"]))} if job.stations else {})
-            | {"beyond": beyond(causes(part, job), stages, unjudged)}
+            | {"beyond": cause_words(causes_of(part, job), stages, unjudged)}
             for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True)
         ],
         "cycles": _rows(record.executions),
         "dresses": _rows(record.dresses),
         "reasons": {
-            CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := reason(cause, numbers, record, job))
+            CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := explain(cause, numbers, record, job))
         }
         | _unjudged(record),
         "warnings": list(record.warnings),

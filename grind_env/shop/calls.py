@@ -69,7 +69,7 @@ def report(
     path = job_beside(program) if job is None else Path(job)
     numbers = [each.program for each in interrupts_of(interrupts)]
     read = program, *called_files(program, numbers), *files_named(path)
-    check_targets([Target(path=written, own=PAGE if output is None else None)], read)
+    check_targets([Target(path=written, replaceable=PAGE if output is None else None)], read)
     prepare_page(written)
     programs, settings = read_file(program), load_job(path)
     record = grind_file(
@@ -207,7 +207,7 @@ def calibrate(
     gauge: File | None = None,
     map_file: File | None = None,
     fit: Collection[str] | None = None,
-    told: Callable[[str], None] = lambda stage: None,
+    report_stage: Callable[[str], None] = lambda stage: None,
 ) -> "Calibration":
     """Return the process model fitted to a log of the spindle's power, or to a table of settings.
 
@@ -218,7 +218,7 @@ def calibrate(
         gauge: file of measurements of the parts, one row for each part.
         map_file: file that assigns columns to quantities, if their names do not.
         fit: constants to fit; None for all constants that the log determines.
-        told: function that is called with the name of each stage of the work.
+        report_stage: function that is called with the name of each stage of the work.
 
     Raises:
         CalibrationError: nothing can be fitted; the message says why, and what to do.
@@ -229,8 +229,9 @@ def calibrate(
 
     mapped, gauged = (None if file is None else Path(file) for file in (map_file, gauge))
     if program is None:
-        return calibrate_table(Path(log), Path(job), map_file=mapped, names=fit, told=told)
-    return from_log(Path(log), Path(program), Path(job), gauge=gauged, map_file=mapped, names=fit, told=told)
+        return calibrate_table(Path(log), Path(job), map_file=mapped, names=fit, report_stage=report_stage)
+    files = Path(log), Path(program), Path(job)
+    return from_log(*files, gauge=gauged, map_file=mapped, names=fit, report_stage=report_stage)
 
 
 def plan(program: File, job: File, output: File) -> str:

@@ -63,7 +63,7 @@ class Fleet:
     agree: int = 0  # number of draws that grind good parts with the unchanged program
     spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
 
-    def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
+    def trials_for(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Return trials on lots and machines; each use has its own machines if there are 544 or more.
 
         A search tries thousands of programs: its machines obey the laws of the model, which takes a quarter less time.
@@ -75,7 +75,7 @@ class Fleet:
         job, root = trials.simulation.job, self.uncertainty.root
         drawn = draw_machine if use is LotUse.SEARCH else machine
         machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
-        return trials.spread_by(self.spread).on(seeds, machines, self.uncertainty.drift)
+        return trials.spread_by(self.spread).with_lots(seeds, machines, self.uncertainty.drift)
 
 
 def fleet_of(
@@ -155,7 +155,7 @@ class _Evidence:
         seeds = [lot for lot in lots for _ in machines]
         if self.trials.simulation.job.parts:
             seeds = seeds[: len(machines)]
-        on = self.trials.on(seeds, machines, drift)
+        on = self.trials.with_lots(seeds, machines, drift)
         scrap: list[float] = on.by_machine(on.measure(on.own[None]).scrap)[0].tolist()
         return scrap
 
@@ -177,4 +177,4 @@ def compile_all(once: Trials) -> None:
         compile_at_once()
         known = uncertainty_of(job)
         for draw in (draw_machine, machine):
-            once.on(once.seeds, [draw(job, known, known.root, 0, 0)]).measure(once.own[None])
+            once.with_lots(once.seeds, [draw(job, known, known.root, 0, 0)]).measure(once.own[None])

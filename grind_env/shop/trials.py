@@ -107,7 +107,7 @@ class Trials:
     simulation: JobSimulation  # simulation of the batch
     runs: int  # runs of the program in the batch
     seeds: tuple[tuple[int, ...], ...]  # seeds of the lots
-    stand: tuple[BlockOutline, ...]  # the cycle blocks of all runs as they stand in the program
+    all_blocks: tuple[BlockOutline, ...]  # the cycle blocks of all runs as they stand in the program
     # whether all runs have the same blocks with the same settings, unlike a program that counts its parts
     alike: bool
     execution: float  # time that the control needs to execute one run of the program, s
@@ -153,12 +153,12 @@ class Trials:
     @property
     def blocks(self) -> tuple[BlockOutline, ...]:
         """Return the blocks of one run, or of all runs if these differ."""
-        return self.stand[: len(self.stand) // self.runs] if self.alike else self.stand
+        return self.all_blocks[: len(self.all_blocks) // self.runs] if self.alike else self.all_blocks
 
     @property
     def own(self) -> Array:
         """Return the settings of the unchanged program in all runs, shape (blocks, fields of `BlockSettings`)."""
-        return _settings_of(self.stand)
+        return _settings_of(self.all_blocks)
 
     @property
     def run_of_block(self) -> NDArray[np.int64]:
@@ -181,7 +181,7 @@ class Trials:
         """Return a copy with `factor` times the variation of lots and parts."""
         return replace(self, simulation=self.simulation.with_spread(factor * self.simulation.spread))
 
-    def asking(self, job: Job) -> "Trials":
+    def with_job(self, job: Job) -> "Trials":
         """Return a copy for a job with other requirements on its parts, or with a stronger spindle."""
         simulation, script = self.simulation, self.simulation.script
         assert script is not None  # only compiled programs come here, and they have a script
@@ -196,7 +196,7 @@ class Trials:
         )
         return replace(self, simulation=asked)
 
-    def on(self, seeds: Sequence[tuple[int, ...]], machines: Sequence[Job] = (), drift: float = 0.0) -> "Trials":
+    def with_lots(self, seeds: Sequence[tuple[int, ...]], machines: Sequence[Job] = (), drift: float = 0.0) -> "Trials":
         """Return a copy on other lots, spread over machines in turn; on the job's machine if none are given."""
         simulation = self.simulation.on_machines(machines or [self.simulation.job])
         most = len(machines) or 1
@@ -213,21 +213,22 @@ class Trials:
         return np.asarray(walks[:, self.simulation.part_of_block])
 
     def measure(
-        self, settings: Array, *, besides: bool = False, handover: bool = True, between: Between = nothing
+        self, settings: Array, *, other_settings: bool = False, handover: bool = True, between: Between = nothing
     ) -> Measures:
         """Return the results of candidates; settings are of all runs, shape (C, blocks, fields of `BlockSettings`).
 
-        `besides`: whether J, L and dress settings differ from the program's; `handover`: whether the dull wheel at the
-        end is charged for; `between` as in `trials_of`.
+        `other_settings`: whether J, L and dress settings differ from the program's; `handover`: whether the dull
+        wheel at the end is charged for; `between` as in `trials_of`.
         """
         every = range(0, len(settings), self.at_once)
-        parts = [self._measure(settings[begin : begin + self.at_once], besides, handover, between) for begin in every]
+        ground = partial(self._ground, other_settings=other_settings, handover=handover, between=between)
+        parts = [self._measure(settings[begin : begin + self.at_once], ground) for begin in every]
         return Measures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
-    def _measure(self, settings: Array, besides: bool, handover: bool, between: Between) -> Measures:
+    def _measure(self, settings: Array, ground: Callable[[Array, Lots], Ground]) -> Measures:
         lots, count = len(self.seeds), len(settings)
-        ground = self._in_pieces(settings, partial(self._ground, besides=besides, handover=handover, between=between))
-        worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*ground, strict=True))
+        pieces = self._in_pieces(settings, ground)
+        worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*pieces, strict=True))
         parts = worst.shape[2]
         cost, seconds, good = sums.reshape(3, count, lots) / parts
         power, *means = peaks.mean(axis=2).reshape(5, count, lots)
@@ -247,7 +248,7 @@ class Trials:
         with ThreadPoolExecutor(CORES) as pool:  # compiled code releases the lock of the interpreter
             return list(pool.map(ground, *zip(*pieces, strict=True)))
 
-    def _ground(self, settings: Array, every: Lots, besides: bool, handover: bool, between: Between) -> Ground:
+    def _ground(self, settings: Array, every: Lots, other_settings: bool, handover: bool, between: Between) -> Ground:
         """Return shares, sums, shape (3, n), and peaks of candidates on some lots, n in total, as in `_ScriptParts`."""
         simulation, lots, count = self.simulation, len(every), len(settings)
         seeds, machine = [self.seeds[k] for k in every.tolist()], self.machine[every]
@@ -261,7 +262,7 @@ class Trials:
                 between()
             chosen = np.repeat(settings[:, k], lots, axis=0)
             outcomes, tallies = simulation.step(
-                episodes, chosen[:, E].copy(), chosen[:, D].copy(), settings=chosen if besides else None
+                episodes, chosen[:, E].copy(), chosen[:, D].copy(), settings=chosen if other_settings else None
             )
             sums += outcomes[:, [_COST, _SECONDS, _GOOD]].T
             sums[0] -= 0.0 if handover else outcomes[:, _HANDOVER]
@@ -357,10 +358,10 @@ def trials_of(
         raise
     if simulation.parts % runs:
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
-    stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
+    blocks = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
     if script is None:
         execution = (monotonic() - began) / runs
-    return Trials(simulation, runs, (), stand, _alike(stand, runs), execution).on(seeds)
+    return Trials(simulation, runs, (), blocks, _alike(blocks, runs), execution).with_lots(seeds)
 
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
@@ -383,12 +384,12 @@ def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
     deque(events, maxlen=0)
 
 
-def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:
+def _alike(blocks: Sequence[BlockOutline], runs: int) -> bool:
     """Return whether all runs have the same blocks with the same settings."""
-    count, left = divmod(len(stand), runs)
-    if left or any(stand[k].block.source != stand[k % count].block.source for k in range(len(stand))):
+    count, left = divmod(len(blocks), runs)
+    if left or any(blocks[k].block.source != blocks[k % count].block.source for k in range(len(blocks))):
         return False
-    settings = np.delete(_settings_of(stand), DRESS_SECONDS, axis=1)  # the way to the diamond may differ
+    settings = np.delete(_settings_of(blocks), DRESS_SECONDS, axis=1)  # the way to the diamond may differ
     return np.allclose(settings, np.tile(settings[:count], (runs, 1)), rtol=SAME, atol=0.0)
 
 
@@ -418,6 +419,6 @@ def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
     return tuple((seed, number, k) for k in range(count))
 
 
-def lots_said(count: int, what: str = "lots") -> str:
+def lots_text(count: int, what: str = "lots") -> str:
     """Return a text for the lots of a program, or for the parts stated by a job."""
     return f"{count} {what}" if count > 1 else "the parts that the job states"

@@ -159,7 +159,7 @@ def _usual_file(task: str, problem: "Problem") -> Path:
 
     path = beside(Path(task), SUFFIX) if problem.id == JOB else Path(problem.name + SUFFIX)
     agent = Own("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
-    check_targets([Target(path=path, option="--output", own=agent)])
+    check_targets([Target(path=path, option="--output", replaceable=agent)])
     return path
 
 
@@ -190,6 +190,6 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
     if not np.isfinite(min(costs)):
         return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
     chance = " (may be chance)" if own < min(costs) else ""
-    told = f"{own:.2f} $ with the agent{chance}" if np.isfinite(own) else "the agent makes none"
-    told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
-    return False, f"not recommended: {told}, on machines of {found.plant}"
+    text = f"{own:.2f} $ with the agent{chance}" if np.isfinite(own) else "the agent makes none"
+    text = f"a good part costs {min(costs):.2f} $ with {best.policy}, {text}"
+    return False, f"not recommended: {text}, on machines of {found.plant}"

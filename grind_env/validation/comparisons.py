@@ -94,8 +94,8 @@ def excess_removal_by_growth(rig: Rig, waits: float) -> float:
 def _spindles(rig: Rig, over: float) -> tuple[StrokeResult, StrokeResult]:
     """Return the stroke of an ample spindle, and the stroke of a spindle with 1/`over` of the power needed."""
     wheel = rig.sharp(changes={"machine": {"power_limit": AMPLE, "idle_power": 0.0}})
-    ample = rig.set_up_anew(wheel).grind(STEADY)
-    weak = rig.set_up_anew(wheel, changes={"machine": {"power_limit": ample.power * (1.0 / over), "idle_power": 0.0}})
+    ample = rig.with_setup(wheel).grind(STEADY)
+    weak = rig.with_setup(wheel, changes={"machine": {"power_limit": ample.power * (1.0 / over), "idle_power": 0.0}})
     return ample, weak.grind(STEADY)
 
 

@@ -263,15 +263,15 @@ class Rig:
 
     def redressed(self, passes: float, **setup: Any) -> Grinder:
         """Return a dull wheel after a dress of some passes, in a set-up changed by some arguments of `SetUp`."""
-        grinder = self.set_up_anew(self.dulled(0.04), **setup)
+        grinder = self.with_setup(self.dulled(0.04), **setup)
         grinder.dress(passes)
         return grinder
 
     def worn_in(self, **setup: Any) -> Grinder:
         """Return a wheel that is sharp in the usual set-up, over a new part in another one."""
-        return self.set_up_anew(self.sharp(), **setup)
+        return self.with_setup(self.sharp(), **setup)
 
-    def set_up_anew(self, grinder: Grinder, **setup: Any) -> Grinder:
+    def with_setup(self, grinder: Grinder, **setup: Any) -> Grinder:
         """Return the same wheel over a new part, in a set-up changed by some arguments of `SetUp`."""
         chosen = replace(grinder.setup, **setup)
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))

@@ -130,7 +130,7 @@ def within(value: float, half: float) -> Band:
 def pooled(rig: Rig) -> float:
     """Return the exponent of Ra on the rate in the usual set-up."""
     wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0]).rate)
-    Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
+    Ra = [rig.with_setup(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
     return float(exponents([rates], Ra)[0])
 
 

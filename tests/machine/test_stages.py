@@ -8,7 +8,7 @@ from rich.console import Console
 
 from grind_env.machine.job import Job, Stage
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.tables import beyond, causes, print_record
+from grind_env.render.tables import cause_words, causes_of, print_record
 from tests.machine.harness import CATALOGUE, HEAD, job, run
 
 ROUGH = "G82 X230. I-30. Y-.03 J-.015 L0 F60. E15000. P9100\nG80\n"
@@ -116,10 +116,10 @@ def test_every_part_has_the_stages_anew() -> None:
 
 def test_what_was_not_good_at_a_stop_is_named() -> None:
     refused = staged(Stage(stock=0.03, roughness_limit=0.01))
-    assert causes(run(TWO, refused).parts[0], refused) == ("earlier",)
-    assert causes(run(TWO, staged()).parts[0], staged()) == ()
+    assert causes_of(run(TWO, refused).parts[0], refused) == ("earlier",)
+    assert causes_of(run(TWO, staged()).parts[0], staged()) == ()
     record = run(TWO, refused)
-    assert beyond(causes(record.parts[0], refused), record.stages[0]) == ["Ra in stage 1"]
+    assert cause_words(causes_of(record.parts[0], refused), record.stages[0]) == ["Ra in stage 1"]
     out = io.StringIO()
     print_record(record, refused, "two.nc", Console(file=out))
     assert "beyond the limit of Ra in stage 1: part 1\n" in out.getvalue()
@@ -130,7 +130,7 @@ def test_the_stage_that_was_not_good_is_named() -> None:
     asked = job(**BOTH, stages=(first, second))
     record = run(TWO.replace("M30", "M01\nM30"), asked)
     assert record.warnings == ()
-    assert beyond(causes(record.parts[0], asked), record.stages[0]) == ["Ra in stage 2", "size in stage 2"]
+    assert cause_words(causes_of(record.parts[0], asked), record.stages[0]) == ["Ra in stage 2", "size in stage 2"]
 
 
 def test_stages_that_no_stop_ends_are_warned_of() -> None:

@@ -9,7 +9,7 @@ import grind_env
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
-from grind_env.render.curves import MANY_PARTS, MOST_GROUPS, MOST_STROKES, Picture, behind, picture, sparks_out
+from grind_env.render.curves import MANY_PARTS, MOST_GROUPS, MOST_STROKES, Picture, depth_lag, picture, sparks_out
 from grind_env.render.plots import plot_record
 from tests.examples import nightly
 from tests.machine.harness import DRESS
@@ -54,13 +54,13 @@ def test_strokes_between_which_the_program_feeds_nothing_spark_out() -> None:
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
 def test_what_is_behind_the_program_at_the_end_is_the_size_error(name: str) -> None:
     record, job = example(name)
-    assert behind(record, job)[-1] == pytest.approx(record.parts["size_error"][-1], abs=1e-6)
+    assert depth_lag(record, job)[-1] == pytest.approx(record.parts["size_error"][-1], abs=1e-6)
 
 
 def test_what_is_behind_begins_anew_with_every_part() -> None:
     record = parts(3)
     lasts = np.searchsorted(record.strokes["part"], [1, 2, 3], side="right") - 1
-    np.testing.assert_allclose(behind(record, JOB)[lasts], record.parts["size_error"], atol=1e-6)
+    np.testing.assert_allclose(depth_lag(record, JOB)[lasts], record.parts["size_error"], atol=1e-6)
 
 
 def test_a_stroke_is_a_step_whatever_the_dresses_take() -> None:

@@ -83,7 +83,7 @@ def played(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.nda
 class Told:
     """A source of given rows that is stopped after them."""
 
-    retold, patient = False, False
+    repeats_rows, accepts_corrections = False, False
 
     def __init__(self, rows: list[dict[str, Any]]) -> None:
         self.rows = rows

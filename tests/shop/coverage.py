@@ -45,6 +45,6 @@ def trial(
     known = {each.name: place for each, place in zip(parameters, z.tolist(), strict=True)}
     for each, fitted in zip(found.estimates, found.fit.z.tolist(), strict=True):
         true = known.get(each.parameter.name, 0.0)  # a free term has nothing to follow
-        value = each.parameter.value(true)
-        rows.append((each.parameter.name, each.told, each.low <= value <= each.high, (fitted - true) / each.share))
+        holds = each.low <= each.parameter.value(true) <= each.high
+        rows.append((each.parameter.name, each.determined, holds, (fitted - true) / each.share))
     return found, rows

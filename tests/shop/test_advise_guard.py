@@ -9,7 +9,7 @@ import pytest
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.readings import readings_of
-from grind_env.shop.advise.shadow import Beside, Shadow
+from grind_env.shop.advise.shadow import ComparedReading, Shadow
 from tests.shop.advising import PLATE, SEED, advisers, batch, played, session_of, told
 
 
@@ -55,8 +55,8 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
 
 
 def test_a_shadow_is_right_from_the_part_on_from_which_forecasts_held() -> None:
-    off = [Beside(part, "size error", "um", 9.0, 2.0, 1.0) for part in range(2)]
-    right = [Beside(part, "size error", "um", 3.0, 2.0, 1.0) for part in range(2, 8)]
+    off = [ComparedReading(part, "size error", "um", 9.0, 2.0, 1.0) for part in range(2)]
+    right = [ComparedReading(part, "size error", "um", 3.0, 2.0, 1.0) for part in range(2, 8)]
     assert Shadow(off + right).right_from() == 2
     assert Shadow(off).right_from() is None
     assert Shadow(off + right).lines()[-1] == "75 % of the forecasts held; they are right from part 3 on"

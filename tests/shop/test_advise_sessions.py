@@ -15,7 +15,7 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import policy_for
-from grind_env.shop.advise.state import AdviceOrigin, StateError, held, origin_of, read_state
+from grind_env.shop.advise.state import AdviceOrigin, StateError, locked_state, origin_of, read_state
 from tests.command import Grind
 from tests.shop import advising
 
@@ -169,7 +169,7 @@ def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) 
     (tmp_path / "link.json").symlink_to(state)
     (tmp_path / "m.csv").write_text("mean_power\n2500\n")
     words = ("advise", program, "--parts", 1, "--policy", "E12000D0", "--measurements", tmp_path / "m.csv")
-    with held(state):
+    with locked_state(state):
         for more in ((), ("--state", tmp_path / "link.json"), ("--restart",)):
             status, out, err = grind(*words, *more)
             assert (status, out) == (2, "") and "another adviser works with" in err

@@ -78,7 +78,7 @@ def require_same(path: Path, runs: int = RUNS) -> bool:
     full = JobSimulation(whole.programs, job, 1.0)
     for one, other in zip(rows_of(made.simulation.tables), rows_of(full.tables), strict=True):
         np.testing.assert_array_equal(one, other)
-    assert [each.block.source for each in made.stand] == [whole.origin(each.block).source for each in full.blocks]
+    assert [each.block.source for each in made.all_blocks] == [whole.origin(each.block).source for each in full.blocks]
     assert made.simulation.task.reference_cost == full.task.reference_cost
     return executed(made.simulation) < executed(full)
 

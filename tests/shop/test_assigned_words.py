@@ -240,5 +240,5 @@ def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
     trials = trials_of(read(new.text, "part.nc"), SHOP, 1, lots_of(1, LotUse.SEARCH, 2))
     other = asked.settings(asked.base.own, np.array([point]))
     assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
-    mine = asked.measure(asked.base.on(lots_of(1, LotUse.SEARCH, 2)), [point])
+    mine = asked.measure(asked.base.with_lots(lots_of(1, LotUse.SEARCH, 2)), [point])
     assert trials.measure(trials.own[None]).cost == pytest.approx(mine.cost, rel=1e-9)

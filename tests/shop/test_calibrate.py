@@ -39,7 +39,7 @@ def test_known_constants_are_found_again(plates):
     found = {each.parameter.key: each for each in plates[1].estimates}
     for kind in TRUTH.values():
         for key, value in kind.items():
-            assert found[key].told
+            assert found[key].determined
             assert 0.85 * value < found[key].value < 1.15 * value
             assert found[key].low < found[key].parameter.prior or found[key].high > found[key].parameter.prior
     assert plates[1].judged.errors["power"][2] < 0.02 < plates[1].judged.errors["power"][1]
@@ -47,8 +47,8 @@ def test_known_constants_are_found_again(plates):
 
 
 def test_what_a_log_cannot_tell_is_kept_and_named(plates):
-    assert {"material.tempering_rise", "wheel.roughness"} <= set(plates[1].not_told)
-    kept = {each.parameter.name: each for each in plates[1].estimates if not each.told}
+    assert {"material.tempering_rise", "wheel.roughness"} <= set(plates[1].undetermined)
+    kept = {each.parameter.name: each for each in plates[1].estimates if not each.determined}
     assert all(each.value == pytest.approx(each.parameter.prior) for each in kept.values())
 
 

@@ -58,10 +58,10 @@ def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) ->
     machines = drawn_machines(job, uncertainty_of(job), 1, 3)
     if laws == "public":
         machines = tuple(each.on(find_plant(f"public:{k}")) for k, each in enumerate(machines))
-    together = trials(name, job).on(LOTS, machines)
+    together = trials(name, job).with_lots(LOTS, machines)
     found = together.measure(together.own[None])
     for k, machine in enumerate(machines):
-        alone = trials(name, machine).on(LOTS[k::3])
+        alone = trials(name, machine).with_lots(LOTS[k::3])
         other = alone.measure(alone.own[None])
         for quantity in ("cost", "seconds", "Ra", "power", "rise", "size_error", "scrap"):
             assert (getattr(found, quantity)[0, k::3] == getattr(other, quantity)[0]).all(), quantity
@@ -82,7 +82,7 @@ def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines()
 def test_a_machine_on_which_parts_temper_earlier_scraps_more() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     cold = replace(job, part=replace(job.part, material=replace(job.part.material, tempering_rise=90.0)))
-    both = trials("plate_g82", job).on(LOTS, [job, cold])
+    both = trials("plate_g82", job).with_lots(LOTS, [job, cold])
     found = both.measure(both.own[None])
     assert found.rise[0, 0::2].mean() == pytest.approx(found.rise[0, 1::2].mean(), rel=0.5)
     assert found.scrap[0, 0::2].max() < 0.01 < 0.5 < found.scrap[0, 1::2].min()
@@ -125,22 +125,22 @@ def test_a_program_that_the_control_executes_is_ground_on_machines_too(runs: int
     text = PLATE.replace("G94 G90", "G94 G90 G96", 1)
     machines = drawn_machines(job, uncertainty_of(job), 1, 2)
     seeds = LOTS[:2]
-    executed = trials_of(read(text), job, runs, seeds).on(seeds, machines)
+    executed = trials_of(read(text), job, runs, seeds).with_lots(seeds, machines)
     assert not executed.simulation.compiled
     found = executed.measure(executed.own[None])
     for k, machine in enumerate(machines):
-        alone = trials_of(read(text), machine, runs, seeds).on(seeds[k : k + 1])
+        alone = trials_of(read(text), machine, runs, seeds).with_lots(seeds[k : k + 1])
         assert found.cost[0, k] == pytest.approx(alone.measure(alone.own[None]).cost[0, 0], rel=1e-9)
 
 
 def test_the_interval_is_of_machines_and_not_of_the_mean() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     lots = lots_of(1, LotUse.JUDGEMENT, 400)
-    of_many = replace(trials("plate_g82", job).on(lots, [job] * 100), confidence=0.9)
+    of_many = replace(trials("plate_g82", job).with_lots(lots, [job] * 100), confidence=0.9)
     values = np.tile(np.arange(100.0), 4)  # of machine k all lots come to k
     found = of_many.of_one(values)
     assert found.value == values.mean() and (found.low, found.high) == pytest.approx((9.9, 89.1))
-    known = trials("plate_g82", job).on(lots)
+    known = trials("plate_g82", job).with_lots(lots)
     mean = known.of_one(values)
     error = 1.645 * values.std() / 20.0
     assert (mean.low, mean.high) == pytest.approx((49.5 - error, 49.5 + error), rel=0.03)
@@ -156,7 +156,7 @@ def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
     lots = lots_of(9, LotUse.JUDGEMENT, 128)
     scrap = []
     for each in (fleet, every):
-        on = each.under(as_it_is, LotUse.JUDGEMENT, lots)
+        on = each.trials_for(as_it_is, LotUse.JUDGEMENT, lots)
         scrap.append(float(on.measure(on.own[None]).scrap.mean()))
     assert scrap[0] < 0.01 < 0.03 < scrap[1]
 
@@ -195,7 +195,7 @@ def test_good_parts_do_not_fade_where_the_model_scraps_some_of_them() -> None:
     as_it_is = trials("keyway_g81", job, 50)
     fleet = fleet_of(as_it_is, 1, untried=False)
     assert fleet is not None and fleet.agree < 0.05 * fleet.drawn and len(fleet.numbers) >= 16
-    on = fleet.under(as_it_is, LotUse.JUDGEMENT, lots_of(9, LotUse.JUDGEMENT, 64))
+    on = fleet.trials_for(as_it_is, LotUse.JUDGEMENT, lots_of(9, LotUse.JUDGEMENT, 64))
     assert on.measure(on.own[None]).scrap.mean() < 0.03
 
 
@@ -208,7 +208,7 @@ def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_one
         as_it_is = trials("plate_g82", each)
         fleet = fleet_of(as_it_is, 1, untried=True)
         assert fleet is not None
-        machines = fleet.under(as_it_is, LotUse.JUDGEMENT, LOTS).simulation.machines.jobs
+        machines = fleet.trials_for(as_it_is, LotUse.JUDGEMENT, LOTS).simulation.machines.jobs
         assert all(machine.plant.startswith(name) and bool(machine.plant) == bool(name) for machine in machines)
         assert len({machine.own for machine in machines}) == (len(LOTS) if each is job else 1)
 
@@ -236,7 +236,7 @@ def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monk
 def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:
     path = EXAMPLES / "plate_g82.nc"
     machine = load_job(path.with_suffix(".toml"), plant=find_plant("foreign:2"))
-    foreign = trials("plate_g82", machine, 30).on(lots_of(5, LotUse.JUDGEMENT, 32))
+    foreign = trials("plate_g82", machine, 30).with_lots(lots_of(5, LotUse.JUDGEMENT, 32))
     before = foreign.measure(foreign.own[None]).cost.mean()
     for speed, every in ((17000, 2), (19500, 1)):
         point = sweep(path, E=(speed, speed), dress_every=(every, every), parts=30).speeds[0]
@@ -253,7 +253,7 @@ def test_a_known_machine_is_the_only_one() -> None:
     as_it_is = trials("plate_g82", job)
     fleet = fleet_of(as_it_is, 1, untried=False)
     assert isinstance(fleet, Fleet)
-    on, alone = fleet.under(as_it_is, LotUse.JUDGEMENT, LOTS), as_it_is.on(LOTS)
+    on, alone = fleet.trials_for(as_it_is, LotUse.JUDGEMENT, LOTS), as_it_is.with_lots(LOTS)
     assert (on.measure(on.own[None]).cost == alone.measure(alone.own[None]).cost).all()
 
 
@@ -286,14 +286,14 @@ def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_
     assert found.promised is not None and found.plant == "drift:1"
     assert any(sentence.startswith("promised ") for sentence in table.sentences(found))
     machine = load_job(EXAMPLES / "plate_g82.toml", plant=find_plant("drift:1"))
-    alone = trials("plate_g82", machine).on(lots_of(1, LotUse.JUDGEMENT, 16))
+    alone = trials("plate_g82", machine).with_lots(lots_of(1, LotUse.JUDGEMENT, 16))
     assert alone.measure(alone.own[None]).Ra.mean() == pytest.approx(on_plant.value, rel=0.05)
 
 
 def test_a_higher_confidence_asks_for_more() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
-    tried = trials("plate_g82", job).on(LOTS, drawn_machines(job, uncertainty_of(job), 1, 6))
-    asked = [replace(tried, confidence=c) for c in (0.6, 0.95)]
+    on_six = trials("plate_g82", job).with_lots(LOTS, drawn_machines(job, uncertainty_of(job), 1, 6))
+    asked = [replace(on_six, confidence=confidence) for confidence in (0.6, 0.95)]
     found = [each.measure(each.own[None]) for each in asked]
     assert (found[0].ratios < found[1].ratios).all()
     one, other = (each.of_one(measured.cost[0]) for each, measured in zip(asked, found, strict=True))

@@ -9,13 +9,13 @@ import pytest
 from grind_env.control import read_file
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.align import find
+from grind_env.shop.calibrate.align import find_program
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.logs import read_log
-from grind_env.shop.calibrate.pattern import Forward, pattern_of, powers
+from grind_env.shop.calibrate.pattern import RepeatedProgram, pattern_of, powers
 from tests.examples import few
 from tests.shop.blemished import PLAIN, write_log
 from tests.shop.coverage import EXAMPLES
@@ -61,8 +61,8 @@ def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_
     style = replace(SECONDS, idle=630.0, warm_up=0.0, coolant=0.0, stops=False)
     write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
     job, programs = load_job(JOB), read_file(PLATE)
-    pattern, expected = pattern_of(programs, job), powers(Forward(programs, job, 2).run(job))[-29:]
-    found, _ = find(read_log(tmp_path / "log.csv", job.setup.machine, read_map(None)), pattern, expected)
+    pattern, expected = pattern_of(programs, job), powers(RepeatedProgram(programs, job, 2).run(job))[-29:]
+    found, _ = find_program(read_log(tmp_path / "log.csv", job.setup.machine, read_map(None)), pattern, expected)
     span = pattern.times(1)[2] / found.override[:, 1]
     np.testing.assert_allclose(found.begin[:, 2] - found.begin[:, 1], span, atol=0.3)
 

@@ -147,7 +147,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
         return new._replace(ratios=np.full((1, 4), 1.02)) if len(words) <= refused else new
 
     monkeypatch.setattr(ProgramJudge, "measured", harsh)
-    monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
+    monkeypatch.setattr(finding, "costs_of_limits", lambda *arguments: {})
     options = options_of(["E"])
     found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), options, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1

@@ -145,7 +145,7 @@ def found(folder: Path, log: Path) -> Calibration:
 
 def agrees(html: str, found: Calibration) -> None:
     """The page says what was found."""
-    told = [each for each in found.estimates if each.told]
+    told = [each for each in found.estimates if each.determined]
     assert f"tell {len(told)} of {len(found.estimates)} constants" in section(html, "Verdict")
     rows = cells(section(html, "Constants"))
     assert len(rows) == len(found.estimates)
@@ -154,7 +154,7 @@ def agrees(html: str, found: Calibration) -> None:
         assert float(row[1]) == pytest.approx(each.parameter.prior, rel=1e-3)
         assert float(row[2]) == pytest.approx(each.value, rel=1e-3)
         assert [float(text) for text in row[3].split(" to ")] == pytest.approx([each.low, each.high], rel=1e-2)
-        assert row[6] == ("told" if each.told else "kept")
+        assert row[6] == ("told" if each.determined else "kept")
 
     shown = section(html, "Measured and modelled")
     drawn = iter(pictures(shown))

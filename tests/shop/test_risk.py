@@ -59,7 +59,7 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
     job, options = load_job(PATH.with_suffix(".toml")), options_of(["E", "interval"], {"interval": (3, 3)})
     variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, options, 6, 1)
     assert variation.fleet is not None
-    trials = variation.fleet.under(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, SWEPT))
+    trials = variation.fleet.trials_for(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, SWEPT))
     levels = [each.nearest(each.own * 3 / 2) for each in variation.choices.variables]
     old, measured = trials.measure(trials.own[None]), variation.measure(trials, [(*levels, variation.start[-1])])
     assert found.speeds[0].risk == pytest.approx(variation.risk(trials, measured, old)[0] / most_risk(job), rel=1e-3)
@@ -71,7 +71,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few lots, and no words without limits."""
     monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 8)
     monkeypatch.setitem(LOTS, LotUse.COMPARISON, 4)
-    monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
+    monkeypatch.setattr(finding, "costs_of_limits", lambda *arguments: {})
 
 
 @pytest.mark.usefixtures("quick", "coarse_speeds")

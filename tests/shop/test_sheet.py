@@ -11,7 +11,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.gauge import read_gauge
 from grind_env.shop.calibrate.logs import read_log
 from grind_env.shop.calibrate.table import calibrate_table
-from grind_env.shop.measurements.sheet import LATEST, SheetError, read_sheet
+from grind_env.shop.measurements.sheet import MOST_TIME, SheetError, read_sheet
 from tests.shop.coverage import EXAMPLES
 
 POWER = 1000.0 + 37.0 * (np.arange(60) % 7)
@@ -163,7 +163,7 @@ def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, num
     path = written(tmp_path, rows)
     with pytest.raises(SheetError, match="cannot have been measured; correct that cell") as caught:
         read_gauge(path, Map())
-        read_sheet(path).numbers(4, beyond=LATEST)
+        read_sheet(path).numbers(4, beyond=MOST_TIME)
     assert repr(headings[column].split()[0]) in str(caught.value)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 400
 

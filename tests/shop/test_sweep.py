@@ -15,7 +15,7 @@ from grind_env.machine.script import settings
 from grind_env.policies.statistics import Interval
 from grind_env.shop.machines import fleet_of
 from grind_env.shop.sweep import study
-from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judged_on, sweep
+from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judgement_trials, sweep
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, most_risk, risk, trials_of
 from tests.command import Grind
@@ -82,14 +82,14 @@ def test_a_point_that_exceeds_a_limit_on_new_lots_is_not_the_best(
     found: Sweep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def on_a_machine_with_more_force(trials: Trials, *rest: object) -> Trials:
-        own = judged_on(trials, *rest)
+        own = judgement_trials(trials, *rest)
         part = own.simulation.job.part
         harder = replace(
             part, material=replace(part.material, ploughing_pressure=5.0 * part.material.ploughing_pressure)
         )
-        return own.on(own.seeds, [replace(own.simulation.job, part=harder)])
+        return own.with_lots(own.seeds, [replace(own.simulation.job, part=harder)])
 
-    monkeypatch.setattr(study, "judged_on", on_a_machine_with_more_force)
+    monkeypatch.setattr(study, "judgement_trials", on_a_machine_with_more_force)
     ranges = SweepRanges(E=(12_000.0, 20_000.0), every=(1, 4))
     judged = sweep(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), ranges, parts=PARTS)
     best = cheapest([found.own, *found.speeds])
@@ -107,7 +107,7 @@ def test_the_best_point_is_as_safe_on_other_machines(tmp_path: Path) -> None:
         once = trials_of(read_file(program), job, 50, ())
         fleet = fleet_of(once, seed + 50, untried=False)
         assert fleet is not None
-        trials = fleet.under(once, LotUse.JUDGEMENT, lots_of(seed + 50, LotUse.JUDGEMENT, 256))
+        trials = fleet.trials_for(once, LotUse.JUDGEMENT, lots_of(seed + 50, LotUse.JUDGEMENT, 256))
         table, due = trials.own.copy(), trials.own[:, settings.D] > 0.0
         table[:, settings.E] *= best.E / table[0, settings.E]
         if best.every:

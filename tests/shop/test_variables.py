@@ -155,7 +155,7 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
     trials = trials_of(read(asked.with_words(point).text, "part.nc"), shop, parts, lots)
     other = asked.settings(asked.base.own, np.array([point]))
     assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
-    mine, theirs = asked.measure(asked.base.on(lots), [point]), trials.measure(trials.own[None])
+    mine, theirs = asked.measure(asked.base.with_lots(lots), [point]), trials.measure(trials.own[None])
     assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
 
 

@@ -96,7 +96,7 @@ def test_the_share_of_the_heat_is_found_by_sizes(tmp_path: Path) -> None:
     write_gauge(tmp_path / "parts.csv", record, rng, filled=1.0)
     found = calibrate(tmp_path / "log.csv", PLATE, PLATE.with_suffix(".toml"), gauge=tmp_path / "parts.csv")
     heat = next(each for each in found.estimates if each.parameter.key == "heat_factor")
-    assert heat.told and heat.low < 0.3 < heat.high < 1.0
+    assert heat.determined and heat.low < 0.3 < heat.high < 1.0
     assert found.verdict.level == "good"
 
 

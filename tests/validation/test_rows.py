@@ -290,8 +290,8 @@ def test_the_farthest_of_several_set_ups_is_kept_and_none_of_another_row():
 
     def measure(own: Rig) -> float:
         wheel = own.fresh(wheel_speed=40.0)
-        own.set_up_anew(wheel, wheel_speed=45.0)
-        return own.set_up_anew(wheel, wheel_speed=36.0).wheel.A
+        own.with_setup(wheel, wheel_speed=45.0)
+        return own.with_setup(wheel, wheel_speed=36.0).wheel.A
 
     check = Check(name="made up", group=1, what="a number", at="anywhere", band=Band(0.0, 1.0), measure=measure)
     assert [each.value for each in row_of(check, rig).outside] == [45.0]

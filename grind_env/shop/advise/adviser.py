@@ -14,7 +14,7 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.policies.watch import Watch
-from grind_env.shop.advise.lead import AdviserPolicy
+from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rule import STEP, BlockReadings
 
@@ -141,7 +141,7 @@ class Adviser:
         meter_scale = self.simulation.job.setup.machine.meter_scale
         self.episode.take(*self.episode.taken(speed, executions), readings.measured(meter_scale))
         if isinstance(self.policy, AdviserPolicy):
-            self.policy.told = [_told(readings, self.simulation.job.of_part(block.part + 1), meter_scale)]
+            self.policy.readings = [_ratios(readings, self.simulation.job.of_part(block.part + 1), meter_scale)]
         self._decide()
 
     @property
@@ -179,7 +179,7 @@ class Adviser:
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
 
-def _told(readings: MachineReadings, job: Job, meter_scale: float) -> BlockReadings:
+def _ratios(readings: MachineReadings, job: Job, meter_scale: float) -> BlockReadings:
     """Return readings as ratios to the limits of a part."""
 
     def ratio(value: float | None, limit: float) -> float | None:

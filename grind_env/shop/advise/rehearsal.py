@@ -66,7 +66,7 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
     job, blocks = simulation.job, simulation.blocks
     cost, scrap = np.zeros((2, simulation.parts))
     speeds, executions = np.zeros((2, len(blocks)))
-    told, readings, heat = list[MachineReadings](), None, 0.0
+    all_readings, readings, heat = list[MachineReadings](), None, 0.0
     for number, block in enumerate(blocks):
         choice = decide(number, readings)
         outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
@@ -77,8 +77,8 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
         if block.finished:
             readings = replace(readings, burn=heat > job.of_part(block.part + 1).limits.rise)
         speeds[number], executions[number] = choice
-        told.append(readings)
-    return BatchResult(cost=cost, scrap=scrap, speeds=speeds, executions=executions, readings=tuple(told))
+        all_readings.append(readings)
+    return BatchResult(cost=cost, scrap=scrap, speeds=speeds, executions=executions, readings=tuple(all_readings))
 
 
 def read(simulation: JobSimulation, episodes: Any, number: int) -> MachineReadings:

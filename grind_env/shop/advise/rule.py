@@ -49,7 +49,7 @@ UNSURE, SUREST, MEMORY = 0.4, 6.0, 8.0
 """Standard deviation of the logarithm of the burn ratio at which parts burn; greatest number of such deviations that
 counts; number of readings in the running mean of the scatter."""
 MOST_EXECUTIONS = 2
-FAR = 1.2
+OVERLOAD = 1.2
 """Ratio of power to its limit above which two dress executions are made."""
 LOWERED, BLOCKS = 0.98, 3
 """A slower table is kept if power falls below this share of its former value within this number of blocks."""
@@ -107,29 +107,29 @@ class Rule:
         self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
         self.size = PartLaw(1, one, exponent=1.0, usual=0.25, memory=2.0, aim=SIZE_AIM)
         self.speeds, self.tried, self.ceiling = self.own.copy(), self.own.copy(), np.full(kinds, np.inf)
-        self.peaks, self.heat, self.last_heat, self.worn, self.cool = np.zeros((5, kinds))
+        self.peaks, self.heat, self.last_heat, self.worn, self.good_heat = np.zeros((5, kinds))
         self.squares = np.full(kinds, SCATTER**2)
         self.allowed, self.burnt = np.full((2, kinds), np.inf)
         """Allowed heat and heat known to burn, for each kind: burn ratio, or W / (mm/min)^0.5 without a model."""
         self.reductions: dict[int, Reduction] = {}
         self.without_effect: set[int] = set()
-        self.modelled = self.simulation.compiled
-        self.slows = False
-        self.sized, self.near, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
+        self.modelled, self.slows = self.simulation.compiled, False
+        self.size_ratio, self.limit_ratio, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
         self.dressing = branches.dress_price / branches.second_price
         self.scrap = self.simulation.job.part.scrap_cost / branches.second_price
-        self.taken, self.parts, self.met, self.began, self.due = self.dressing, 0, 0.0, 0.0, 0.0
+        self.seconds_since_dress, self.parts_since_dress = self.dressing, 0
+        self.volume_before, self.volume_at_start, self.executions_due = 0.0, 0.0, 0.0
 
     def decide(self, number: int, volume: float) -> JobChoice:
         """Return E, mm/min, and D of a block; `volume` is the volume ground since the dress before it, mm3/mm."""
         block, ground = self.simulation.blocks[number], self.ground(number)
-        self.met = volume
+        self.volume_before = volume
         if block.starts_part:
-            self.began = volume
+            self.volume_at_start = volume
             asked = (self.wanted or float(self.pays(number, volume))) if volume > 0.0 else 0.0
-            self.due = self.executions(number, asked) if asked else 0.0
-        D = self.due if block.takes_dresses else 0.0
-        self.due -= D
+            self.executions_due = self.executions(number, asked) if asked else 0.0
+        D = self.executions_due if block.takes_dresses else 0.0
+        self.executions_due -= D
         E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
         if D:
             self.reason = f"dress: {self.why}"
@@ -170,9 +170,9 @@ class Rule:
             # a dress before the next part lies in the middle of its first block
             risk = max(risk, self.risk(each, worn + 0.5 * first * (each == number)))
         left = self.simulation.parts - self.simulation.blocks[number].part
-        longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
-        self.slows = longer = longer or over
-        k, n = self.kind_of[number], max(self.parts, 1)
+        k, n = self.kind_of[number], max(self.parts_since_dress, 1)
+        slower = stay > self.seconds_since_dress / n and (stay - fresh) * left > self.dressing
+        self.slows = longer = over or (self.parts_since_dress > 0 and slower)
         # beyond the usual volume only if one dress fewer in n (n + 1) parts, or in all parts left, is worth the risk
         dull &= risk >= 1.0 or risk * self.scrap > self.dressing * max(left / (n * (n + 1)), 1.0 / left)
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
@@ -191,16 +191,16 @@ class Rule:
         # power alone does not slow the table below the program's E: a dress costs less, and slow tables burn
         power = max(power, 0.0 if k in self.without_effect else np.log(min(self.own[k], last) / last))
         heat = self.heat_left(number, last, volume) / (rate - 0.5) if rate > COOLS else np.inf
-        easy = max(self.near, self.sized / EASY_SIZE, self.peaks[k] / limit) < EASY
+        easy = max(self.limit_ratio, self.size_ratio / EASY_SIZE, self.peaks[k] / limit) < EASY
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
         rises = ("E rises step by step", step * self.tried[k])
         # a fast roughing leaves more to the finish; Ra depends on the finish alone, once the finish is slower for it
         smooth, right = (float(law.speed(np.zeros(1, np.int64))[0]) for law in (self.roughness, self.size))
         finishes = self.simulation.blocks[number].finished > 0
-        near = self.near if finishes or smooth >= 1.0 else self.sized
-        if near > NEAR:
-            rises = (f"size or Ra is at {100.0 * near:.0f} % of its limit", last)
+        ratio = self.limit_ratio if finishes or smooth >= 1.0 else self.size_ratio
+        if ratio > NEAR:
+            rises = (f"size or Ra is at {100.0 * ratio:.0f} % of its limit", last)
         smooth, right = max(smooth, SLOWER) * self.own[k] if finishes else np.inf, max(right, SLOWER) * self.own[k]
         bounds = {
             f"power {100.0 * self.peaks[k] / limit:.0f} % of its limit": last * np.exp(min(power, 5.0)),
@@ -241,7 +241,7 @@ class Rule:
         """Return the expected peak power of a block, W; None if no power of its kind was read."""
         if self.peaks[self.kind_of[number]] == 0.0:
             return None
-        worn = self.met + self.ground(number) / (choice.executions + 1.0)
+        worn = self.volume_before + self.ground(number) / (choice.executions + 1.0)
         return float(np.exp(self.expected(number, choice.speed, worn)))
 
     def heat_left(self, number: int, E: float, volume: float) -> float:
@@ -254,28 +254,30 @@ class Rule:
     def risk(self, number: int, volume: float) -> float:
         """Return the probability that a block burns at its last E if it has not burnt after a smaller volume."""
         k = self.kind_of[number]
-        if self.cool[k] == 0.0 or (self.volumes < self.usual_volumes).any():
+        if self.good_heat[k] == 0.0 or (self.volumes < self.usual_volumes).any():
             return 1.0
-        hotter = float(np.log(self.allowed[k] / self.cool[k])) - self.heat_left(number, self.speeds[k], volume)
+        hotter = float(np.log(self.allowed[k] / self.good_heat[k])) - self.heat_left(number, self.speeds[k], volume)
         scatter, normal = math.sqrt(self.squares[k]), NormalDist()
         beyond = hotter * normal.cdf(hotter / scatter) + scatter * normal.pdf(hotter / scatter)  # mean excess
-        proved = min(math.log(self.cool[k] / self.heat_factor) / UNSURE, SUREST) if self.modelled else 0.0
+        proved = min(math.log(self.good_heat[k] / self.heat_factor) / UNSURE, SUREST) if self.modelled else 0.0
         return beyond * normal.pdf(proved) / (UNSURE * normal.cdf(-proved))
 
-    def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
+    def learn(
+        self, number: int, choice: JobChoice, readings: BlockReadings, volume: float, burn_per_watt: float
+    ) -> None:
         """Learn from the readings of a block; `volume` is after it, mm3/mm; `burn_per_watt` is 0 without a model."""
         k, block, (E, D) = self.kind_of[number], self.simulation.blocks[number], choice
         # executions are spread evenly over a block: the wheel is dullest before the first one or after the last
-        worn = max(self.met + self.ground(number) / (D + 1.0), volume) if D else volume
+        worn = max(self.volume_before + self.ground(number) / (D + 1.0), volume) if D else volume
         self.speeds[k] = E
         if D:
-            self.taken, self.parts, self.wanted = D * self.dressing, 0, 0.0
-        self.taken += self.seconds(number, E)
-        self.parts += block.starts_part
-        if told.peak > 0.0:
-            self._learn_power(number, choice, told.peak, worn, burn_per_watt)
+            self.seconds_since_dress, self.parts_since_dress, self.wanted = D * self.dressing, 0, 0.0
+        self.seconds_since_dress += self.seconds(number, E)
+        self.parts_since_dress += block.starts_part
+        if readings.peak > 0.0:
+            self._learn_power(number, choice, readings.peak, worn, burn_per_watt)
         if block.finished:
-            self._learn_part(number, told, worn)
+            self._learn_part(number, readings, worn)
 
     def _learn_power(self, number: int, choice: JobChoice, peak: float, worn: float, burn_per_watt: float) -> None:
         k, limit, (E, D), every = self.kind_of[number], self.rows[number].power, choice, np.ones(len(self.own))
@@ -298,48 +300,48 @@ class Rule:
                 self.speeds[k] = before.speed
         if peak <= limit:
             return
-        self._ask(2.0 if peak > FAR * limit and D else 1.0, f"power at {100.0 * peak / limit:.0f} % of its limit")
-        if self.met <= self.ground_by_part(number) and k not in self.without_effect:  # the wheel was sharp
+        self._ask(2.0 if peak > OVERLOAD * limit and D else 1.0, f"power at {100.0 * peak / limit:.0f} % of its limit")
+        if self.volume_before <= self.ground_by_part(number) and k not in self.without_effect:  # the wheel was sharp
             self.ceiling[k] = SLOWER * min(E, self.ceiling[k])
             self.reductions.setdefault(k, Reduction(E, peak, BLOCKS))
 
-    def _learn_part(self, number: int, told: BlockReadings, worn: float) -> None:
+    def _learn_part(self, number: int, readings: BlockReadings, worn: float) -> None:
         k, none, one = self.kind_of[number], np.zeros(1, np.int64), np.ones(1, bool)
         made = self.speeds[k] / self.own[k]
         ratios = []
         for law, ratio, speed in (
-            (self.roughness, told.Ra_before, self.finish),
-            (self.roughness, told.Ra, made),
-            (self.size, None if told.size is None else abs(told.size), made),
+            (self.roughness, readings.Ra_before, self.finish),
+            (self.roughness, readings.Ra, made),
+            (self.size, None if readings.size is None else abs(readings.size), made),
         ):
             if ratio is not None:
                 law.learn(np.array([ratio]), none, np.array([speed]), one)
                 ratios.append(ratio)
-        self.finish, self.near = made, max(ratios, default=self.near)
-        self.sized = self.sized if told.size is None else abs(told.size)
-        if told.size is not None and (told.size > NEAR or told.size < -AIM):
+        self.finish, self.limit_ratio = made, max(ratios, default=self.limit_ratio)
+        self.size_ratio = self.size_ratio if readings.size is None else abs(readings.size)
+        if readings.size is not None and (readings.size > NEAR or readings.size < -AIM):
             self._ask(1.0, "the size of the last part")
-        if told.burn is not None:
-            self._learn_burn(number, burnt=told.burn)
+        if readings.burn is not None:
+            self._learn_burn(number, burnt=readings.burn)
         self.heat[:] = 0.0
         self.volumes = np.minimum(REGAINED * self.volumes, self.usual_volumes)
-        if told.burn or (told.size is not None and (told.size > 1.0 or told.size < -AIM)):
+        if readings.burn or (readings.size is not None and (readings.size > 1.0 or readings.size < -AIM)):
             self.volumes = np.minimum(self.volumes, AIM * max(worn, 1.0))
 
     def _learn_burn(self, number: int, *, burnt: bool) -> None:
         kinds = [*dict.fromkeys(self.kind_of[each] for each in self.part_of(number))]
         if burnt:  # the burn comes from a block that was hotter than in any good part
-            kinds = [k for k in kinds if self.heat[k] > self.cool[k]] or kinds
+            kinds = [k for k in kinds if self.heat[k] > self.good_heat[k]] or kinds
         for k in kinds:
             if burnt:
                 self.burnt[k] = min(self.burnt[k], BACK * self.heat[k]) if self.heat[k] else self.burnt[k]
             else:
                 self.allowed[k] = max(self.allowed[k], FURTHER * self.heat[k])
-                self.cool[k] = max(self.cool[k], self.heat[k])
+                self.good_heat[k] = max(self.good_heat[k], self.heat[k])
             self.allowed[k] = min(self.allowed[k], self.burnt[k])
         if burnt:
             self._ask(1.0, "the last part burnt")
-            if self.began <= self.ground_by_part(number):  # a sharp wheel burns because of E
+            if self.volume_at_start <= self.ground_by_part(number):  # a sharp wheel burns because of E
                 self.ceiling[kinds] = BURNT_SLOWER * np.minimum(self.speeds[kinds], self.ceiling[kinds])
 
     def _ask(self, executions: float, why: str) -> None:

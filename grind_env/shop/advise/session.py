@@ -80,7 +80,7 @@ class Session:
                 )
             except ReadingError as error:
                 raise StateError(f"{error}; {ANEW}") from None
-            self._told(advice, step.readings)
+            self._take(advice, step.readings)
             self.steps.append(step)
         if self.steps:
             write_log(self.files.log, self.adviser.simulation, self.steps)
@@ -91,17 +91,17 @@ class Session:
         Raises:
             GrindError: a reading is refused, or a file cannot be written; earlier readings stay saved.
         """
-        if self.source.retold and not self._retold():
-            return
+        if self.source.repeats_rows:
+            self._check_repeated_rows()
         try:
             over = self._advise()
         except KeyboardInterrupt:
-            self._compared()  # the user of a shadow session may stop at any time
+            self._print_comparison()  # the user of a shadow session may stop at any time
             raise
-        self._compared()
+        self._print_comparison()
         if not over:
             return
-        further = self.source.next("") if self.source.retold and not self.source.patient else None
+        further = self.source.next("") if self.source.repeats_rows and not self.source.accepts_corrections else None
         if further is not None:
             what = f"{further.place} is of no block of this batch, which is over: nothing is read from there on"
             self._tell({"ignored": what}, what)
@@ -115,17 +115,17 @@ class Session:
             ends = self.adviser.simulation.blocks[advice.block].finished > 0
             if self.by_part and not ends:
                 # saved with the row of the part: a session that is stopped before shows all advice of the part again
-                self._pass(advice, MachineReadings())
+                self._add_step(advice, MachineReadings())
                 continue
             readings = self._read(advice)
             if readings is None:
                 return False
-            self._pass(advice, readings)
+            self._add_step(advice, readings)
             write_state(self.files.state, self.origin, self.steps)
             write_log(self.files.log, self.adviser.simulation, self.steps)
         return True
 
-    def _compared(self) -> None:
+    def _print_comparison(self) -> None:
         """Print forecasts beside readings, of a shadow session."""
         if self.shadow is not None:
             self._tell(self.shadow.document(), *self.shadow.lines())
@@ -137,10 +137,10 @@ class Session:
     def _read(self, advice: Advice) -> MachineReadings | None:
         while True:
             try:
-                row = self.source.next(self._asked(advice))
+                row = self.source.next(self._awaited(advice))
                 return None if row is None else self._checked(row, advice.block)
             except ReadingError as error:
-                if not self.source.patient:
+                if not self.source.accepts_corrections:
                     raise
                 self.source.refused()
                 self._tell({"refused": str(error)}, str(error))
@@ -150,12 +150,12 @@ class Session:
         check_readings(readings, self.adviser.simulation, number, row.place)
         return readings
 
-    def _asked(self, advice: Advice) -> str:
+    def _awaited(self, advice: Advice) -> str:
         part = self.adviser.simulation.blocks[advice.block].part + 1
         return f"readings of part {part}" if self.by_part else f"readings of block {advice.block + 1}"
 
-    def _retold(self) -> bool:
-        """Check that the source repeats the rows of the saved blocks; return True.
+    def _check_repeated_rows(self) -> None:
+        """Check that the source repeats the rows of the saved blocks.
 
         Raises:
             StateError: a row is missing, or differs from the saved readings.
@@ -168,14 +168,13 @@ class Session:
                 raise StateError(f"{self.files.state} knows block {number + 1}, which the measurements lack: {ANEW}")
             if self._checked(row, number) != step.readings:
                 raise StateError(f"{row.place} says something else of block {number + 1} than it did before: {ANEW}")
-        return True
 
-    def _pass(self, advice: Advice, readings: MachineReadings) -> None:
-        self._told(advice, readings)
+    def _add_step(self, advice: Advice, readings: MachineReadings) -> None:
+        self._take(advice, readings)
         now = datetime.now().isoformat(timespec="seconds")
         self.steps.append(AdvisedBlock(time=now, words=advice.words, readings=readings))
 
-    def _told(self, advice: Advice, readings: MachineReadings) -> None:
+    def _take(self, advice: Advice, readings: MachineReadings) -> None:
         self.adviser.take(readings)
         self.given.append(advice)
         if self.shadow is not None and self.adviser.watch is not None:

@@ -13,7 +13,7 @@ RIGHT = 0.9
 """Least share of forecasts that hold if the model is right; 95 % hold with normal errors."""
 
 
-class Beside(NamedTuple):
+class ComparedReading(NamedTuple):
     """Reading of a part beside its forecast, in `unit`."""
 
     part: int
@@ -28,7 +28,7 @@ class Beside(NamedTuple):
     def holds(self) -> bool:
         return abs(self.read - self.forecast) <= HOLDS * self.spread
 
-    def told(self) -> str:
+    def text(self) -> str:
         read, forecast = f"{self.read:.2f} {self.unit}", f"{self.forecast:.2f} +/- {self.spread:.2f}"
         return f"part {self.part + 1}: {self.name} {read}, forecast {forecast}{'' if self.holds else ', off'}"
 
@@ -37,7 +37,7 @@ class Beside(NamedTuple):
 class Shadow:
     """Comparison of forecasts with readings so far."""
 
-    rows: list[Beside] = field(default_factory=list)
+    rows: list[ComparedReading] = field(default_factory=list)
 
     def add(self, watch: Watch, part: int) -> None:
         """Add the comparisons of a block; `part` is its part, from 0; Ra is of the part before."""
@@ -53,7 +53,7 @@ class Shadow:
                 scale = 1.0 if unit.startswith("of") else 0.001
                 middle = float(np.exp(forecast)) * scale
                 row = float(np.exp(read)) * scale, middle, middle * spread
-            self.rows.append(Beside(part if name != "Ra" else part - 1, name, unit, *row))
+            self.rows.append(ComparedReading(part if name != "Ra" else part - 1, name, unit, *row))
 
     def right_from(self) -> int | None:
         """Return the first part, from 0, from which on forecasts are right; None if they are not right yet."""
@@ -74,7 +74,7 @@ class Shadow:
         if not self.rows:
             return ["nothing was read that could be compared with a forecast"]
         last = max(row.part for row in self.rows) - LAST
-        table = [f"  {row.told()}" for row in self.rows if row.part > last]
+        table = [f"  {row.text()}" for row in self.rows if row.part > last]
         right, held = self.right_from(), np.mean([row.holds for row in self.rows])
         verdict = "they are not right yet" if right is None else f"they are right from part {right + 1} on"
         return ["forecasts beside readings:", *table, f"{100.0 * held:.0f} % of the forecasts held; {verdict}"]

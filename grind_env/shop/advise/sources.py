@@ -49,9 +49,9 @@ class ReadingsRow(NamedTuple):
 class ReadingSource(Protocol):
     """Source of rows of readings, in the order in which the blocks are ground."""
 
-    retold: bool
+    repeats_rows: bool
     """Whether the source repeats the rows of earlier sessions, as a file does."""
-    patient: bool
+    accepts_corrections: bool
     """Whether a refused row may come again, corrected."""
 
     def next(self, asked: str) -> ReadingsRow | None:
@@ -68,11 +68,11 @@ class CsvSource:
     With `follow`, the source waits for further rows; a last line without a line end is still being written.
     """
 
-    retold = True
+    repeats_rows = True
 
     def __init__(self, path: Path, *, follow: bool, wait: Callable[[float], None] = time.sleep) -> None:
         self.path, self.follow, self.wait, self.taken = path, follow, wait, 0
-        self.patient, self.before, self.faulty = follow, 0, ""
+        self.accepts_corrections, self.before, self.faulty = follow, 0, ""
 
     def refused(self) -> None:
         # the row is read again once the file differs
@@ -125,7 +125,7 @@ def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
 class JsonLines(ReadingSource):
     """One JSON object a line, such as `{"peak_power": 2400, "size_error": 3}`; `{}` if nothing was measured."""
 
-    retold, patient = False, True
+    repeats_rows, accepts_corrections = False, True
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.line = stream, 0
@@ -164,7 +164,7 @@ class JsonLines(ReadingSource):
 class Prompt(ReadingSource):
     """Prompt at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
 
-    retold, patient = False, True
+    repeats_rows, accepts_corrections = False, True
 
     def __init__(self, ask: Callable[[str], str] = input) -> None:
         self.ask = ask

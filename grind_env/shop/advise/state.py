@@ -22,7 +22,7 @@ from grind_env.json_form import formed
 from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
 from grind_env.policies.policy import Policy
-from grind_env.shop.advise.own import LOG_COLUMNS
+from grind_env.shop.advise.file_kinds import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, MachineReadings
 
 FORMAT = 2
@@ -82,7 +82,7 @@ def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[None]:
+def locked_state(path: Path) -> Iterator[None]:
     """Lock a state file, so that one adviser at a time works with it, and release it at the end."""
     place = Path(os.path.realpath(path))
     taken = StateError(
@@ -112,11 +112,11 @@ def write_log(path: Path, simulation: JobSimulation, steps: Sequence[AdvisedBloc
     names = [name for name in NAMES if name not in ("block", "part", "E", "D")]
     rows = [[*LOG_COLUMNS, *names]]
     for number, step in enumerate(steps):
-        told: dict[str, Any] = {
+        given: dict[str, Any] = {
             name: int(value) if isinstance(value, bool) else value for name, value in step.readings.given().items()
         }
         advised = [step.words[speed_word(simulation.blocks[number].plan)], step.words.get("D", "")]
-        ground = [told.get("E", advised[0]), told.get("D", advised[1])]
+        ground = [given.get("E", advised[0]), given.get("D", advised[1])]
         row = [step.time, number + 1, simulation.blocks[number].part + 1, *advised, *ground]
-        rows.append([*row, *(told.get(name, "") for name in names)])
+        rows.append([*row, *(given.get(name, "") for name in names)])
     write_csv(path, rows)

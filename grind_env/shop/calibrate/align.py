@@ -46,11 +46,11 @@ SHORTEST_PAUSE = 0.3
 """Least share of the programmed pause between two runs."""
 NEEDED = 0.7
 """Least median correlation of the runs at which a log is taken to be of the program."""
-WORTH = 0.03
+LEAST_EXECUTION_GAIN = 0.03
 """Least log-likelihood that a further execution must add, as a share of the mean of the earlier ones; less is noise."""
-ALIKE = 2.0
+MOST_GAIN_RATIO = 2.0
 """Greatest factor between the gain (power over expected power) of an execution and of the most likely one."""
-SURE = 0.9
+ENOUGH_QUALITY = 0.9
 """Median correlation from which on no other unit of time is tried."""
 MOST_EXECUTIONS = 150
 FINEST = 0.05
@@ -61,13 +61,13 @@ LONG_LAGS = (0.5, 1.0, 2.0)
 """Longer time constants, s, tried if the strokes are not clear without one."""
 STEP, LEAST_STEP = 1.41, 1.03
 """First and last factor of the steps that refine the time constant."""
-CLEARER = 0.02
+LONG_LAG_GAIN = 0.02
 """Least gain of correlation by a long time constant."""
-FAST_ENOUGH = 0.2
+LONGEST_INTERVAL = 0.2
 """Longest interval of rows at which a time constant can be found, s."""
-CLEARLY = 0.002
+SHORT_LAG_GAIN = 0.002
 """Least gain of correlation by a short time constant."""
-LOOKED_AT = 6
+LAG_RUNS = 6
 """Number of runs in which the time constant is searched."""
 
 
@@ -91,7 +91,7 @@ def refuse_unlike(found: Alignment) -> None:
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     """Align a log without a time unit: try ms first; if ms agrees badly, take the better of ms and s."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
-    if in_ms.quality >= SURE:
+    if in_ms.quality >= ENOUGH_QUALITY:
         return in_ms
     in_s = _aligned(log, pattern, expected, 1.0)
     return max(in_s, in_ms, key=lambda each: each.quality)
@@ -131,12 +131,12 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = judged(begin, override, log, pattern, expected, unit)
         # tried at n places, noise reaches a log-likelihood of ln n somewhere
-        worth_it = number == 0 or likely - so_far >= max(WORTH * so_far / number, np.log(binned.size))
+        worth_it = number == 0 or likely - so_far >= max(LEAST_EXECUTION_GAIN * so_far / number, np.log(binned.size))
         matches, gain = (
             _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
         )
         first = gain if number == 0 else first
-        alike = first.size and np.all(between(gain, float(first.mean()), ALIKE))
+        alike = first.size and np.all(between(gain, float(first.mean()), MOST_GAIN_RATIO))
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
@@ -185,7 +185,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
 
     The likelihood is the logarithm of the ratio to the likelihood of a constant power.
     """
-    span, strokes = pattern.times(run)[2], int((pattern.run == run).sum())
+    strokes = int((pattern.run == run).sum())
     apart = np.clip(0.2 / strokes, 0.004, 0.05)
     low, high = (LOWEST, HIGHEST) if pattern.overridable else (1.0 / SAME_FEED, SAME_FEED)
     tried = np.exp(np.arange(np.log(low), np.log(high), apart))
@@ -220,7 +220,6 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         best, override, gain = (
             np.where(better, new, old) for new, old in ((likely, best), (each, override), (factor, gain))
         )
-    assert span > 0.0
     return np.maximum(best, 0.0), override, gain
 
 
@@ -273,18 +272,17 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
     """Return the mean of each execution; a run's weight is the sum of its squared expected powers."""
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
     weight = np.where(np.isfinite(correlation), weights, 0.0)
-    mean: Floats = (np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
-    return mean
+    return np.asarray((np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300))
 
 
-def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
+def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
     """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short."""
     best, lag = align(log, pattern, expected), 0.0
-    if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
+    if best.quality < ENOUGH_QUALITY and log.sure_of_time and log.interval <= LONGEST_INTERVAL:
         means = averaged(log, log.time, FINEST)
         for each in LONG_LAGS:
             found = align(replace(means, lag=each), pattern, expected)
-            if found.executions and found.quality > best.quality + CLEARER:
+            if found.executions and found.quality > best.quality + LONG_LAG_GAIN:
                 best, lag = found, each
     refuse_unlike(best)
     return best, lag
@@ -297,15 +295,15 @@ def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, abo
     power.
     """
     best, step = about, STEP
-    tried = {0.0: CLEARLY}
+    tried = {0.0: SHORT_LAG_GAIN}
 
     def quality(lag: float) -> float:
         if lag not in tried:
-            tried[lag] = clarity(found, replace(log, lag=lag), pattern, expected, LOOKED_AT)
+            tried[lag] = clarity(found, replace(log, lag=lag), pattern, expected, LAG_RUNS)
         return tried[lag]
 
-    if log.interval <= FAST_ENOUGH:
-        tried[0.0] += clarity(found, log, pattern, expected, LOOKED_AT)
+    if log.interval <= LONGEST_INTERVAL:
+        tried[0.0] += clarity(found, log, pattern, expected, LAG_RUNS)
         best = max((0.0, *LAGS, about), key=quality)
         while best and step > LEAST_STEP:
             nearer = max((best, best / step, best * step), key=quality)

@@ -137,7 +137,7 @@ class Around(NamedTuple):
     rest: Floats
     beside: Floats  # orthonormal shapes that explain everything but the run, shape (samples, ...)
 
-    def likeness(self, shape: Floats) -> tuple[float, float, float]:
+    def correlate(self, shape: Floats) -> tuple[float, float, float]:
         """Return correlation, gain and residual of an expected power in this log."""
         rest, x = self.rest, _without(shape, self.beside)
         deviation, spread = float(np.sqrt(np.mean(rest * rest))), float(np.sqrt(np.mean(x * x)))
@@ -166,7 +166,7 @@ def _around(time: Floats, power: Floats, others: Floats, lag: float) -> Around:
     return Around(time, np.where(np.abs(rest) > LEAST * np.abs(power).max(), rest, 0.0), beside)
 
 
-class Likeness:
+class LogMatch:
     """Similarity of a log in s to a program with runs at given places and overrides, arrays (executions, runs)."""
 
     def __init__(self, log: Log, pattern: Pattern, expected: Floats, begin: Floats, override: Floats) -> None:
@@ -197,10 +197,10 @@ class Likeness:
         override = faster * self.override[row, run]
         return template(self.pattern, self.expected, run, override, at, self.width, self.log.lag)
 
-    def of(self, row: int, run: int) -> tuple[float, float, float]:
+    def correlate_run(self, row: int, run: int) -> tuple[float, float, float]:
         """Return correlation, gain and residual of a run; NaN where the log has no samples."""
         around = self.around(row, run)
-        return (np.nan,) * 3 if around is None else around.likeness(self._shape(around.time, row, run))
+        return (np.nan,) * 3 if around is None else around.correlate(self._shape(around.time, row, run))
 
     def settle(self) -> None:
         """Move runs by whole strokes to their most likely places; the search ignores the neighbours of a run."""
@@ -212,8 +212,8 @@ class Likeness:
                 if around is None:
                     continue
                 tried = (0.0, -period, period)
-                like = [around.likeness(self._shape(around.time, row, run, later))[0] for later in tried]
-                best = int(np.argmax(like))
+                correlations = [around.correlate(self._shape(around.time, row, run, later))[0] for later in tried]
+                best = int(np.argmax(correlations))
                 self.begin[row, run] += tried[best]
                 moved = moved or best > 0
             if not moved:
@@ -226,7 +226,7 @@ class Likeness:
             return
 
         def misses(x: Floats) -> float:
-            return 1.0 - around.likeness(self._shape(around.time, row, run, 0.1 * x[0], np.exp(0.2 * x[1] / span)))[0]
+            return 1.0 - around.correlate(self._shape(around.time, row, run, 0.1 * x[0], np.exp(0.2 * x[1] / span)))[0]
 
         best = optimize.minimize(
             misses,
@@ -239,7 +239,7 @@ class Likeness:
 
     def alignment(self, time_unit: float) -> Alignment:
         """Return the executions that lie in the log at least in part."""
-        each = np.array([self.of(*place) for place in self.places()]).reshape(*self.begin.shape, 3)
+        each = np.array([self.correlate_run(*place) for place in self.places()]).reshape(*self.begin.shape, 3)
         inside = np.isfinite(each[..., 0]).any(axis=1)
         correlation, gain, rest = np.moveaxis(each[inside], -1, 0)
         return Alignment(self.begin[inside], self.override[inside], correlation, gain, rest, time_unit)
@@ -249,25 +249,25 @@ def judged(
     begin: Floats, override: Floats, log: Log, pattern: Pattern, expected: Floats, unit: float, *, settled: bool = False
 ) -> Alignment:
     """Return runs that lie at least partly in the log, with correlations; `settled` moves runs by whole strokes."""
-    like = Likeness(log, pattern, expected, begin, override)
+    match = LogMatch(log, pattern, expected, begin, override)
     if settled:
-        like.settle()
-    return like.alignment(unit)
+        match.settle()
+    return match.alignment(unit)
 
 
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     """Return the alignment with begins and overrides refined between the steps of the search, for a log in s."""
-    like = Likeness(log, pattern, expected, found.begin, found.override)
+    match = LogMatch(log, pattern, expected, found.begin, found.override)
     for row, run in np.argwhere(np.isfinite(found.correlation)).tolist():
-        like.refine(row, run)
-    return like.alignment(found.time_unit)
+        match.refine(row, run)
+    return match.alignment(found.time_unit)
 
 
 def clarity(found: Alignment, log: Log, pattern: Pattern, expected: Floats, most: int) -> float:
     """Return the median correlation of at most `most` runs of the log, each at its most likely place."""
-    like = Likeness(log, pattern, expected, found.begin, found.override)
+    match = LogMatch(log, pattern, expected, found.begin, found.override)
     places = np.argwhere(np.isfinite(found.correlation)).tolist()
     chosen = [places[k] for k in np.linspace(0, len(places) - 1, min(len(places), most)).round().astype(int)]
     for place in chosen:
-        like.refine(*place)
-    return float(np.median([like.of(*place)[0] for place in chosen]))
+        match.refine(*place)
+    return float(np.median([match.correlate_run(*place)[0] for place in chosen]))

@@ -18,41 +18,41 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import FINEST, find, with_lag
+from grind_env.shop.calibrate.align import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, missed
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, residual_and_drift
 from grind_env.shop.calibrate.gauge import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, averaged, read_log
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
-from grind_env.shop.calibrate.pattern import Forward, Pattern, pattern_of, powers
+from grind_env.shop.calibrate.pattern import Pattern, RepeatedProgram, pattern_of, powers
 from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import read_toml
 
-LEAST_POWER = 0.002
+LEAST_POWER_ERROR = 0.002
 """Least error of the power of a stroke, as a share of the root mean square of all strokes."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, above which log and job do not belong together."""
-BEYOND = 2.0
+MOST_RESIDUAL = 2.0
 """Root mean square of the residuals, in measurement errors, that must be exceeded, too."""
-FAR = 2.5
+WRONG_UNIT_FACTOR = 2.5
 """Factor between measured and modelled power that no job causes, but a wrong unit does."""
-A_THOUSAND = 0.7
+FACTOR_1000_TOLERANCE = 0.7
 """Greatest difference between 3 and the decimal logarithm of measured over modelled power if W and kW are confused."""
 HOPELESS_ROUGHNESS = 1.0
 """Error of the logarithm of Ra above which Ra is in another unit or of another part."""
 LINES = 1_000_000
 """Number above the number of lines of any program."""
-STATED = 0.02
+STATED_SCALE_SPREAD = 0.02
 """Logarithmic standard deviation of the scale of a meter in % whose rating is stated by the map or the job."""
-ANOTHER = 1.5
+REPORTED_DEVIATION = 1.5
 """Deviation of a fitted scale that is reported, in standard deviations."""
-NAMED = 3
+MOST_NAMED_RUNS = 3
 """Greatest number of left-out runs that a remark names."""
 
 
@@ -64,41 +64,41 @@ def calibrate(
     gauge: Path | None = None,
     map_file: Path | None = None,
     names: Collection[str] | None = None,
-    told: Callable[[str], None] = lambda stage: None,
+    report_stage: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a log of the spindle's power."""
-    said = read_map(map_file)
+    map_ = read_map(map_file)
     settings, programs = load_job(job, plant=MODEL), read_file(program)
     if settings.parts:
         raise CalibrationError(
             f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"
         )
     free = free_parameters(settings) if names is None else ()
-    told("reading the log")
-    rows = _bound(read_log(log, settings.setup.machine, said), said, job)
-    gauged = None if gauge is None else read_gauge(gauge, said)
+    report_stage("reading the log")
+    rows = _bound(read_log(log, settings.setup.machine, map_), map_, job)
+    gauged = None if gauge is None else read_gauge(gauge, map_)
     if gauged is not None:
         refuse_impossible(gauged, settings)
     tells_heat = gauged is not None and np.isfinite([gauged.size, gauged.burn]).any()
     parameters = chosen_parameters(settings, names, HEAT if tells_heat else ())
     pattern = pattern_of(programs, settings)
     usual = _usual(programs, settings)
-    told("looking for the program in the log")
-    found, about = find(rows, pattern, usual)
-    told("fitting")
+    report_stage("looking for the program in the log")
+    found, about = find_program(rows, pattern, usual)
+    report_stage("fitting")
     rows = averaged(rows, rows.time * found.time_unit, FINEST)
     rows, found = with_lag(rows, pattern, found, usual, about)
     found = found.known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
-    beyond = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
+    unlogged = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
     problem = FitProblem(parameters, scales, data, model.predict, free, jumps)
-    fitted, judged = fit_and_judge(problem, told)
+    fitted, judged = fit_and_judge(problem, report_stage)
     _refuse_hopeless(fitted, judged.errors, data, rows.unit, model.gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
-    residual, drift = missed(fitted, data, block)
+    residual, drift = residual_and_drift(fitted, data, block)
     power_scale = math.exp(fitted.scales.get("power", 0.0))
     return Calibration(
         source=log.name,
@@ -118,10 +118,10 @@ def calibrate(
         remarks=(
             *rows.remarks,
             *(() if gauged is None else gauged.remarks),
-            *([f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []),
+            *([f"{unlogged} rows of the gauge file are of parts that are not in the log"] if unlogged else []),
             *log_remarks(rows, found, seen, pattern),
             *_scale_remarks(fitted, scales),
-            *overridden(job, fitted, idle=rows.known_scale),
+            *override_remarks(job, fitted, idle=rows.known_scale),
         ),
     )
 
@@ -132,19 +132,19 @@ def _usual(programs: Programs, job: Job) -> Floats:
     The strokes are of a second execution, or of the first one if a program can be run only once.
     """
     try:
-        forward = Forward(programs, job, 2)
+        program = RepeatedProgram(programs, job, 2)
     except JobProgramError:
-        forward = Forward(programs, job)
-    return powers(forward.run(job))[-forward.part.size :]
+        program = RepeatedProgram(programs, job)
+    return powers(program.run(job))[-program.part.size :]
 
 
 def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: float) -> None:
     """Refuse a fit that misses the log; `gain` is the power of the log, in its unit, over the catalogue's power."""
     error, of_power = errors["power"][2], (data.kind == "power") & fitted.used
-    beyond = float(np.sqrt(np.mean(np.square((data.value - fitted.predicted)[of_power] / data.error[of_power]))))
-    if error > HOPELESS and beyond > BEYOND:
+    residual = float(np.sqrt(np.mean(np.square((data.value - fitted.predicted)[of_power] / data.error[of_power]))))
+    if error > HOPELESS and residual > MOST_RESIDUAL:
         shown, meant = ("W", "kW") if gain < 1.0 else ("kW", "W")
-        if unit == shown.lower() and gain > 0.0 and abs(abs(math.log10(gain)) - 3.0) < A_THOUSAND:
+        if unit == shown.lower() and gain > 0.0 and abs(abs(math.log10(gain)) - 3.0) < FACTOR_1000_TOLERANCE:
             raise CalibrationError(
                 f"the log shows {gain:.2g} times the power that the catalogue expects, so that it is in {meant} and "
                 f"not in {shown}, a factor of 1000; write {meant} in its heading, or say it with a map: [log] "
@@ -152,7 +152,8 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
             )
         measured, modelled = data.value[of_power], fitted.predicted[of_power]
         times = float(measured @ modelled / (modelled @ modelled))
-        remedy = "part, wheel and machine of the job" if 1.0 / FAR < times < FAR else "the unit of the power"
+        is_right = 1.0 / WRONG_UNIT_FACTOR < times < WRONG_UNIT_FACTOR
+        remedy = "part, wheel and machine of the job" if is_right else "the unit of the power"
         raise CalibrationError(
             f"even with the best constants the power of the strokes differs from the log by {100.0 * error:.0f} % (the "
             f"log shows {times:.3g} times as much), and {100.0 * HOPELESS:.0f} % is the most that is taken; check "
@@ -171,13 +172,13 @@ class _Model(NamedTuple):
     seen: Observations
     extra: Gauged
     data: Data
-    forward: Forward
+    program: RepeatedProgram
     job: Job
     gain: float  # power of the log over the power with the constants of the job
 
     def predict(self, changes: Changes) -> Floats:
         changed = with_entries(self.job, changes)
-        record = self.forward.run(changed)
+        record = self.program.run(changed)
         return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
 
 
@@ -185,12 +186,12 @@ def _model(
     log: Log, pattern: Pattern, found: Alignment, gauge: GaugedParts | None, job: Job, programs: Programs
 ) -> _Model:
     seen = observe(log, pattern, found)
-    forward = Forward(programs, job, found.executions, found.overrides(pattern))
+    program = RepeatedProgram(programs, job, found.executions, found.overrides(pattern))
     extra = measured_of(gauge, found.executions * pattern.parts, job)
-    nominal = seen.weights @ powers(forward.run(job))
+    nominal = seen.weights @ powers(program.run(job))
     gain = float(nominal @ seen.power / (nominal @ nominal))
     data = _data(seen, pattern, 1.0 if log.known_scale else gain, extra)
-    return _Model(seen, extra, data, forward, job, gain)
+    return _Model(seen, extra, data, program, job, gain)
 
 
 def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged) -> Data:
@@ -199,7 +200,7 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged) -> D
     error = np.sqrt(
         np.square(seen.error / unit)
         + np.square(discrepancy * power)
-        + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
+        + np.square(LEAST_POWER_ERROR * np.sqrt(np.mean(power**2)))
     )
     return Data(
         value=np.concatenate([power, extra.value]),
@@ -214,10 +215,10 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
     return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
-def _bound(log: Log, said: Map, job: Path) -> Log:
+def _bound(log: Log, map_: Map, job: Path) -> Log:
     """Return the log with a smaller uncertainty of its meter's scale if the map or the job states the rating."""
-    stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
-    return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
+    stated = log.unit == "%" and (map_.number("log", "rated_power") is not None or _states_limit(job))
+    return replace(log, scale_spread=min(log.scale_spread, STATED_SCALE_SPREAD)) if stated else log
 
 
 def _states_limit(job: Path) -> bool:
@@ -230,7 +231,7 @@ def _scale_remarks(fitted: Fit, spreads: Mapping[str, float]) -> list[str]:
         f"the {kind} fits better if its meter shows {100.0 * abs(math.expm1(scale)):.0f} % or more too "
         f"{'much' if scale > 0.0 else 'little'}; check its scale and rating"
         for kind, scale in fitted.scales.items()
-        if abs(scale) > ANOTHER * spreads[kind]
+        if abs(scale) > REPORTED_DEVIATION * spreads[kind]
     ]
 
 
@@ -266,7 +267,7 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
             for part, line in zip(parts.tolist(), pattern.line[firsts].tolist(), strict=True)
         ]
         remarks.append(
-            f"runs of strokes that are not in the log as programmed were left out: {listed(names, NAMED)}; a "
+            f"runs of strokes that are not in the log as programmed were left out: {listed(names, MOST_NAMED_RUNS)}; a "
             "feed that was overridden in the middle is such a case"
         )
     if pattern.crosses.any():
@@ -281,13 +282,13 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
     return remarks
 
 
-def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
+def override_remarks(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
     """Return a remark on constants that the job itself sets, so that those of a catalogue file have no effect."""
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
-    told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]
-    told += ["machine.idle_power", "machine.power_limit"] if idle else []
-    names = [name for name in told if name in fixed]
+    written = [each.name for each, known in zip(fitted.parameters, fitted.determined, strict=True) if known]
+    written += ["machine.idle_power", "machine.power_limit"] if idle else []
+    names = [name for name in written if name in fixed]
     if not names:
         return []
     return [f"the job sets {', '.join(names)} itself; take it out there, or what is found has no effect"]

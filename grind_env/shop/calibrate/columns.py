@@ -9,7 +9,7 @@ from typing import Any
 from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.measurements.sheet import BEYOND, Sheet, plain
+from grind_env.shop.measurements.sheet import MOST_NUMBER, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
@@ -43,9 +43,9 @@ class Map:
         value = self.value(table, key)
         if value is None:
             return None
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < BEYOND:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < MOST_NUMBER:
             raise CalibrationError(
-                f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0 and below {BEYOND:g}"
+                f"{self.file}: {table}.{key} is {quoted(value)}, but must be a number above 0 and below {MOST_NUMBER:g}"
             )
         return float(value)
 
@@ -71,14 +71,14 @@ def read_map(path: Path | None) -> Map:
     return Map(path, tables)
 
 
-def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) -> dict[str, int]:
+def find_columns(sheet: Sheet, table: str, map_: Map, *needed: Sequence[str]) -> dict[str, int]:
     """Return the columns of a table of a map by name: named in the map, or recognised by the words in their headings.
 
     The remarks of the sheet list them. A `CalibrationError` names a group of `needed` names of which no column is
     found, or two columns that are equally likely.
     """
     known = WORDS[table]
-    found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}
+    found = {name: _mapped(sheet, table, name, map_) for name in known if map_.value(table, name) is not None}
     for name, words in known.items():
         if name in found:
             continue
@@ -106,16 +106,16 @@ def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) ->
     return found
 
 
-def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
+def _mapped(sheet: Sheet, table: str, name: str, map_: Map) -> int:
     """Return the column that a map names, by its number from 1, its name or its name with its unit."""
-    value, names = said.value(table, name), [heading.name for heading in sheet.headings]
+    value, names = map_.value(table, name), [heading.name for heading in sheet.headings]
     called = [*names, *(f"{heading.name} [{heading.unit}]" for heading in sheet.headings)]
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= len(names):
         return value - 1
     if value in called:
         return called.index(value) % len(names)
     raise CalibrationError(
-        f"{said.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
+        f"{map_.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
         f"its columns are {listed(names)}"
     )
 

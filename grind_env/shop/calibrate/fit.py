@@ -20,15 +20,15 @@ from grind_env.machine.job.drawn_machines import USUAL_DRIFT
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
-from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
+from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
 from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
 """Half width of the 90 % interval of a normal variable, in standard deviations."""
-TOLD = 0.9
+UNDETERMINED = 0.9
 """Ratio of posterior to prior spread above which a constant is undetermined, unless it moved by more than a spread."""
-OPENED = {"material.chip_energy": 6.0}
+WIDENED_PRIORS = {"material.chip_energy": 6.0}
 """Factor on the prior spread of a constant in a fit with a free term: the shares of chips and rubbing in the power are
 then open, too, because other laws have no such shares."""
 FOLDS = 8
@@ -40,11 +40,11 @@ DRIFT = 0.05
 result is the level in the middle of the log: an apparent drift may be a wheel that dulls in another way."""
 WIDTHS = (0.25, 0.5, 1.0)
 """Widths of the free term that are tried, as shares of its full width."""
-CLEARLY = 0.8
+FREE_TERM_GAIN = 0.8
 """Ratio of mean square errors on held-out parts, with over without the free term, below which the term is used."""
-FOLLOWED = 1.0
+MOST_PLAIN_ERROR = 1.0
 """Mean square error on held-out parts, in loose errors, up to which the model needs no free term."""
-ALIKE = 1.05
+LEAST_ERROR_FACTOR = 1.05
 """Factor on the least mean square error; the smallest width with no greater error is taken."""
 ENOUGH_PARTS = 2
 WANDERING_PARTS = 4
@@ -74,8 +74,7 @@ class Linear(NamedTuple):
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
         """Return the residuals of some measurements, in loose errors, from a fit to all others."""
         step = self.at(width, rows) - self.x
-        found: Floats = self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step)
-        return found
+        return np.asarray(self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step))
 
     def at(self, width: float, without: NDArray[np.bool_] | bool = False) -> Floats:
         """Return the variables at a width of the free term, in prior spreads at its full width."""
@@ -91,8 +90,8 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> float:
         return 0.0
     errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
     least = min(errors.values())
-    width = next(each for each, error in errors.items() if error <= ALIKE * least)
-    return 0.0 if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0] else width
+    width = next(each for each, error in errors.items() if error <= LEAST_ERROR_FACTOR * least)
+    return 0.0 if errors[0.0] < MOST_PLAIN_ERROR or errors[width] > FREE_TERM_GAIN * errors[0.0] else width
 
 
 def _in_turn(fit: Linear, width: float, data: Data) -> float:
@@ -102,7 +101,7 @@ def _in_turn(fit: Linear, width: float, data: Data) -> float:
     return float(np.mean(np.square(np.concatenate(missed))))
 
 
-class Left(NamedTuple):
+class RemainingUncertainty(NamedTuple):
     """Uncertainty left by a fit: of constants and of the free term, even if unused.
 
     A model that agrees with a log may still be wrong at other speeds and depths.
@@ -125,7 +124,7 @@ class Fit:
     # posterior over prior spread of each constant, the others being uncertain, too; with the shift that comes from
     # resetting undetermined constants to their priors
     spread: Floats
-    told: NDArray[np.bool_]  # whether the measurements determine each constant
+    determined: NDArray[np.bool_]  # whether the measurements determine each constant
     covariance: Floats  # covariance of `x`
     width: float  # width of the free term that was used, as a share of its full width
     # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
@@ -137,7 +136,7 @@ class Fit:
     predicted: Floats  # predictions of all measurements, with the scales
     nominal: Floats  # predictions with the unchanged catalogue, and the scales that fit it best
     held_out: Floats  # prediction of each by a fit to the other parts or settings; NaN if there are no others
-    left: Left  # remaining uncertainty
+    remaining: RemainingUncertainty
 
     @property
     def z(self) -> Floats:
@@ -167,17 +166,17 @@ class FitProblem:
     left_out: tuple[str, ...] = ()  # kinds of measurement that are not used
 
     @property
-    def unfree(self) -> NDArray[np.bool_]:
+    def outside_free_term(self) -> NDArray[np.bool_]:
         """Return which variables do not belong to the free term, if there is one."""
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
     def widened(self, x: Floats) -> Floats:
         """Return the variables, extended by a free term without effect."""
-        whole = np.zeros(self.unfree.size)
-        whole[self.unfree] = x
+        whole = np.zeros(self.outside_free_term.size)
+        whole[self.outside_free_term] = x
         return whole
 
-    def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = OPENED) -> Solver:
+    def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = WIDENED_PRIORS) -> Solver:
         """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
         nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
@@ -195,25 +194,25 @@ class FitProblem:
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 
-def fit_and_judge(problem: FitProblem, told: Callable[[str], None]) -> tuple[Fit, FitJudgement]:
+def fit_and_judge(problem: FitProblem, report_stage: Callable[[str], None]) -> tuple[Fit, FitJudgement]:
     """Fit constants and judge the fit; constants of measurements that are then predicted worse keep catalogue values.
 
     Errors as in `fit`.
     """
-    found = fit(problem, told)
+    found = fit(problem, report_stage)
     judged = judge(problem.data, found.used, found.nominal, found.predicted, found.held_out)
-    own = {name for kind in judged.worse for name in OWN.get(kind, ())}
+    own = {name for kind in judged.worse for name in CONSTANTS_OF.get(kind, ())}
     left = tuple(each for each in problem.parameters if each.name not in own)
     if len(left) == len(problem.parameters) or not left:
         return found, judged
-    told(f"fitting without {listed(judged.worse)}")
-    other = fit(replace(problem, parameters=left, left_out=judged.worse), told)
+    report_stage(f"fitting without {listed(judged.worse)}")
+    other = fit(replace(problem, parameters=left, left_out=judged.worse), report_stage)
     chosen = other.used | np.isin(problem.data.kind, judged.worse)
     again = judge(problem.data, chosen, other.nominal, other.predicted, other.held_out)
     return (found, judged) if again.worse else (other, replace(again, kept=judged.worse))
 
 
-def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -> Fit:
+def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage: None) -> Fit:
     """Fit constants to measurements."""
     data, count = problem.data, len(problem.parameters)
     used = np.isfinite(data.value) & np.isfinite(data.error) & ~np.isin(data.kind, problem.left_out)
@@ -225,27 +224,28 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
         raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
     at_first = plain.enlarged(x, used, unit, gauged=False)
     nominal = plain.predicted(plain.solve(x, used, at_first, np.arange(plain.size) >= count))
-    place, width, wider = _settled(plain, x, used, told), 0.0, None
+    place, width, wider = _settled(plain, x, used, report_stage), 0.0, None
     if problem.free:
-        told("holding parts out in turn")
+        report_stage("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
-        wide = _settled(at_most, np.zeros(at_most.size), used, told)
-        width = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
+        wide = _settled(at_most, np.zeros(at_most.size), used, report_stage)
+        linear = _linear(problem, wide, problem.outside_free_term)
+        width = best_width(_linear(problem, place), linear, data)
         if width == 1.0:
             place = wide
         elif width:
-            ratio, at_most = np.where(problem.unfree, 1.0, width), problem.solver(width, plain)
+            ratio, at_most = np.where(problem.outside_free_term, 1.0, width), problem.solver(width, plain)
             at_most.begin_with(wide.solver, ratio)
-            place = _settled(at_most, _linear(problem, wide, problem.unfree).at(width) / ratio, wide.used, told, wide)
+            place = _settled(at_most, linear.at(width) / ratio, wide.used, report_stage, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
             there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
-            wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
-    return _finished(problem, width, place, nominal, told, wider)
+            wider = narrow.parameters, _linear(problem, there, problem.outside_free_term).covariance(WIDTHS[0])
+    return _finished(problem, width, place, nominal, report_stage, wider)
 
 
 def _settled(
-    solver: Solver, x: Floats, used: NDArray[np.bool_], told: Callable[[str], None], like: _Place | None = None
+    solver: Solver, x: Floats, used: NDArray[np.bool_], report_stage: Callable[[str], None], like: _Place | None = None
 ) -> _Place:
     """Return the most probable variables, with errors as large as residuals say and without outliers.
 
@@ -256,7 +256,7 @@ def _settled(
     unit = dict.fromkeys(solver.data.kinds, 1.0)
     factors = solver.enlarged(x, used, unit, gauged=False) if like is None else like.factors
     for number in rounds:
-        told(f"fitting, round {number + 1}")
+        report_stage(f"fitting, round {number + 1}")
         x = solver.solve(x, used, factors, free, roughly=True)
         used = solver.without_outliers(x, every)
         factors = solver.enlarged(x, used, factors, gauged=number == rounds[-1])
@@ -284,7 +284,7 @@ def _finished(
     width: float,
     place: _Place,
     nominal: Floats,
-    told: Callable[[str], None],
+    report_stage: Callable[[str], None],
     wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
     """Return the result, with constants that the measurements do not determine reset to the catalogue.
@@ -295,12 +295,12 @@ def _finished(
     count, scales = len(solver.parameters), problem.scales
     covariance = solver.covariance(joint, used, factors)
     spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
-    known, free = (spread < TOLD)[:count] | (np.abs(joint[:count]) > 1.0), np.ones(solver.size, np.bool_)
-    told("keeping what the measurements do not tell")
+    known, free = (spread < UNDETERMINED)[:count] | (np.abs(joint[:count]) > 1.0), np.ones(solver.size, np.bool_)
+    report_stage("keeping what the measurements do not tell")
     free[:count] = known
     x = solver.solve(np.where(free, joint, 0.0), used, factors, free)
     spread = np.where(free, np.hypot(spread, x - joint), spread)
-    told("leaving parts out")
+    report_stage("leaving parts out")
     parts = np.unique(data.part[used])
     held_out = np.full(data.value.size, np.nan)
     for fold in range(min(parts.size, FOLDS) if parts.size > 1 else 0):
@@ -308,14 +308,14 @@ def _finished(
         held_out[rows] = solver.without(x, rows, used, factors, free)
     parameters, open_ = (solver.parameters, covariance) if wider is None else wider
     open_ = open_[: len(parameters), : len(parameters)]
-    of_left = np.sqrt(np.diag(open_))
-    of_left[:count] = np.maximum(of_left[:count], spread[:count])
+    z, spreads = np.append(x[:count], np.zeros(len(parameters) - count)), np.sqrt(np.diag(open_))
+    spreads[:count] = np.maximum(spreads[:count], spread[:count])
     return Fit(
-        left=Left(parameters, np.append(x[:count], np.zeros(len(parameters) - count)), of_left, open_),
+        remaining=RemainingUncertainty(parameters, z, spreads, open_),
         parameters=solver.parameters,
         x=x,
         spread=spread[:count],
-        told=known,
+        determined=known,
         covariance=covariance,
         width=width,
         scales={kind: float(bounded(x)[count + k] * scales[kind]) for k, kind in enumerate(scales)},
@@ -329,7 +329,7 @@ def _finished(
     )
 
 
-def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
+def residual_and_drift(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
     """Return logarithmic standard deviations: of the power of blocks around the model, and of a step of the level.
 
     If there are several parts, each part is predicted from all others. Steps are from part to part.
@@ -352,19 +352,18 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
     """Return the relative error of the power of each group, its members weighted by their accuracy."""
     _, number = np.unique(group, return_inverse=True)
     weight = value / np.square(error)
-    found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
-    return found
+    return np.asarray(np.bincount(number, weight * rest) / np.bincount(number, weight * value))
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
     """Return the table [uncertainty] as lines of TOML."""
-    left = fitted.left
-    names = [each.name for each in left.parameters]
+    remaining = fitted.remaining
+    names = [each.name for each in remaining.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]
-    count, spread = len(names), left.spread * np.array([each.spread for each in left.parameters])
-    scale = np.sqrt(np.diag(left.covariance))
+    count, spread = len(names), remaining.spread * np.array([each.spread for each in remaining.parameters])
+    scale = np.sqrt(np.diag(remaining.covariance))
     correlation = np.eye(count + len(others))
-    correlation[:count, :count] = (1.0 - SINGULAR) * left.covariance / np.outer(scale, scale)
+    correlation[:count, :count] = (1.0 - SINGULAR) * remaining.covariance / np.outer(scale, scale)
     np.fill_diagonal(correlation, 1.0)
     rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
     return [

@@ -48,12 +48,12 @@ class GaugedParts(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def read_gauge(path: Path, said: Map) -> GaugedParts:
+def read_gauge(path: Path, map_: Map) -> GaugedParts:
     """Return the measurements of parts in a file; a `CalibrationError` says why it cannot be used."""
     sheet = read_sheet(path)
-    columns = find_columns(sheet, "gauge", said, ("size", "Ra", "burn", "diameter"))
+    columns = find_columns(sheet, "gauge", map_, ("size", "Ra", "burn", "diameter"))
     empty = np.full(len(sheet.rows), np.nan)
-    size = _size(sheet, columns["size"], said) if "size" in columns else empty
+    size = _size(sheet, columns["size"], map_) if "size" in columns else empty
     Ra = sheet.quantity(columns["Ra"], MICROMETRES, above=0.0) if "Ra" in columns else empty
     burn = sheet.flags(columns["burn"]) if "burn" in columns else empty
     diameter = sheet.quantity(columns["diameter"], MILLIMETRES, above=0.0) if "diameter" in columns else empty
@@ -80,15 +80,15 @@ def _parts(sheet: Sheet, column: int | None) -> Numbers:
     return found if found[0] < 1000 and found[-1] <= 10 * in_order.size else found - found[0] + 1
 
 
-def _size(sheet: Sheet, column: int, said: Map) -> Floats:
+def _size(sheet: Sheet, column: int, map_: Map) -> Floats:
     """Return the stock left, um: a deviation unchanged, a size minus the nominal size."""
-    values, unit = sheet.numbers(column), said.value("gauge", "size_unit")
+    values, unit = sheet.numbers(column), map_.value("gauge", "size_unit")
     if not (unit or sheet.headings[column].unit):
         largest = np.nanmax(np.abs(values), initial=0.0)
         if 0.2 < largest < 500.0 and np.all(np.nan_to_num(values * 10.0) % 1.0 == 0.0):
             unit = "um"
         sheet.remarks.append(f"the size has no unit; by its numbers it is taken to be in {unit or 'mm'}")
-    mm, nominal = values * sheet.factor(column, MILLIMETRES, unit), said.number("gauge", "nominal_size")
+    mm, nominal = values * sheet.factor(column, MILLIMETRES, unit), map_.number("gauge", "nominal_size")
     if nominal is not None:
         return 1e3 * (mm - nominal)
     if np.isfinite(mm).any() and np.nanmedian(np.abs(mm)) > MOST_DEVIATION:

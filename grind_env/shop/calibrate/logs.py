@@ -14,7 +14,7 @@ from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.measurements.clock import DAY
-from grind_env.shop.measurements.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
+from grind_env.shop.measurements.sheet import MOST_TIME, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
@@ -56,14 +56,14 @@ class Log:
         return float(np.median(np.diff(self.time)))
 
 
-def read_log(path: Path, machine: Machine, said: Map) -> Log:
+def read_log(path: Path, machine: Machine, map_: Map) -> Log:
     """Return a log; the power limit of the machine is the rating of its meter if the map states none.
 
     A `CalibrationError` says why the log cannot be used.
     """
     sheet = read_sheet(path)
-    columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
-    raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], said)
+    columns, remarks = find_columns(sheet, "log", map_, ("time",), ("power",)), sheet.remarks
+    raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], map_)
     dressing = sheet.flags(columns["dress"]) if "dress" in columns else np.zeros(time.size)
     kept = np.isfinite(time) & np.isfinite(raw)
     if not kept.all():
@@ -77,17 +77,17 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
     if sure and gaps.size:
         remarks.append(f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s")
-    factor, unit, spread, known = _meter(sheet, columns["power"], raw, machine, said)
-    scale = said.number("log", "scale")
+    factor, unit, spread, known = _meter(sheet, columns["power"], raw, machine, map_)
+    scale = map_.number("log", "scale")
     if scale is not None and not known:
         raise CalibrationError(
-            f"{said.file}: log.scale is {scale:g}, but the power is in {unit}, of which volts and power_factor are not "
+            f"{map_.file}: log.scale is {scale:g}, but the power is in {unit}, of which volts and power_factor are not "
             "known; say them, too, or leave the scale out"
         )
     if scale is not None:
         spread = 0.0
         remarks.append(f"the scale of the meter is {scale:g}, as the map says")
-    full = (said.number("log", "rated_power") or machine.power_limit) / (scale or 1.0) if unit == "%" else None
+    full = (map_.number("log", "rated_power") or machine.power_limit) / (scale or 1.0) if unit == "%" else None
     power = factor * raw / (scale or 1.0)
     return Log(time, power, dressed, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
 
@@ -111,16 +111,16 @@ def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least
         raise CalibrationError(f"{where}, {found}; {remedy}")
 
 
-def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
+def _times(sheet: Sheet, column: int, map_: Map) -> tuple[Floats, bool]:
     """Return times in s, and whether their unit is known: stated, or told by their size."""
-    unit = said.value("log", "time_unit")
+    unit = map_.value("log", "time_unit")
     if unit is not None and unit not in (*SECONDS, "clock"):
         raise CalibrationError(
-            f"{said.file}: log.time_unit is {quoted(unit)}, but must be one of clock, {', '.join(SECONDS)}"
+            f"{map_.file}: log.time_unit is {quoted(unit)}, but must be one of clock, {', '.join(SECONDS)}"
         )
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
-    times, unit = sheet.numbers(column, beyond=LATEST), plain(str(unit or sheet.headings[column].unit))
+    times, unit = sheet.numbers(column, beyond=MOST_TIME), plain(str(unit or sheet.headings[column].unit))
     known = times[np.isfinite(times)]
     if unit not in SECONDS and known.size > 1:
         within = [name for name, (low, high) in SINCE_1970.items() if low <= known.min() and known.max() < high]
@@ -173,16 +173,16 @@ def _is_set_back(time: Floats, row: int, step: float) -> bool:
     return bool(taken >= OVERLAP - 1 or after.max() < before.min() - some)
 
 
-def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map) -> tuple[float, str, float, bool]:
+def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, map_: Map) -> tuple[float, str, float, bool]:
     """Return the factor from a power to W, its unit, the spread of the factor, and whether the factor is known."""
-    unit = plain(str(said.value("log", "power_unit") or sheet.headings[column].unit or ""))
+    unit = plain(str(map_.value("log", "power_unit") or sheet.headings[column].unit or ""))
     name, remarks = plain(sheet.headings[column].name), sheet.remarks
     if not unit and any(word in name for word in ("strom", "current", "courant", "corr", "prad")):
         unit = "a"
     if not unit and any(word in name for word in ("last", "load", "charge", "carga", "carico", "%")):
         unit = "%"
     needed = {"%": ("rated_power",), "a": ("volts", "power_factor")}.get(unit[:1], ())
-    idle = [key for key in ("rated_power", "volts", "power_factor") if key not in needed and said.value("log", key)]
+    idle = [key for key in ("rated_power", "volts", "power_factor") if key not in needed and map_.value("log", key)]
     if idle:
         stated = sheet.headings[column].unit or unit or "W"
         remarks.append(f"{', '.join(idle)} of the map had no effect on a power in {stated}")
@@ -192,12 +192,12 @@ def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map) 
     if unit in WATTS:
         return WATTS[unit], unit, EXACT, True
     if unit == "%":
-        rated = said.number("log", "rated_power")
+        rated = map_.number("log", "rated_power")
         if rated is None:
             remarks.append(f"100 % is taken for the machine's {machine.power_limit:g} W; a map says it by rated_power")
         return 0.01 * (rated or machine.power_limit), unit, SHARE if rated else GUESSED, True
     if unit in ("a", "amp", "ampere"):
-        volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
+        volts, factor = map_.number("log", "volts"), map_.number("log", "power_factor")
         if volts is not None and factor is not None:
             return math.sqrt(3.0) * volts * factor, "A", AMPERES, True
         remarks.append("the scale of the amperes is fitted, for no map says volts and power_factor of the motor")

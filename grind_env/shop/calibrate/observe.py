@@ -226,8 +226,7 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
     keys = np.where(pattern.crosses[stroke], -1 - pattern.line[stroke], own)
     part = execution * pattern.parts + pattern.part[stroke]
     _, group = np.unique(np.column_stack([part, keys]), axis=0, return_inverse=True)
-    found: Numbers = group.ravel()
-    return found
+    return np.asarray(group.ravel())
 
 
 def _sorted_out(

@@ -25,7 +25,7 @@ FEW = 0.2
 """Share of strokes that run beside motions of the program, below which their places under a feed override are known."""
 
 
-class Forward:
+class RepeatedProgram:
     """Program that is run several times with one wheel.
 
     The control executes it once, because its events depend on no fitted constant. `overrides` has a feed override for
@@ -37,8 +37,7 @@ class Forward:
         self.control = replace(job.control, whole_cycles=True)
         self.events = list(execute(self.programs, self.control))
         record = self._ground(job, ())
-        self.parts_each = len(record.parts) // executions  # parts that one execution grinds
-        self.lying = [record.job.of_part(number).part for number in range(1, self.parts_each + 1)]
+        self.placed_parts = [record.job.of_part(k).part for k in range(1, len(record.parts) // executions + 1)]
         parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
         self.part = parts[: parts.size // executions] - 1  # part of each stroke of one execution, from 0
         self.overrides = overrides
@@ -65,8 +64,7 @@ def scaled(event: Event, override: float) -> Event:
 
 def powers(record: GrindingRecord) -> Floats:
     """Return the power of the strokes above idle, W."""
-    strokes: Floats = record.strokes["power"][record.strokes["groove"] == 0]
-    return strokes
+    return np.asarray(record.strokes["power"][record.strokes["groove"] == 0])
 
 
 class Pattern(NamedTuple):
@@ -133,14 +131,14 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
             breaks.append(event.time)
             if isinstance(event, ProgramStop):
                 stops.append(event.time)
-    lying = [job.part] * len(strokes)
+    ground = [job.part] * len(strokes)
     if job.stations and strokes:
-        forward = Forward(programs, job)
-        lying = [forward.lying[part] for part in forward.part.tolist()]
+        program = RepeatedProgram(programs, job)
+        ground = [program.placed_parts[part] for part in program.part.tolist()]
     ways = [(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]
     on_part = [
         sorted((_along(part.start, way), _along(part.start + part.length, way)))
-        for part, way in zip(lying, ways, strict=True)
+        for part, way in zip(ground, ways, strict=True)
     ]
     near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
     if not strokes or not np.any(far > near):
@@ -169,7 +167,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     return Pattern(
         run=run.astype(np.int64),
         line=line,
-        part=Forward(programs, job).part,
+        part=RepeatedProgram(programs, job).part,
         crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
         way=np.array([abs(b - a) for a, b in ways]),
         near=near,

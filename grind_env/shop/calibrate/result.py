@@ -37,7 +37,7 @@ class FittedConstant:
         value: most probable value, in the unit of the parameter; the catalogue's if undetermined.
         low: lower end of the 90 % interval, in the unit of the parameter.
         high: upper end of the 90 % interval, in the unit of the parameter.
-        told: whether the measurements determine it.
+        determined: whether the measurements determine it.
         share: ratio of the posterior to the prior spread.
     """
 
@@ -45,7 +45,7 @@ class FittedConstant:
     value: float
     low: float
     high: float
-    told: bool
+    determined: bool
     share: float
 
 
@@ -111,10 +111,10 @@ class Calibration:
     def estimates(self) -> list[FittedConstant]:
         """Value and interval of each constant that may have been fitted."""
         fit = self.fit
-        found = zip(fit.parameters, fit.z.tolist(), fit.spread.tolist(), fit.told.tolist(), strict=True)
+        found = zip(fit.parameters, fit.z.tolist(), fit.spread.tolist(), fit.determined.tolist(), strict=True)
         return [
-            FittedConstant(each, each.value(z), each.value(z - NORMAL_90 * s), each.value(z + NORMAL_90 * s), told, s)
-            for each, z, s, told in found
+            FittedConstant(p, p.value(z), p.value(z - NORMAL_90 * s), p.value(z + NORMAL_90 * s), determined, s)
+            for p, z, s, determined in found
         ]
 
     @property
@@ -127,14 +127,14 @@ class Calibration:
         }
 
     @property
-    def not_told(self) -> tuple[str, ...]:
+    def undetermined(self) -> tuple[str, ...]:
         """Return the constants that were not fitted, because the measurements do not determine them."""
-        return tuple(each.parameter.name for each in self.estimates if not each.told)
+        return tuple(each.parameter.name for each in self.estimates if not each.determined)
 
     @property
     def tells_nothing(self) -> bool:
         """Return whether a catalogue file would be empty."""
-        return self.idle is None and not any(each.told for each in self.estimates)
+        return self.idle is None and not any(each.determined for each in self.estimates)
 
     @property
     def verdict(self) -> FitVerdict:
@@ -182,7 +182,7 @@ def catalogue_text(found: Calibration) -> str:
         '# A job takes it up as its last catalogue file: [catalogue] files = [..., "this file"].',
         "# Behind each value: the interval that holds it with 90 %, and what the catalogue had before.",
     ]
-    kept = ", ".join(found.not_told)
+    kept = ", ".join(found.undetermined)
     if kept:
         lines.append(f"# Kept as the catalogue has them, because the measurements do not tell them: {kept}.")
     entries = entries_of(found.job)
@@ -191,7 +191,7 @@ def catalogue_text(found: Calibration) -> str:
             f"{each.parameter.key} = {each.value:.4g}  # {each.low:.3g} to {each.high:.3g}"
             f"{' ' + each.parameter.unit if each.parameter.unit else ''}; was {each.parameter.prior:.4g}"
             for each in found.estimates
-            if each.told and each.parameter.kind == kind
+            if each.determined and each.parameter.kind == kind
         ]
         if kind == "machine" and found.idle is not None and found.idle.written:
             rows += _idle_rows(found.job, found.idle)

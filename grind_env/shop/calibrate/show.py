@@ -21,12 +21,12 @@ COLUMNS = (
 """Columns of a `FittedConstant`."""
 
 
-def told_table(found: Calibration) -> Table:
+def constants_table(found: Calibration) -> Table:
     """Return a table with a row for each constant that the measurements determine."""
-    return table_of(COLUMNS, [each for each in found.estimates if each.told], f"Calibrated from {found.source}")
+    return table_of(COLUMNS, [each for each in found.estimates if each.determined], f"Calibrated from {found.source}")
 
 
-def said_sentences(found: Calibration) -> list[str]:
+def all_sentences(found: Calibration) -> list[str]:
     """Return the sentences below the table."""
     return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
 
@@ -34,10 +34,10 @@ def said_sentences(found: Calibration) -> list[str]:
 def show(found: Calibration, console: Console) -> None:
     """Print the verdict, the constants, the prediction errors, and remarks on the files."""
     console.print(found.verdict.headline, style="bold")
-    told = told_table(found)
-    if told.rows:
-        told.print(console)
-    for sentence in said_sentences(found):
+    constants = constants_table(found)
+    if constants.rows:
+        constants.print(console)
+    for sentence in all_sentences(found):
         console.print(sentence)
     for remark in found.remarks:
         console.print(f"- {remark}", style="dim")
@@ -55,7 +55,7 @@ def meter_sentences(found: Calibration) -> list[str]:
 
 def kept_sentences(found: Calibration) -> list[str]:
     """Return sentences on unchanged constants."""
-    names = ", ".join(found.not_told)
+    names = ", ".join(found.undetermined)
     return [f"Unchanged, because the measurements do not determine them: {names}."] if names else []
 
 
@@ -81,7 +81,8 @@ def as_data(found: Calibration) -> dict[str, Any]:
         **{name: getattr(found, name) for name in same},
         "constants": [
             {"name": each.parameter.name, "entry": each.parameter.entry, "unit": each.parameter.unit}
-            | {"was": each.parameter.prior, "value": each.value, "low": each.low, "high": each.high, "told": each.told}
+            | {"was": each.parameter.prior, "value": each.value, "low": each.low, "high": each.high}
+            | {"told": each.determined}
             for each in found.estimates
         ],
         "scales": {kind: dict(zip(("value", "low", "high"), each, strict=True)) for kind, each in found.scales.items()},

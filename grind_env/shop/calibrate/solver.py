@@ -136,8 +136,7 @@ class Solver:
                 self._known[key] = np.array(self._predict(changes), np.float64)
             except GrindError:
                 self._known[key] = np.full(self.data.value.size, np.nan)
-        found: Floats = self._known[key] * np.exp(bounded(x[count:]) @ self._effects)
-        return found
+        return np.asarray(self._known[key] * np.exp(bounded(x[count:]) @ self._effects))
 
     def residuals(self, predicted: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
         """Return the residuals of the used measurements, in errors."""

@@ -16,10 +16,10 @@ from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
-from grind_env.shop.calibrate.calibration import overridden
+from grind_env.shop.calibrate.calibration import override_remarks
 from grind_env.shop.calibrate.columns import find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, missed
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, residual_and_drift
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import Changes, Data
@@ -56,17 +56,17 @@ def calibrate_table(
     *,
     map_file: Path | None = None,
     names: Collection[str] | None = None,
-    told: Callable[[str], None] = lambda stage: None,
+    report_stage: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
     """Fit the process model to a table of settings; arguments as in `calibrate`.
 
     Dimensions and wheel speed that the table does not have are those of the job.
     """
-    said = read_map(map_file)
+    map_ = read_map(map_file)
     settings = load_job(job, plant=MODEL)
     parameters = chosen_parameters(settings, names, BESIDE)
     sheet = read_sheet(table)
-    columns = find_columns(sheet, "table", said, RESPONSES, SETTINGS)
+    columns = find_columns(sheet, "table", map_, RESPONSES, SETTINGS)
     measured = [name for name in RESPONSES if name in columns]
     values = {
         name: sheet.quantity(column, _units(name, settings.part.width), **(MEASURED if name in RESPONSES else SET))
@@ -95,9 +95,9 @@ def calibrate_table(
         found = {row: _ground(changed, row) for row in distinct}
         return np.array([found[rows[k]][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
 
-    told("fitting")
+    report_stage("fitting")
     problem = FitProblem(parameters, {}, data, predict)
-    fitted, judged = fit_and_judge(problem, told)
+    fitted, judged = fit_and_judge(problem, report_stage)
     return Calibration(
         source=table.name,
         program="",
@@ -106,15 +106,15 @@ def calibrate_table(
         fit=fitted,
         time=np.full(value.size, np.nan),
         judged=judged,
-        residual=_missed(fitted, data),
-        remarks=(*sheet.remarks, *overridden(job, fitted, idle=False)),
+        residual=_residual(fitted, data),
+        remarks=(*sheet.remarks, *override_remarks(job, fitted, idle=False)),
     )
 
 
-def _missed(fitted: Fit, data: Data) -> float:
+def _residual(fitted: Fit, data: Data) -> float:
     """Return the logarithmic standard deviation of the forces of a setting around the model; 0 without forces."""
     if (data.kind == "power").any():
-        return missed(fitted, data, np.where(data.kind == "power", data.part, 0))[0]
+        return residual_and_drift(fitted, data, np.where(data.kind == "power", data.part, 0))[0]
     forces = fitted.used & np.isin(data.kind, FORCES)
     off = np.log(data.value[forces] / fitted.predicted[forces])
     return float(np.sqrt(np.mean(np.square(off)))) if off.size else 0.0

@@ -37,7 +37,7 @@ PURPOSES: Mapping[str, Collection[str]] = {
     "wheel wear": ("diameter", "wear", "G"),
 }
 """Uses of a model, each with the kinds of measurement of which one must exist."""
-OWN: Mapping[str, Collection[str]] = {
+CONSTANTS_OF: Mapping[str, Collection[str]] = {
     "size": ("material.heat_factor",),
     "Ra": ("wheel.roughness", "wheel.roughness_rate"),
     YES_OR_NO: ("material.tempering_rise",),

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE, Writes
-from grind_env.shop.advise.own import LOG, STATE, VALUES
+from grind_env.shop.advise.file_kinds import LOG, STATE, VALUES
 from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, OtherPart, Plant, ProgramFile
 
 
@@ -24,12 +24,12 @@ def advise(
     state: Annotated[
         Path | None,
         typer.Option(help="File of the session; default PROGRAM with .advise.json."),
-        Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
+        Writes(default_suffix=".advise.json", replaceable=STATE, always=True, beside={".csv": LOG}),
     ] = None,
     write: Annotated[
         Path | None,
         typer.Option(help="Write E and D as #101=... to this file."),
-        Writes(own=VALUES, always=True, called=True),
+        Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
     max_step: Annotated[float, typer.Option(help="Largest rise of E, a factor.")] = 1.25,
     bounds: Annotated[
@@ -49,7 +49,7 @@ def advise(
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
-    from grind_env.shop.advise.state import held
+    from grind_env.shop.advise.state import locked_state
 
     assert state is not None  # the default name has been filled in
     request = AdviceRequest(
@@ -68,7 +68,7 @@ def advise(
         others = {"--measurements": measurements, "--write": write, "--shadow": shadow, "--restart": restart}
         rehearse(request, plant, [name for name, value in others.items() if value])
         return
-    with held(state):
+    with locked_state(state):
         session = open_session(
             request, by=rows, measurements=measurements, follow=follow, state=state, values=write, shadow=shadow
         )

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import JOB, PROGRAM, Asked, Writes
+from grind_env.arguments import JOB, PROGRAM, Requests, Writes
 
 BATCH = 30
 """Default number of parts of an advised batch."""
@@ -32,7 +32,7 @@ OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent t
 Untried = Annotated[bool, typer.Option("--untried", help="The program has not yet ground good parts here.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress at this time, s; repeatable.")]
 Interrupts = Annotated[
-    list[str] | None, typer.Option("--interrupt", help="Run O9200 at 12.5 s: 9200@12.5; repeatable."), Asked()
+    list[str] | None, typer.Option("--interrupt", help="Run O9200 at 12.5 s: 9200@12.5; repeatable."), Requests()
 ]
 
 

@@ -56,7 +56,7 @@ def calibrate(
     constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
         found = calls.calibrate(
-            log, job, program=program, gauge=gauge, map_file=map_file, fit=constants, told=status.update
+            log, job, program=program, gauge=gauge, map_file=map_file, fit=constants, report_stage=status.update
         )
     if as_json:
         print(json.dumps(as_data(found)))

@@ -16,7 +16,7 @@ def report(
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="The .html file; default PROGRAM with .html."),
-        Writes(usual=SUFFIXES[0], own=PAGE),
+        Writes(default_suffix=SUFFIXES[0], replaceable=PAGE),
     ] = None,
     block_delete: arguments.BlockDelete = False,
     max_blocks: arguments.MaxBlocks = None,

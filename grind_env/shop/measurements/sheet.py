@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 SEPARATORS = (";", "\t", "|", ",", " ")
 MOST_COLUMNS, MOST_LINES = 1000, 20
 """Greatest number of columns of a file, and of lines of a quoted cell."""
-BEYOND, LATEST = 1e12, 1e19
+MOST_NUMBER, MOST_TIME = 1e12, 1e19
 """Numbers that no measurement reaches in any unit, and no time reaches, even in ns since 1970."""
 LOOKED_AT, HEAD = 200, 5000
 """Rows from which layout and marks are inferred: the last `LOOKED_AT` of the first `HEAD` lines."""
@@ -102,7 +102,7 @@ class Sheet:
         return np.array([numbers[text] for text in texts], np.float64)
 
     def numbers(
-        self, column: int, *, above: float = -np.inf, beyond: float = BEYOND, bad_share: float = BAD_SHARE
+        self, column: int, *, above: float = -np.inf, beyond: float = MOST_NUMBER, bad_share: float = BAD_SHARE
     ) -> Floats:
         """Return a column as numbers above `above` and below `beyond`; NaN where a cell is missing or was left out."""
         values = self.values(column)

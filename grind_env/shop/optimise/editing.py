@@ -74,7 +74,7 @@ class ProgramText:
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
-    def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
+    def changed(self, changes: Iterable[WordEdit], other_edits: Iterable[Edit] = ()) -> "ProgramText":
         """Return the text with changed words, a comment at the end of each changed block, and other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
@@ -82,7 +82,7 @@ class ProgramText:
             edits.append(edit)
             said.setdefault(source, []).append(each)
         comments = [comment_edit(source, ", ".join(texts)) for source, texts in said.items()]
-        return self.edited([*besides, *comments, *edits])
+        return self.edited([*other_edits, *comments, *edits])
 
 
 def text_of(data: bytes) -> ProgramText:

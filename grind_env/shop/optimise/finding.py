@@ -16,25 +16,25 @@ from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
 from grind_env.shop.machines import require_good
-from grind_env.shop.optimise.comparing import compared, freed_of, without
+from grind_env.shop.optimise.comparing import costs_of_limits, job_without, rank_finalists
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
     ProgramJudge,
+    dress_remarks,
     limits_of,
-    not_freed,
-    on_machines,
-    passed_over,
+    machine_remarks,
     quantities_of,
-    undressed,
+    ranking_remarks,
+    unpriced_remarks,
     verdict_of,
     words_of,
 )
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
-from grind_env.shop.optimise.search import ENOUGH_TRIALS, MOST_JUDGING, Budget, Point, TimeUp, time_said
+from grind_env.shop.optimise.search import ENOUGH_TRIALS, MOST_JUDGING, Budget, Point, TimeUp, time_text
 from grind_env.shop.optimise.variation import LOTS, Progress, Variation, one_run, variation_of
 from grind_env.shop.search_options import LIMITS, SearchOptions
-from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
+from grind_env.shop.trials import SAME, LotUse, Trials, lots_text
 
 LEAST_JUDGED, FEW_JUDGED = 8, 16
 """Lots of the judgement of a program that the control executes: least number, and number without a time budget."""
@@ -95,43 +95,44 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     compiled, fleet = variation.base.simulation.compiled, variation.fleet
     progress("judging", 0)
     judgement = _judgement(variation)
-    budget.keep(judgement.seconds * (len(LIMITS) if compiled else 1) + variation.reading)
+    budget.keep(judgement.seconds * (len(LIMITS) if compiled else 1) + variation.reading_seconds)
     tried: dict[Point, Trade] = {}
     search = variation.search(variation.trials(LotUse.SEARCH), "searching", progress, tried)
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = any(each.keeps for each in tried.values())
-    points: Sequence[Point] = compared(variation, search, tried, progress) if feasible else search.ranked[:1]
+    points: Sequence[Point] = rank_finalists(variation, search, tried, progress) if feasible else search.ranked[:1]
     chosen = judgement.best_of(points)
-    judged, kept, untold = len(judgement.judged), chosen.keeps(variation), len(points) - len(judgement.judged)
+    judged, kept, unjudged = len(judgement.judged), chosen.keeps(variation), len(points) - len(judgement.judged)
     promised = None
     if machine is not None:
         promised = judgement.trials.of_one(getattr(chosen.new, objective)[0])
-        variation = variation.on(machine)
+        variation = variation.for_machine(machine)
         judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
     point, new, requirements, change = chosen
     text, programs = variation.with_words(point), variation.read(point)
     after = variation.read_trials(programs)
-    _require_said(variation, after, point)
+    _require_written_settings(variation, after, point)
     if point not in tried:
         search.objective(np.array([point]))
     sought = feasible and compiled and machine is None
-    freed = freed_of(variation, judgement, point, tried, progress) if sought else {}
-    limits = limits_of(variation, judgement.old, new, freed)
-    on = lots_said(judgement.trials.lots, "unseen lots")
+    costs = costs_of_limits(variation, judgement, point, tried, progress) if sought else {}
+    limits = limits_of(variation, judgement.old, new, costs)
+    on = lots_text(judgement.trials.lots, "unseen lots")
     beyond = new.violation(variation.margins)[0]
     verdict, reason = verdict_of(
         feasible or kept, QUANTITIES[objective], change, limits, beyond, requirements, variation.options.confidence, on
     )
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
-        enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_said(ENOUGH_TRIALS * seconds)}"
+        enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_text(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
-    elif not verdict.is_written and (search.ended_early or untold):
+    elif not verdict.is_written and (search.ended_early or unjudged):
         reason = f"{reason}; a larger --budget may find one"
     base = judgement.trials
+    unpriced = [name for name in LIMITS if sought and name not in costs and job_without(variation.job, name)]
     return Optimised(
         program=variation.programs.name,
         job=job,
@@ -147,11 +148,11 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         remarks=(
             *variation.choices.remarks,
             *variation.base.simulation.unread,
-            *undressed(base, after, variation.runs),
-            *on_machines(fleet),
-            *passed_over(judged, kept, untold),
+            *dress_remarks(base, after, variation.runs),
+            *machine_remarks(fleet),
+            *ranking_remarks(judged, kept, unjudged),
             *_few(judgement.trials),
-            *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
+            *unpriced_remarks(unpriced),
         ),
         before=variation.text.text,
         after=text.text if verdict.is_written else variation.text.text,
@@ -194,7 +195,7 @@ def _few(trials: Trials) -> list[str]:
     return [f"judged on {lots} lots, because the time is too short for {most}: raise --budget"]
 
 
-def _require_said(variation: Variation, after: Trials, point: Point) -> None:
+def _require_written_settings(variation: Variation, after: Trials, point: Point) -> None:
     """Refuse a text whose blocks have other settings than the search; the settings are read from the text itself."""
     asked = variation.settings(variation.base.own, np.array([point]))[0]
     said = after.own

@@ -131,7 +131,7 @@ def verdict_of(
     on: str,
 ) -> tuple[Verdict, str]:
     """Return whether the best words are better, and why; `beyond` is the excess in shares of the limits, shape (4,)."""
-    stay = f"{parts_said(confidence)} stay below"
+    stay = f"{confidence_text(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max(
         (each for each in requirements if not each.kept), key=lambda each: each.after / each.most, default=None
@@ -164,8 +164,8 @@ def verdict_of(
         )
     gained = [each for each in requirements if each.before > each.most]
     if gained:
-        told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
-        return Verdict.BETTER, f"{told}, as asked; {said}, on {on}"
+        reached = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
+        return Verdict.BETTER, f"{reached}, as asked; {said}, on {on}"
     if change.mean.high >= 0.0:
         return Verdict.NOT_BETTER, f"the best one: {said}, which may be chance"
     if change.risk > change.most_risk:
@@ -183,7 +183,7 @@ def _nearer(limits: Sequence[LimitUse]) -> bool:
     )
 
 
-def parts_said(confidence: float) -> str:
+def confidence_text(confidence: float) -> str:
     """Return a confidence as words, such as "95 of 100 parts"."""
     return f"{100.0 * confidence:g} of 100 parts"
 
@@ -222,7 +222,7 @@ def _shown(once: Trials) -> dict[str, float]:
     return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
 
 
-class Freed(NamedTuple):
+class LimitCost(NamedTuple):
     """Result of the best words without a limit."""
 
     price: Interval
@@ -231,14 +231,14 @@ class Freed(NamedTuple):
     """Share of the limit that parts stay below with these words."""
 
 
-def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
-    """Return the use of each limit; `freed` has the result without a limit by name, if searched."""
+def limits_of(variation: Variation, old: Measures, new: Measures, costs: dict[str, LimitCost]) -> tuple[LimitUse, ...]:
+    """Return the use of each limit; `costs` has the result without a limit by name, if searched."""
     worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
-        if name not in freed:
+        if name not in costs:
             return after > NEAR * margin
-        return freed[name].price.low > worth and freed[name].share > margin
+        return costs[name].price.low > worth and costs[name].share > margin
 
     job = variation.job
     every = {each.name: _by_name(job.at_station(k, 0).limits) for k, each in enumerate(job.stations)}
@@ -259,8 +259,8 @@ def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[st
             margin=float(variation.margins[k]),
             before=float(old.ratios[0, k]),
             after=float(new.ratios[0, k]),
-            price=freed[name].price if name in freed else None,
-            without=freed[name].share if name in freed else None,
+            price=costs[name].price if name in costs else None,
+            without=costs[name].share if name in costs else None,
             binds=binds(name, float(new.ratios[0, k]), float(variation.margins[k])),
             stations=differing(name),
         )
@@ -273,7 +273,7 @@ def _by_name(limits: Limits) -> dict[str, float]:
     return {"power": limits.power / 1000.0, "rise": limits.rise, "Ra": limits.roughness, "size": limits.size}
 
 
-def on_machines(fleet: Fleet | None) -> list[str]:
+def machine_remarks(fleet: Fleet | None) -> list[str]:
     """Return a remark on the machines on which programs were tried."""
     if fleet is None:
         return [
@@ -290,23 +290,23 @@ def on_machines(fleet: Fleet | None) -> list[str]:
     ]
 
 
-def not_freed(names: Sequence[str]) -> list[str]:
+def unpriced_remarks(names: Sequence[str]) -> list[str]:
     """Return a remark if there was no time to find the cost of some limits."""
     said = ", ".join(names)
     return [f"no time to find what the limit of {said} costs: raise --budget"] if said else []
 
 
-def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
+def ranking_remarks(judged: int, kept: bool, unjudged: int) -> list[str]:
     """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
     ranked, end = ("before it", "") if kept else ("next", ", too")
     missed = f"the {judged - 1} ranked {ranked} broke a limit or an option on unseen lots{end}"
     said = [missed] if judged > 1 else []
-    if untold and not kept:
-        said.append(f"the budget ended before {untold} more programs were judged: raise --budget")
+    if unjudged and not kept:
+        said.append(f"the budget ended before {unjudged} more programs were judged: raise --budget")
     return said
 
 
-def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
+def dress_remarks(before: Trials, after: Trials, runs: int) -> list[str]:
     """Return a warning if the wheel is no longer dressed."""
     before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)
     if before.own[:, D].any() and not after.own[:, D].any() and not before_cycles:

@@ -30,11 +30,11 @@ AT_ONCE = 64
 """Greatest number of points between two checks of the clock."""
 MOST_PAIRS = 14
 """Greatest number of variables with which changes of two at once are tried."""
-COMPARING = 0.3
+COMPARISON_SHARE = 0.3
 """Share of the time that a search leaves for the comparison of its best programs."""
 MOST_JUDGING = 0.4
 """Greatest share of the time for the judgement."""
-FIRST, FIRST_BESIDES = 1.5, 4.0
+FIRST_TRIAL_FACTOR, FIRST_TRIAL_SECONDS = 1.5, 4.0
 """Greatest time up to the end of the first trial: a multiple of the budget, plus a time, s."""
 ENOUGH_TRIALS = 100
 """Number of trials for which a message names the time, if one trial has taken the whole budget."""
@@ -65,7 +65,7 @@ class Budget:
     @property
     def is_search_up(self) -> bool:
         """Return whether it is time for the comparison."""
-        return self.spent > (1.0 - COMPARING) * self.seconds - self.judging
+        return self.spent > (1.0 - COMPARISON_SHARE) * self.seconds - self.judging
 
     @property
     def is_comparison_up(self) -> bool:
@@ -79,11 +79,11 @@ class Budget:
 
     def require_first(self) -> None:
         """Raise `TimeUp` once the time of the first trial is up."""
-        if self.spent > FIRST * self.seconds + FIRST_BESIDES:
+        if self.spent > FIRST_TRIAL_FACTOR * self.seconds + FIRST_TRIAL_SECONDS:
             raise TimeUp
 
 
-def time_said(seconds: float) -> str:
+def time_text(seconds: float) -> str:
     """Return a time as a text for --budget, rounded up."""
     return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 

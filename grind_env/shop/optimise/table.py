@@ -11,7 +11,7 @@ from grind_env.render.curves import BLUE, GREEN, GREY
 from grind_env.render.figures import new_figure
 from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import lots_text
 from grind_env.table import Cell, Column, Kind, Table, table_of
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def heading(found: Optimised) -> str:
     """Return the heading: subject, lots and machines of the judgement."""
     known = "not calibrated" if found.calibration is None else "calibrated"
     where = f", judged on {printable(found.plant)}" if found.plant else ""
-    return f"{found.program}, {known}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
+    return f"{found.program}, {known}, batches of {found.parts} runs, {lots_text(found.lots, 'unseen lots')}{where}"
 
 
 def print_result(console: "Console", tables: Iterable[Table], sentences: Iterable[str]) -> None:

@@ -373,7 +373,7 @@ def _label(outline: BlockOutline) -> str:
     return f"N{place.block}" if labelled else f"line {place.line}"
 
 
-def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
+def join_equal(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
     """Join the variables of the same word in equal blocks of different parts.
 
     Blocks are equal if they have the same place in the order of their part, the same strokes, depth and words, and

@@ -7,7 +7,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs, read
@@ -19,14 +19,14 @@ from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, Spot, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Budget, Point, Search
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, join_equal
 from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 
 INFEASIBLE = 1e9
 """Cost of a program beyond a limit in the search, $, times 1 plus its excess."""
 
-LOOKING = 0.2
+DRAWING_SHARE = 0.2
 """Share of the budget up to which possible machines are drawn."""
 USUAL_RUNS = 50
 """Usual number of runs of a batch; shorter batches have proportionally more lots."""
@@ -35,7 +35,7 @@ LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
 program."""
 MANY_PARTS, FEWEST = 100, 192
 """Parts of a batch above which comparison and judgement have at most this number of lots, one on each machine."""
-MOST_MORE = 4
+MOST_LOTS_FACTOR = 4
 """Greatest factor on the lots of short batches: in the search, which tries thousands of programs, and half of it in the
 comparison of hundreds."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
@@ -83,7 +83,7 @@ class Variation(NamedTuple):
         """Return trials of the unchanged program on the lots and machines of a use; by default the lots of `LOTS`."""
         trials = replace(self.base, confidence=self.options.confidence)
         seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
-        return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
+        return trials.with_lots(seeds) if self.fleet is None else self.fleet.trials_for(trials, use, seeds)
 
     def read_trials(self, programs: Programs) -> Trials:
         """Return trials of another text of the program, on one lot."""
@@ -94,27 +94,27 @@ class Variation(NamedTuple):
         if not self.base.simulation.compiled:
             return LOTS[use]
         more = -(-USUAL_RUNS // self.runs)
-        most = {LotUse.SEARCH: MOST_MORE, LotUse.COMPARISON: -(-min(more, MOST_MORE) // 2)}
+        most = {LotUse.SEARCH: MOST_LOTS_FACTOR, LotUse.COMPARISON: -(-min(more, MOST_LOTS_FACTOR) // 2)}
         lots = LOTS[use] * min(more, most.get(use, more))
         return min(lots, FEWEST) if self.base.simulation.parts > MANY_PARTS and use is not LotUse.SEARCH else lots
 
     @property
-    def reading(self) -> float:
+    def reading_seconds(self) -> float:
         """Return the time, s, to execute a changed text of the program for all runs."""
         same = is_straight(self.programs) and len(self.choices.intervals) == 1
         return self.base.execution * (min(SAMPLE_RUNS, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """Return a copy with another job, other margins, shape (4,), and another budget."""
-        return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
+        return self._replace(job=job, margins=margins, base=self.base.with_job(job), budget=budget)
 
-    def on(self, job: Job) -> "Variation":
+    def for_machine(self, job: Job) -> "Variation":
         """Return a copy for the job of another, known machine."""
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
-    def besides(self) -> bool:
+    def other_settings(self) -> bool:
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
     @property
@@ -146,7 +146,7 @@ class Variation(NamedTuple):
         table = np.repeat(own[None], len(points), axis=0)
         varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
-            blocks = self._everywhere(variable)
+            blocks = self._blocks_of_all_runs(variable)
             table[:, blocks, variable.column] = variable.settings[points[:, k], None]
             varied[blocks if variable.name == "D" else []] = True
         executions, run = table[..., COLUMNS["D"]], self.base.run_of_block
@@ -155,14 +155,15 @@ class Variation(NamedTuple):
             executions[k] *= due | ~varied
         return table
 
-    def _everywhere(self, variable: SearchVariable) -> NDArray[np.int64]:
+    def _blocks_of_all_runs(self, variable: SearchVariable) -> NDArray[np.int64]:
         blocks = np.array(variable.blocks)
         if not self.base.alike:
             return blocks
         return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
-    def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
-        return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
+    def measure(self, trials: Trials, points: ArrayLike, between: Between = nothing) -> Measures:
+        settings = self.settings(trials.own, np.array(points))
+        return trials.measure(settings, other_settings=self.other_settings, between=between)
 
     def counting(self, point: Point) -> Counting | None:
         """Return the counting text of a point's interval; None if every part or no part is dressed."""
@@ -241,7 +242,7 @@ class Variation(NamedTuple):
 
         def costs(points: NDArray[np.int64]) -> Array:
             between = budget.require_search if search.costs else budget.require_first
-            found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
+            found = self.measure(trials, points, between)
             first[:] = first or [found]
             shares = self.shares(trials, found, first[0]) / (SURE if comparing else 1.0)
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
@@ -315,7 +316,7 @@ def variation_of(
         choices = _choices(seen, text, others, runs, of_all=of_all)
         choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
+    fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > DRAWING_SHARE * budget.seconds)
     return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
 
 
@@ -323,8 +324,8 @@ def _choices(
     simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
     """Return the search space; words of equal parts are one variable unless `options.free`."""
-    choices = choices_of(simulation, text, options, runs, of_all=of_all)
-    return choices if options.free else choices._replace(variables=together(choices.variables, simulation))
+    space = choices_of(simulation, text, options, runs, of_all=of_all)
+    return space if options.free else space._replace(variables=join_equal(space.variables, simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:

@@ -33,13 +33,13 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
 
 def _verdict(found: Calibration) -> "Markup":
     count = len(found.estimates)
-    told = count - len(found.not_told)
-    more = [f"The measurements tell {told} of {count} constants.", *error_sentences(found), *kept_sentences(found)]
+    known = count - len(found.undetermined)
+    more = [f"The measurements tell {known} of {count} constants.", *error_sentences(found), *kept_sentences(found)]
     return verdict(found.verdict.level, found.verdict.headline, more)
 
 
 def _constants(found: Calibration) -> "Markup":
-    state = Column("state", lambda each: Cell("told", "good") if each.told else Cell("kept"))
+    state = Column("state", lambda each: Cell("told", "good") if each.determined else Cell("kept"))
     caption = (
         "A constant is kept at the value of the catalogue where the measurements do not tell it. The spread left is "
         "that after measuring over that before."

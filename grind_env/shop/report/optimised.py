@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from grind_env.machine.job import Job
 from grind_env.render.curves import BLUE, GREY, INK
 from grind_env.render.graphs import Graph, Series
-from grind_env.shop.optimise.judgement import WORTH_NAMING, parts_said
+from grind_env.shop.optimise.judgement import WORTH_NAMING, confidence_text
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
     binding,
@@ -23,7 +23,7 @@ from grind_env.shop.optimise.table import (
 )
 from grind_env.shop.report import document
 from grind_env.shop.report.foundations import foundations, revisions
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import lots_text
 from grind_env.table import Kind
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _verdict(found: Optimised) -> "Markup":
 
 def _quantities(found: Optimised, after: str) -> "Markup":
     caption = (
-        f"Means over batches of {found.parts} runs on {lots_said(found.lots, 'unseen lots')}, with the interval in "
+        f"Means over batches of {found.parts} runs on {lots_text(found.lots, 'unseen lots')}, with the interval in "
         f"which one machine lies with {covered(found)}; the change is of the same ones. The columns of grind run are "
         "of the expected lot."
     )
@@ -87,7 +87,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
         return [document.paragraph("The job has no limits.")]
-    stay = parts_said(found.confidence)
+    stay = confidence_text(found.confidence)
     caption = (
         f"Shares are those of the limit below which {stay} stay. The last column is how much the best words without "
         "the limit change the cost; a limit binds if, beyond chance, they save more than "
@@ -136,7 +136,7 @@ def _rests_on(found: Optimised) -> list[str]:
         known = "it is known here, and all that is open are its lots."
     elif found.calibration is None:
         known = "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
-    tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_said(found.lots, "unseen lots")
+    tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_text(found.lots, "unseen lots")
     return [
         f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
         f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "

@@ -92,8 +92,8 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     if unjudged:
         headline = f"{unjudged} of {count} parts are not judged." if count > 1 else "The part is not judged."
     found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
-    told = len(record.warnings)
-    warned = [f"{told} warning{'s' * (told > 1)}, listed below."] if told else []
+    warnings = len(record.warnings)
+    warned = [f"{warnings} warning{'s' * (warnings > 1)}, listed below."] if warnings else []
     return document.verdict(level, headline, [totals(record), *found, *warned])
 
 

@@ -14,7 +14,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.pattern import Forward, pattern_of
+from grind_env.shop.calibrate.pattern import RepeatedProgram, pattern_of
 from grind_env.shop.start.folder import HERE, LOG, start_folder
 
 PARTS = 2
@@ -35,7 +35,7 @@ def sample_log(programs: Programs, job: Job) -> str:
     pressure = PRESSURE * job.part.material.ploughing_pressure
     truth = with_entries(job, {"material": {"ploughing_pressure": pressure}})
     pattern = pattern_of(programs, truth)
-    powers = Forward(programs, truth, PARTS).run(truth).strokes["power"].reshape(PARTS, -1)
+    powers = RepeatedProgram(programs, truth, PARTS).run(truth).strokes["power"].reshape(PARTS, -1)
     ground: list[tuple[float, float, float]] = []
     clock = 0.0
     for part in range(PARTS):

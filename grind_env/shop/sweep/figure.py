@@ -10,7 +10,7 @@ from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.search_options import LIMITS
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each, cheapest
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import lots_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def draw_sweep(found: Sweep) -> "Figure":
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator
 
-    title = f"{found.program}: $ a part, batches of {found.parts} runs, {lots_said(found.lots)}"
+    title = f"{found.program}: $ a part, batches of {found.parts} runs, {lots_text(found.lots)}"
     figure.suptitle(title).set_parse_math(False)
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for panel, upper, lower in zip(panels, grid[0], grid[1], strict=True):

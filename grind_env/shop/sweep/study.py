@@ -227,7 +227,7 @@ def sweep(
     """
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
-    trials, fleet = swept_on(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
+    trials, fleet = sweep_trials(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
     study = _Study(trials, parts, progress)
     require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
@@ -236,7 +236,7 @@ def sweep(
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
-    judge = study.on(judged_on(study.trials, fleet, seed))
+    judge = study.with_trials(judgement_trials(study.trials, fleet, seed))
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
         grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
@@ -263,17 +263,17 @@ def sweep(
     )
 
 
-def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
+def sweep_trials(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
     """Return trials of the unchanged program on the lots and machines of a sweep; errors as in `fleet_of`."""
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     fleet = fleet_of(trials, seed, untried=untried)
-    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
+    return trials.with_lots(lots) if fleet is None else fleet.trials_for(trials, LotUse.SWEEP, lots), fleet
 
 
-def judged_on(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
+def judgement_trials(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
     """Return trials on lots and machines on which no point was chosen."""
     lots = lots_of(seed, LotUse.JUDGEMENT, JUDGED_LOTS)
-    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.JUDGEMENT, lots)
+    return trials.with_lots(lots) if fleet is None else fleet.trials_for(trials, LotUse.JUDGEMENT, lots)
 
 
 class _Setting(NamedTuple):
@@ -296,7 +296,7 @@ class _Study:
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
 
-    def on(self, trials: Trials) -> "_Study":
+    def with_trials(self, trials: Trials) -> "_Study":
         """Return the study on other lots and machines."""
         return _Study(trials, self.runs, self.progress)
 
@@ -337,7 +337,7 @@ class _Study:
             raise SweepError(f"--E goes up to {high:g} mm/min, but the table makes {most:g}")
         programmed = float(self.own[0, E])
         # compared by ratio, the whole range is nearer to the programmed E in inch/min
-        if self.trials.stand[0].inch and high < programmed / math.sqrt(INCH):
+        if self.trials.all_blocks[0].inch and high < programmed / math.sqrt(INCH):
             raise SweepError(
                 f"--E is in mm/min: {low:g}..{high:g} does not come near the {programmed:.0f} mm/min "
                 f"({programmed / INCH:.0f} inch/min) of {name}; for inch/min write "
@@ -349,9 +349,9 @@ class _Study:
         found = list[SweepPoint]()
         for begin in range(0, len(settings), AT_ONCE):
             chunk = settings[begin : begin + AT_ONCE]
-            besides = any(setting.lead is not None or setting.depth is not None for setting in chunk)
+            other_settings = any(setting.lead is not None or setting.depth is not None for setting in chunk)
             tables = np.array([self._table(setting) for setting in chunk])
-            found += self._points(tables, chunk, self.trials.measure(tables, besides=besides))
+            found += self._points(tables, chunk, self.trials.measure(tables, other_settings=other_settings))
             self.progress(label, len(chunk))
         return found
 
@@ -389,11 +389,11 @@ class _Study:
 
 def _executions(trials: Trials) -> Array:
     """Return D of each block of all runs if a dress is due: its greatest D; if all are 0, 1 in a run's first block."""
-    takes = np.array([block.takes_dresses for block in trials.stand], bool)
+    takes = np.array([block.takes_dresses for block in trials.all_blocks], bool)
     most: dict[SourceText, float] = {}
-    for block, executions in zip(trials.stand, trials.own[:, D].tolist(), strict=True):
+    for block, executions in zip(trials.all_blocks, trials.own[:, D].tolist(), strict=True):
         most[block.block.source] = max(most.get(block.block.source, 0.0), executions)
-    found = np.array([most[block.block.source] for block in trials.stand]) * takes
+    found = np.array([most[block.block.source] for block in trials.all_blocks]) * takes
     if not found.any() and takes.any():
         runs = trials.run_of_block
         found[[np.flatnonzero(takes & (runs == run))[0] for run in np.unique(runs[takes])]] = 1.0

@@ -7,7 +7,7 @@ from typing import Any
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
-from grind_env.shop.trials import lots_said
+from grind_env.shop.trials import lots_text
 from grind_env.table import Column, Table, table_of
 
 
@@ -96,7 +96,7 @@ def sentences(found: Sweep) -> list[str]:
     saved = found.own.cost.value - best.cost.value
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
-        f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs; "
+        f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} runs; "
         "points that seemed cheapest were also judged on new lots"
     )
     return said

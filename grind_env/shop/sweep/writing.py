@@ -17,7 +17,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.search_options import INTERVAL, options_of
-from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
+from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, sweep_trials
 from grind_env.shop.trials import most_risk, risk
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
@@ -64,9 +64,9 @@ def recommended(
     text = text_of(read_bytes(path))
     variation = _set(variation_of(read_file(path), text, settings, options, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
-    base, _ = swept_on(variation.base, seed, untried=untried)
+    base, _ = sweep_trials(variation.base, seed, untried=untried)
     written = variation.read_trials(variation.read(point))
-    written = written.on(base.seeds, base.simulation.machines.jobs, base.drift)
+    written = written.with_lots(base.seeds, base.simulation.machines.jobs, base.drift)
     if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
         raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))

@@ -32,7 +32,7 @@ class AdviserPolicy:
     step: float = STEP  # greatest factor on E from block to block of a kind
     residual: float = 0.0  # logarithmic standard deviation of forces that the model does not follow
     # readings of the last block, one for each machine; from the observation if None
-    told: list[BlockReadings] | None = field(init=False, default=None)
+    readings: list[BlockReadings] | None = field(init=False, default=None)
     rules: list[Rule] = field(init=False, repr=False)  # one for each machine
     watch: Watch | None = field(init=False, repr=False)  # compares readings with forecasts; None without a model
     leads: NDArray[np.bool_] = field(init=False, repr=False)  # where the model leads, shape (N,)
@@ -48,8 +48,8 @@ class AdviserPolicy:
             self.model.begin(simulation, episodes)
         self.first: NDArray[np.float32] | None = None
         self.unused = PowerLaw(episodes)
-        self.leads, self.needed = np.zeros(episodes, bool), np.full(episodes, float(PROVED))
-        self.held, self.sized, self.gauged = np.zeros((3, episodes))
+        self.leads, self.needed_blocks = np.zeros(episodes, bool), np.full(episodes, float(PROVED))
+        self.held_blocks, self.last_size, self.last_Ra = np.zeros((3, episodes))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Learn from the last block, then decide on the coming one."""
@@ -62,10 +62,10 @@ class AdviserPolicy:
             of_n = {name: float(values[n]) for name, values in seen.items()}
             if number >= 0:
                 made = JobChoice(of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
-                told = self._told(number, n, of_n) if self.told is None else self.told[n]
-                rule.learn(number, made, told, of_n["volume"], float(burn[n]))
+                readings = self._observed(number, n, of_n) if self.readings is None else self.readings[n]
+                rule.learn(number, made, readings, of_n["volume"], float(burn[n]))
             choices.append(rule.decide(self.number, of_n["volume"]))
-        self.told = None
+        self.readings = None
         speeds, executions = np.array(choices).T
         if forecast is None:
             return Decision(speeds, executions)
@@ -95,9 +95,9 @@ class AdviserPolicy:
             self.model.act(self.first, None)
         failed = self.watch.alarm | self.watch.doubt
         read = self.watch.seen.new.any(axis=1)
-        self.held = np.where(failed, 0, self.held + read)
-        self.needed = np.where(failed & self.leads, LONGER * self.needed, self.needed)
-        self.leads = ~failed & (self.held >= self.needed)
+        self.held_blocks = np.where(failed, 0, self.held_blocks + read)
+        self.needed_blocks = np.where(failed & self.leads, LONGER * self.needed_blocks, self.needed_blocks)
+        self.leads = ~failed & (self.held_blocks >= self.needed_blocks)
         return self.model.act(observation, None)
 
     def details(self, machine: int) -> list[str]:
@@ -105,20 +105,20 @@ class AdviserPolicy:
         if self.watch is None:
             return ["the rule leads: only the control can execute this program, so there is no model of it"]
         if self.leads[machine]:
-            return [f"the model leads: its forecasts have held on the last {self.held[machine]:.0f} blocks"]
-        off = self.watch.said(machine) or [f"its forecasts have held on {self.held[machine]:.0f} blocks"]
-        until = f"the rule leads until the model is proved right on {self.needed[machine]:.0f} blocks in a row"
+            return [f"the model leads: its forecasts have held on the last {self.held_blocks[machine]:.0f} blocks"]
+        off = self.watch.said(machine) or [f"its forecasts have held on {self.held_blocks[machine]:.0f} blocks"]
+        until = f"the rule leads until the model is proved right on {self.needed_blocks[machine]:.0f} blocks in a row"
         return [f"{until}: {off[0]}", *off[1:]]
 
-    def _told(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:
+    def _observed(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:
         """Return the readings of the last block from an observation; Ra is of the part before."""
         row, block = self.rules[n].rows[number], self.simulation.blocks[number]
         size, Ra = seen["size_error"], seen["roughness"]
-        sized, gauged = size != self.sized[n] or abs(size) > row.size, Ra not in (0.0, self.gauged[n])
-        self.sized[n], self.gauged[n] = size, Ra
+        new_size, new_Ra = size != self.last_size[n] or abs(size) > row.size, Ra not in (0.0, self.last_Ra[n])
+        self.last_size[n], self.last_Ra[n] = size, Ra
         ended = bool(block.finished)
         return BlockReadings(
             peak=seen["peak_power"],
-            size=size / row.size if ended and sized and row.size > 0.0 else None,
-            Ra_before=Ra if ended and gauged else None,
+            size=size / row.size if ended and new_size and row.size > 0.0 else None,
+            Ra_before=Ra if ended and new_Ra else None,
         )
