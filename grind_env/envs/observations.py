@@ -22,8 +22,8 @@ from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import lane_writer
 from grind_env.machine.loops.rows import OWN_FROM, read_wheel
 
-BOOK = "as booked: new, minus dresses, minus wear when gauged"
-"""How the observed wheel diameter is known."""
+BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
+"""Origin of an observed wheel diameter."""
 LEAST_SLACK = 0.05
 """Ratio of time left to work left below which the slack does not change; `time_to_due` still does."""
 
@@ -106,7 +106,7 @@ class Reading(NamedTuple):
 OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
 """Readings with numbers of the kind of the coming block."""
 PART_RISE = Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
-                    "mean temperature rise of the part in work; 0 before its first block")  # fmt: skip
+                    "mean temperature of the part in work over the hall; 0 of one not ground so far")  # fmt: skip
 """Reading for tasks and jobs in which a part has several blocks."""
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 """Readings that no real machine gives."""
@@ -186,7 +186,7 @@ def _table(task: Task) -> list[Reading]:
     # an infeed covers 0.06 mm in a stroke at 3000 mm/min
     deepest = 5.0 if task.cycle == "G81" else 2.0
     left = "stock left on the last finished part"
-    left += " at the strip farthest from its size" if task.cycle == "G83" else ""
+    left += " where it is farthest from its size" if task.cycle == "G83" else ""
     factor = task.spread.measurement
     taper_noise = f"{TAPER_NOISE * factor:.2g} um" if factor > 0.0 else "exact"
     power_noise, size_noise, wheel_noise, ra_noise = (
@@ -212,9 +212,9 @@ def _table(task: Task) -> list[Reading]:
         Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, size_noise, left),
         Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, f"{ra_noise}every third part, one part late",
                 "Ra of the last gauged part over its limit"),
-        Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since the roughness gauging"),
+        Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
         Reading("volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "exact",
-                "booked volume since the last dress: pre-gauged depth times length"),
+                "depth by the pre-gauge times length since the last dress, by book-keeping"),
         Reading("blocks_since_dress", "", 0.0, 10.0, 0.0, 20.0, "exact", "blocks since the last dress"),
         Reading("dresses", "", 0.0, 50.0, 0.0, 10.0, "exact", "dress executions so far"),
         Reading("diameter", "mm", 220.0, 80.0, 0.0, 1.5, wheel_noise, f"wheel diameter (offset 33), {BOOK}"),
@@ -235,7 +235,7 @@ def _table(task: Task) -> list[Reading]:
                 "dress executions before the wheel is below its minimum diameter"),
         Reading("time_to_due", "s", 0.0, period, -50.0, 10.0, "exact", "time to the next due date, negative if late"),
         Reading("slack", "log", 0.0, 1.0, math.log(LEAST_SLACK), 5.0, "exact",
-                "ln of the time to the next due date over the nominal time of the work due"),
+                "ln of the time to the next due date over the nominal time of the work up to it"),
         Reading("taper", "um", 0.0, tolerance, 0.0, 5.0, taper_noise,
                 "range of the size across the last finished part"),
         Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
@@ -250,7 +250,7 @@ def _table(task: Task) -> list[Reading]:
         Reading("convection", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the convection, coming block"),
         Reading("roughness_scale", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the roughness"),
         Reading("wheel_volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "hidden",
-                "true volume since the last dress; a light dress leaves part of the old volume"),
+                "specific volume since the last dress as the wheel feels it: a dress leaves a part of it"),
         PART_RISE,
     ]  # fmt: skip
     assert tuple(reading.name for reading in table) == Readings._fields

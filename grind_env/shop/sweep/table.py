@@ -76,7 +76,7 @@ def sentences(found: Sweep) -> list[str]:
         point = min((each for each in found.intervals if each.keeps_limits), key=lambda each: each.cost, default=None)
         first, last = found.valley
         if point is not None:
-            valley = f"intervals of {first} to {last}" if first != last else "no other interval"
+            valley = f"intervals of {first} to {last}" if first != last else "no other"
             said.append(
                 f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
                 f"{point.cost.value:.3f} $ a part; at most 2 % dearer: {valley}"
