@@ -131,7 +131,7 @@ contract:
 
 # The blocks of README and site as printed, from an installed wheel; `make blocks PAGES=docs/howto/shop.md` those of one page.
 blocks:
-	$(PYTHON) -m venv build/blocks
+	$(PYTHON) -m venv --clear build/blocks
 	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,render,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)" \
@@ -148,7 +148,7 @@ films:
 
 # The blocks of the site that need a library with an environment of its own.
 libraries:
-	$(PYTHON) -m venv build/blocks
+	$(PYTHON) -m venv --clear build/blocks
 	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) markdown-it-py
 	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	build/blocks/bin/python .ci/libraries.py $$(ls -t build/wheel/grind_env-*.whl | head -1)
