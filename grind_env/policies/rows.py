@@ -217,9 +217,10 @@ def verify(
         return holds, found
     drawn = _costs(row, name, fresh_seeds(seed, episodes or known.shape[1]))
     _, low, high = prediction(_compared(known), drawn.shape[1])
-    value, what = _compared(drawn).mean(), f"times the cost of {BASELINE}" if row.robust else "$ each"
+    value = _compared(drawn).mean()
+    ratio = f", {value:.5g} times as much" if row.robust else ""
     said = f"{drawn.shape[1]} drawn {unit}: {_said(drawn)}"
-    return low <= value <= high, f"{found}\n{said}: {value:.5g} {what}; predicted: {low:.5g} to {high:.5g}"
+    return low <= value <= high, f"{found}\n{said}{ratio}; predicted: {low:.5g} to {high:.5g}"
 
 
 def _said(costs: Array) -> str:

@@ -214,7 +214,7 @@ class Talker:
     ("what", "status", "said"),
     few(
         [
-            ("pass", 0, "drawn episodes cost"),
+            ("pass", 0, "drawn episodes: "),
             ("import hidden", 2, r"its policy has ended \(ModuleNotFoundError: No module named 'hidden'\)"),
             ("sys.exit('\\x1bgood bye')", 2, r"its policy has ended \(SystemExit: \\x1bgood bye\)"),
             ("os._exit(3)", 2, "its policy has ended"),
