@@ -56,7 +56,7 @@ class SafetyTrial:
     folder: Path = field(default=RUNS, repr=False, compare=False)
     """Folder of the files of trained agents."""
     fresh: bool = field(default=False, repr=False, compare=False)
-    """Whether to train again an agent whose file exists."""
+    """True to train again although the file of the agent exists."""
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"

@@ -27,7 +27,7 @@ def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
 
 
 class Source(str, Enum):
-    """What commands a motion: the program, a cycle, a dress, a retrace, the radius compensation or an interrupt."""
+    """Source of a motion: the program, a cycle, a dress, a retrace, the radius compensation or an interrupt."""
 
     PROGRAM = "program"
     CYCLE = "cycle"
@@ -96,7 +96,7 @@ class CyclePlan:
 
     @property
     def plunges(self) -> bool:
-        """Whether the cycle plunges to a depth; if not, the table reciprocates while the program continues."""
+        """Return True if the cycle ends at a depth; otherwise the table reciprocates while the program continues."""
         return self.plunge_axis is not None
 
     @property

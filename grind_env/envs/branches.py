@@ -48,7 +48,7 @@ class Branches(ABC):
     materials: int = 1
     """Number of rows of a kind: one for each material."""
     _ends: Sequence[bool]
-    """Whether each block of the nominal sequence ends a part."""
+    """True for each block of the nominal sequence that ends a part."""
 
     @abstractmethod
     def seconds(self, rows: Numbers, speeds: Table) -> Table:

@@ -19,6 +19,7 @@ from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import policy_for
+from grind_env.shop.dress_interval import DressInterval
 
 RULE = "empirical_rule"
 """Policy that stands for the adviser in tasks, which have no part program."""
@@ -47,7 +48,7 @@ class Programmed:
     def name(self) -> str:
         if self.every is None:
             return "the program as it is"
-        return f"fixed plan: {self.ratio:g} times E, a dress every {self.every} parts"
+        return f"fixed plan: {self.ratio:g} times E, a dress {DressInterval(self.every)}"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         assert isinstance(simulation, JobSimulation)
@@ -76,7 +77,7 @@ def fixed_plans(simulation: Simulation) -> list[Policy]:
         return [Programmed(*plan) for plan in product(RATIOS, EVERY)] if simulation.compiled else []
     speeds = speed_grid(simulation.task, len(RATIOS)).tolist()
     return [
-        Fixed(E=speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 every {every} blocks")
+        Fixed(E=speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 {DressInterval(every, 'block')}")
         for speed, every in product(speeds, EVERY)
     ]
 

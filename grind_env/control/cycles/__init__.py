@@ -39,7 +39,7 @@ class Rules(NamedTuple):
     """Function from progress and both ends of the crossover, mm, to the cross coordinate of the next stroke, mm; None
     for a cycle that does not cross."""
     plunges: bool = True
-    """Whether the cycle plunges to a depth and is then done; if not, its strokes continue beside the program."""
+    """True if the cycle ends at a depth (G82, G83); False if its strokes continue during the next blocks (G81)."""
 
 
 def _of(module: Any, **more: Any) -> Rules:

@@ -73,7 +73,7 @@ class DressRun(NamedTuple):
     modes: Modes | None
     """Modes in force when the program began; None for those of power-up."""
     advances: bool
-    """Whether the dresser has to advance by itself, because no pass has an infeed."""
+    """True if the dresser advances by itself, because no pass has an infeed."""
 
 
 def run_dress(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
-"""Whether the words of the program act, or the operator does the work and these words have no effect."""
+"""By program: its words act. Always on: the operator does the work, and the words have no effect."""
 
 
 WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
