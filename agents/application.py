@@ -8,8 +8,8 @@ from agents.commands.benchmark import benchmark
 from agents.commands.dataset import dataset
 from agents.commands.tune import tuning
 from agents.commands.video import video
-from grind_env.arguments import Application
 from grind_env.command_help import HelpfulGroup
+from grind_env.file_arguments import Application
 
 
 class AgentCommands(HelpfulGroup):

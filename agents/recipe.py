@@ -15,13 +15,13 @@ from agents.cells import sources
 from agents.provenance import ROOT, provenance
 from agents.study import Found, Study, StudyOptions
 from agents.tables import csv_of, csv_rows, typed
+from grind_env.data_table import Column, table_of
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import write_whole
-from grind_env.table import Column, table_of
 
 SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)

@@ -20,7 +20,7 @@ from rich.progress import Progress
 
 from agents.provenance import commit
 from grind_env.errors import GrindError, quoted, reason
-from grind_env.extras import needing
+from grind_env.optional_libraries import needing
 
 Answers = Generator[tuple[Any, Any], None, None]
 

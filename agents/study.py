@@ -17,8 +17,8 @@ from agents.cells import RUNS, behaviour, sources
 from agents.provenance import TRAINING, installed, provenance
 from agents.runner import run_all
 from agents.tables import check_tables, csv_of
-from grind_env.arguments import Application, Keeps
 from grind_env.errors import GrindError
+from grind_env.file_arguments import Application, Keeps
 from grind_env.files import ReadError, read_text
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem, find_problem

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar, get_type_hints
 
 from grind_env.files import read_text
-from grind_env.targets import Own, check_own
+from grind_env.output_files import Own, check_own
 
 RowT = TypeVar("RowT")
 

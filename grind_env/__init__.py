@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from grind_env.control import read_file as read_program
     from grind_env.envs.tasks import load_task
     from grind_env.machine.grind import grind_file as grind
-    from grind_env.machine.job.file import load_job
+    from grind_env.machine.job.job_file import load_job
     from grind_env.machine.script.script import script_of
     from grind_env.policies.board import evaluate_core
     from grind_env.policies.judging import evaluate
-    from grind_env.shop.calls import calibrate, optimise, report, sweep
+    from grind_env.shop.python_api import calibrate, optimise, report, sweep
 
 __all__ = [
     "__version__",
@@ -41,18 +41,18 @@ __all__ = [
 __version__ = "0.3.0"
 
 LAZY = {
-    "calibrate": ("shop.calls", "calibrate"),
+    "calibrate": ("shop.python_api", "calibrate"),
     "evaluate": ("policies.judging", "evaluate"),
     "evaluate_core": ("policies.board", "evaluate_core"),
     "grind": ("machine.grind", "grind_file"),
-    "load_job": ("machine.job.file", "load_job"),
+    "load_job": ("machine.job.job_file", "load_job"),
     "load_task": ("envs.tasks", "load_task"),
-    "optimise": ("shop.calls", "optimise"),
+    "optimise": ("shop.python_api", "optimise"),
     "parse_program": ("control", "read"),
     "read_program": ("control", "read_file"),
-    "report": ("shop.calls", "report"),
+    "report": ("shop.python_api", "report"),
     "script_of": ("machine.script.script", "script_of"),
-    "sweep": ("shop.calls", "sweep"),
+    "sweep": ("shop.python_api", "sweep"),
 }
 """Module and name of each object that is imported on first use, because its import is slow."""
 

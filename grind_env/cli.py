@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from grind_env.arguments import JOB, PROBLEM, Application, Writes
 from grind_env.command_help import HelpfulGroup
-from grind_env.commands import evaluate, play, verify
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
+from grind_env.file_arguments import JOB, PROBLEM, Application, Writes
+from grind_env.policy_commands import evaluate, play, verify
 from grind_env.shop.commands import EXAMPLES, arguments
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import BAD_INPUT, command, table_console
-from grind_env.training import command as training_command
+from grind_env.training import train_command as training_command
 
 if TYPE_CHECKING:
     from grind_env.control import Control, Programs, Report
@@ -104,7 +104,7 @@ def check(
     by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
     """
     from grind_env import control
-    from grind_env.control.check import ended_at, report_record, summary
+    from grind_env.control.program_check import ended_at, report_record, summary
 
     try:
         settings = _control(job, strokes, acceleration, block_delete, max_blocks, radius, groove_retract, variables)
@@ -183,10 +183,10 @@ def run(
     Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
     Exit status 1: a part is more likely scrap than good, or not judged.
     """
-    from grind_env.control.options import variables_of
+    from grind_env.control.command_options import variables_of
     from grind_env.machine.grind import grind_file
     from grind_env.process.cost import SCRAP_BELOW
-    from grind_env.render.tables import as_data, print_record
+    from grind_env.render.record_tables import as_data, print_record
 
     result = grind_file(
         program,
@@ -202,7 +202,7 @@ def run(
     if record is not None:
         result.write(record)
     if plot is not None:
-        from grind_env.render.plots import plot_record
+        from grind_env.render.record_plots import plot_record
 
         plot_record(result, plot, result.job, program.name)
     if as_json:
@@ -264,12 +264,12 @@ def tasks(
     """
     from dataclasses import asdict
 
+    from grind_env.data_table import Column, table_of
     from grind_env.envs.blocks.job import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text
     from grind_env.pages import page, summaries, summary
-    from grind_env.table import Column, table_of
 
     if schema:
         print(json.dumps(json_schema()) if as_json else schema_text())
@@ -302,7 +302,7 @@ def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Con
     """Simulate the program with a job; add the time and the warnings, or the error, to the report of a check."""
     from grind_env.control import ControlError
     from grind_env.machine.grind import grind
-    from grind_env.machine.job.file import load_job
+    from grind_env.machine.job.job_file import load_job
 
     try:
         record = grind(programs, load_job(job), control=settings)
@@ -326,14 +326,14 @@ def _control(
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError
-    from grind_env.control.control import WHEEL_RADIUS
-    from grind_env.control.options import radii_of, variables_of
+    from grind_env.control.command_options import radii_of, variables_of
+    from grind_env.control.control_settings import WHEEL_RADIUS
 
     every, radii = radii_of(radius or ())
     machine = Control()
     if job is not None:
-        from grind_env.machine.dress.mounting import first_diameter
-        from grind_env.machine.job.file import load_job
+        from grind_env.machine.dress.mounted_wheel import first_diameter
+        from grind_env.machine.job.job_file import load_job
 
         try:
             ground = load_job(job)

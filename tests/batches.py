@@ -10,13 +10,13 @@ from grind_env.arrays import Array
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.feed_motions import Infeed
 from grind_env.kernel.columns import dtype_of
-from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.concurrent_strokes import FEED, FULL, Feeding
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
-from grind_env.machine.loops.feeding import FEED, FULL, Feeding
-from grind_env.machine.loops.loops import loops_of, zoned_loops_of
-from grind_env.machine.loops.pace import pace_of
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.stroke_loops import loops_of, zoned_loops_of
+from grind_env.machine.loops.stroke_totals import Tally
+from grind_env.machine.loops.table_speed import pace_of
 from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, WheelState
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.task_names import environment_id, task_names
 from grind_env.kernel.tiers import Entry
-from grind_env.shop.machines import fleet_of
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise import variables, variation
+from grind_env.shop.optimise import variables, varied_program
+from grind_env.shop.possible_machines import fleet_of
 from grind_env.shop.sweep import study
 from tests.command import Grind, status
 from tests.examples import ALL
@@ -75,15 +75,15 @@ def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
 
     Nor are more machines drawn that agree with good parts than are drawn at once.
     """
-    monkeypatch.setattr(variation, "USUAL_RUNS", 1)
-    for module in (variation, study):
+    monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
+    for module in (varied_program, study):
         monkeypatch.setattr(module, "fleet_of", lambda *given, needed=0, **named: fleet_of(*given, needed=1, **named))
 
 
 @pytest.fixture
 def nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is compiled for a search, where a test takes what it would vary and searches nothing."""
-    monkeypatch.setattr(variation, "compile_all", lambda _: None)
+    monkeypatch.setattr(varied_program, "compile_all", lambda _: None)
 
 
 @pytest.fixture

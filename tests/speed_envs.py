@@ -13,11 +13,11 @@ from rich.table import Table
 from grind_env.arrays import Array
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.blocks.simulation import NO_SETTINGS
-from grind_env.envs.gauge import GAUGE
+from grind_env.envs.task_gauges import GAUGE
 from grind_env.envs.transition import Choices, EpisodeArrays, Scratch, Tables, stages_of
 from grind_env.kernel import compile_at_once
-from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.process.process import PROCESS
 from tests.batches import PLUNGES
 

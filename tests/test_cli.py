@@ -8,7 +8,7 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import ControlError, read
-from grind_env.control.check import MOST_ERRORS
+from grind_env.control.program_check import MOST_ERRORS
 
 DRESSED = """G71 G94 G90 G19
 N10 G00 X-30.

@@ -16,10 +16,10 @@ from agents.benchmark.trained import from_file
 from agents.dressing.table import read_study
 from grind_env import files
 from grind_env.control import read_file
-from grind_env.control.reader import called_files
+from grind_env.control.program_reader import called_files
 from grind_env.errors import GrindError
 from grind_env.files import FileError, ReadError, check_target, open_file, read_bytes, read_text, write_atomically
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import read_tuned

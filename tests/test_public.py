@@ -131,7 +131,7 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
         raise Asked
 
     asked: list[tuple[object, object]] = []
-    monkeypatch.setattr(pytest.importorskip("grind_env.shop.optimise.finding"), "find_words", find_words)
+    monkeypatch.setattr(pytest.importorskip("grind_env.shop.optimise.optimisation"), "find_words", find_words)
     words = ("--vary", "E,J", "--bounds", "E=5000..25000,J=.002...02", "--fix", "N80")
     with pytest.raises(Asked):
         grind("optimise", PLATE, *words, "--margin", "power=.85", "--margin", "Ra=0.9", "--budget", "2min")

@@ -10,13 +10,7 @@ from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.arrays import Array
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.statistics import (
-    Interval,
-    ScoredRuns,
-    interquartile_mean,
-    mean_score,
-    resampled_runs,
-)
+from grind_env.policies.statistics import Interval, ScoredRuns, interquartile_mean, mean_score, resampled_runs
 
 SINGLE_KIND = {"constant_per_kind": "constant"}
 """Policy that replaces another in tasks with one kind of block, where both are equal."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from agents.benchmark.plan import AT, KINDS, LIMIT, PLAIN, BenchmarkCell, Request, planned
 from agents.benchmark.price import EXACT
 from agents.cells import CHUNK
-from grind_env.envs.names import CORE
+from grind_env.envs.task_names import CORE
 from grind_env.policies.planners import hindsight
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import REFERENCE

@@ -10,10 +10,10 @@ from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import ABOUT, AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, UNTRAINED, best, brief, budget, columns_of, shown, summaries, tasks_of
+from grind_env.data_table import NONE, Column, table_of
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
-from grind_env.table import NONE, Column, table_of
 
 MEASUREMENTS, STATE, _ = KNOWLEDGE
 ON_STATE = "mpc"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from agents.cells import RUNS
-from grind_env.envs.names import CORE, task_names
+from grind_env.envs.task_names import CORE, task_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem

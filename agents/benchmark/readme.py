@@ -8,11 +8,11 @@ from agents.benchmark.plan import ABOUT, FLAGSHIP
 from agents.benchmark.results import Result
 from agents.benchmark.summary import shown, summaries
 from agents.provenance import ROOT
-from grind_env.envs.names import environment_id
+from grind_env.data_table import NONE, Column, table_of
+from grind_env.envs.task_names import environment_id
 from grind_env.files import read_text
 from grind_env.policies.registry import REFERENCE, TRAINED
 from grind_env.policies.tuned import ConfigError, write_whole
-from grind_env.table import NONE, Column, table_of
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"

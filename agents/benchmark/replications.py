@@ -19,12 +19,12 @@ from agents.benchmark.trials import study as trials_of
 from agents.provenance import provenance
 from agents.study import Found, Options, Study, StudyOptions
 from agents.tables import check_tables, csv_of
+from grind_env.data_table import table_of
 from grind_env.files import csv_cell
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import prediction
 from grind_env.policies.tuned import ConfigError, write_whole
-from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """First seed of each set; no seed of the sets is in a range of `grind_env.policies.evaluation.SEEDS`."""

@@ -8,9 +8,9 @@ import numpy as np
 from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
 from agents.benchmark.plan import LIMIT
 from agents.benchmark.results import INTERPOLATION, PLANTS, Result
-from grind_env.envs.names import CORE
+from grind_env.data_table import NONE, Column, Table, table_of
+from grind_env.envs.task_names import CORE
 from grind_env.policies.statistics import Interval
-from grind_env.table import NONE, Column, Table, table_of
 
 KNOWLEDGE = ("measurements", "state", "future")
 """Information that policies see, from least to most; the order of the table."""

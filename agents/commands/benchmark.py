@@ -21,10 +21,10 @@ from agents.benchmark.plan import (
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
-from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
+from grind_env.output_files import check_own
 from grind_env.policies.tuned import ConfigError
-from grind_env.targets import check_own
+from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import table_console
 

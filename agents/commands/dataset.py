@@ -14,7 +14,6 @@ import typer
 
 from agents.cells import RUNS
 from agents.provenance import provenance
-from grind_env.commands import Configs, JobFile, NamedPolicy, NamedProblem, Parts, Split
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, printable
@@ -23,6 +22,7 @@ from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
 from grind_env.policies.model_view import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
+from grind_env.policy_commands import Configs, JobFile, NamedPolicy, NamedProblem, Parts, Split
 from grind_env.scores import find_reference
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import PROBLEM
+from grind_env.file_arguments import PROBLEM
 from grind_env.terminal import INTERRUPTED
 
 TASKS = "--tasks", "--task", "--env", "--program"

@@ -13,10 +13,10 @@ from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
-from grind_env.arguments import FILE, PROBLEM, Reads, Writes
-from grind_env.commands import Configs, JobFile, Parts
-from grind_env.envs.names import CORE, MODULE_NAMES, task_names
+from grind_env.envs.task_names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
+from grind_env.file_arguments import FILE, PROBLEM, Reads, Writes
+from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.scores import EPISODES as SCORE_EPISODES
 from grind_env.terminal import table_console
 

@@ -9,10 +9,10 @@ from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
 from agents.commands.options import going_on
 from agents.study import Fresh, Jobs, Ray, Runs
-from grind_env.arguments import Keeps
-from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.file_arguments import Keeps
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import tuned_folder
+from grind_env.policy_commands import JobFile, NamedProblem, Parts
 
 
 def tuning(

@@ -17,6 +17,7 @@ from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
+from grind_env.output_files import Own
 from grind_env.policies.choices import speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
@@ -24,7 +25,6 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.process.equations import dress_width, overlap_ratio
-from grind_env.targets import Own
 
 TRAINING = 256
 """Number of training episodes for the choice of a plan. With rare, expensive scrap, 48 episodes chose plans up to 13 %

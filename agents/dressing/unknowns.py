@@ -14,8 +14,8 @@ from agents.study import Found, Study, StudyOptions
 from grind_env import examples
 from grind_env.files import read_text
 from grind_env.machine.job.drawn_machines import USUAL_RESIDUAL, USUAL_SPREADS, value_of
-from grind_env.machine.job.entries import entries_of, with_entries
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_entries import entries_of, with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.shop.sweep.study import SweepRanges, cheapest, sweep
 

@@ -6,12 +6,12 @@ from itertools import product, repeat
 from agents.plants.batches import batches, cost_of
 from agents.plants.machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.job.outline import JobChoice
+from grind_env.envs.job.program_outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed
-from grind_env.training.rivals import EVERY, RATIOS, Programmed
+from grind_env.training.baselines import EVERY, RATIOS, Programmed
 
 
 def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResult]]:

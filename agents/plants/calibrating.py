@@ -12,11 +12,11 @@ from agents.plants.machines import StudyMachine
 from agents.plants.variants import scaled
 from grind_env.arrays import Array
 from grind_env.control import Programs, read_file
-from grind_env.envs.job.text import repeated
+from grind_env.envs.job.batch_program import repeated
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 

@@ -12,7 +12,7 @@ from agents.plants.machines import StudyMachine
 from agents.plants.variants import batch, write
 from grind_env.arrays import Array
 from grind_env.control import read_file
-from grind_env.control.reader import called_files
+from grind_env.control.program_reader import called_files
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord

@@ -13,11 +13,11 @@ from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
 from agents.study import Study, StudyOptions
 from agents.tables import csv_of, csv_rows
+from grind_env.data_table import Column, table_of
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.policies.tuned import write_whole
-from grind_env.table import Column, table_of
 from grind_env.task_version import TASK_VERSION
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"

@@ -9,8 +9,8 @@ import numpy as np
 from agents.plants.machines import StudyProgram
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
-from grind_env.plants.names import MODEL
+from grind_env.machine.job.job_file import load_job
+from grind_env.plants.plant_names import MODEL
 from grind_env.toml import read_toml
 
 NUMBER = r"(\d+\.?\d*|\.\d+)"

@@ -9,7 +9,7 @@ import numpy as np
 from agents.plants.machines import KEPT_OUT
 from agents.plants.study import Found, PlantsTrial
 from grind_env.arrays import Array
-from grind_env.plants.names import MODEL
+from grind_env.plants.plant_names import MODEL
 
 OWN_FAMILY = MODEL.name
 Rows: TypeAlias = Sequence[tuple[PlantsTrial, Found]]

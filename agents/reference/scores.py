@@ -11,6 +11,7 @@ from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_na
 from agents.study import Found, Study, StudyOptions
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
+from grind_env.data_table import table_of
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds
@@ -18,7 +19,6 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
-from grind_env.table import table_of
 
 EVALUATIONS = 300
 """Number of evaluations of each CMA-ES run of a policy that has not been tuned yet."""

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
+from grind_env.data_table import Column
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 from grind_env.policies.statistics import Interval
-from grind_env.table import Column
 
 COLUMNS = (
     Column("policy", "policy"),

@@ -12,8 +12,8 @@ from agents.benchmark.agents import plain_agent
 from agents.cells import RUNS, sources
 from grind_env.arrays import Table
 from grind_env.envs.cost import Outcome
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import KindRow
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy

@@ -11,7 +11,7 @@ from agents.track.fitting import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.plants.names import TRAINING
+from grind_env.plants.plant_names import TRAINING
 from grind_env.policies.choices import Decision
 from grind_env.policies.guard import guarded
 from grind_env.policies.learned.network import LearnedPolicy

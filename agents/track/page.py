@@ -8,8 +8,8 @@ import numpy as np
 from agents.track.privileged import PLAN, PLANNER, TRAINED
 from agents.track.scores import Anchors, Ground, points, summary
 from grind_env.arrays import Array
+from grind_env.data_table import table_of
 from grind_env.policies.track import BASELINE, SHIFTS, TASK
-from grind_env.table import table_of
 
 RUN = ("task", "plant", "adapter", "seed")
 COLUMNS = (*RUN, "cost", "scrap", "cpu_seconds", *(f"cost_{k}" for k in range(1, SHIFTS + 1)))

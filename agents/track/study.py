@@ -12,15 +12,7 @@ from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.page import COLUMNS, RUN, page, rows
 from agents.track.privileged import SCALES, TRAINED, TRAININGS, MachineRuns
 from agents.track.running import TrackTrial, decides, run
-from agents.track.scores import (
-    ANCHORS,
-    Anchors,
-    Ground,
-    anchors_of,
-    collected,
-    read_anchors,
-    write_anchors,
-)
+from agents.track.scores import ANCHORS, Anchors, Ground, anchors_of, collected, read_anchors, write_anchors
 from agents.track.scores import COLUMNS as OF_ANCHORS
 from grind_env.errors import GrindError
 from grind_env.plants import find_plants

@@ -21,6 +21,7 @@ from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, re
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
+from grind_env.output_files import check_own
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, Sees
@@ -37,7 +38,6 @@ from grind_env.policies.tuned import (
     tuned_folder,
     write_tuned,
 )
-from grind_env.targets import check_own
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from grind_env.control.facts import FILE, MARKS, Fact, load_facts
-from grind_env.table import table_of
+from grind_env.data_table import table_of
 
 INTRODUCTION = """\
 # Facts of the control

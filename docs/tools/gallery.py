@@ -11,7 +11,7 @@ from pictures import lighter
 from PIL import Image
 
 from agents.video import watch
-from grind_env.envs.names import CORE
+from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.naming import named_policy, usual_name
 from grind_env.policies.problem import find_problem

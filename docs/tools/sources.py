@@ -20,8 +20,8 @@ from gallery import png, still
 from agents.application import app as agents_app
 from agents.dressing.table import COLUMNS, read_studies
 from grind_env.cli import app as grind_app
+from grind_env.data_table import table_of
 from grind_env.pages.__main__ import write as write_pages
-from grind_env.table import table_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

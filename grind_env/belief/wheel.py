@@ -22,7 +22,7 @@ from grind_env.arrays import Numbers, Table
 from grind_env.belief.filter import DIAMETER, NEW_WHEEL, follow, write_factors
 from grind_env.belief.hidden import FACTORS, Belief, Hidden, Judged, Signals
 from grind_env.errors import GrindError
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 
 MEAN_POWER = slice(Tally._fields.index("power_1"), Tally._fields.index("power_6") + 1)
 DRAWS = 64

@@ -1,10 +1,8 @@
 """The 9/Series control: part-program text in, a stream of motions, cycles and dresses out; no physics."""
 
-from grind_env.control.check import Report, check
-from grind_env.control.control import Control
+from grind_env.control.control_settings import Control
 from grind_env.control.errors import ControlError
-from grind_env.control.execution import Execution, dress_program_moves, execute
-from grind_env.control.motions import (
+from grind_env.control.events import (
     Arc,
     CycleAhead,
     CycleEnd,
@@ -36,8 +34,10 @@ from grind_env.control.motions import (
     TableStop,
 )
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.operator import Interrupt
-from grind_env.control.reader import Programs, read, read_file
+from grind_env.control.operator_actions import Interrupt
+from grind_env.control.program_check import Report, check
+from grind_env.control.program_execution import Execution, dress_program_moves, execute
+from grind_env.control.program_reader import Programs, read, read_file
 from grind_env.control.trace import error_record, record
 
 __all__ = [

@@ -1,13 +1,13 @@
 """Work coordinate systems, their shift by G92, the external offset and length offsets (11-10, lathe 11-8)."""
 
 from grind_env.control import numbers
-from grind_env.control.control import ORIGIN, Control
+from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
+from grind_env.control.events import Position, placed
 from grind_env.control.modes import WORK_SYSTEMS
-from grind_env.control.motions import Position, placed
-from grind_env.control.paths import AXES, displaced
-from grind_env.control.reader import HIGHEST_PROGRAM
+from grind_env.control.motion_paths import AXES, displaced
+from grind_env.control.program_reader import HIGHEST_PROGRAM
 
 
 class WorkSystems:

@@ -6,10 +6,10 @@ from grind_env.control import numbers
 from grind_env.control.cycles import RULES, Rules
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
+from grind_env.control.events import CyclePlan, Position
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import CyclePlan, Position
-from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced
-from grind_env.control.reader import HIGHEST_PROGRAM
+from grind_env.control.motion_paths import AXES, INTEGRANDS, coordinate, displaced
+from grind_env.control.program_reader import HIGHEST_PROGRAM
 from grind_env.control.reciprocation import Reciprocation
 
 MOST = 999

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from grind_env.control import numbers
+from grind_env.control.block_words import Block, Word
 from grind_env.control.cycles import list_codes
 from grind_env.control.errors import ControlError
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES, UNSUPPORTED_CODES
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.words import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from grind_env.control.events import Position
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Position
 
 RADIUS_TOLERANCE = 0.01
 """mm by which the distances of start and end from the centre may differ; words carry 0.001 mm."""

@@ -5,18 +5,18 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from typing import TypeAlias
 
-from grind_env.control import motions
-from grind_env.control.control import Control
-from grind_env.control.dressing import Recorder
+from grind_env.control import events
+from grind_env.control.axis_moves import Mover, MoveSection
+from grind_env.control.control_flow import TEXT_END
+from grind_env.control.control_settings import Control
+from grind_env.control.dress_retrace import Recorder
 from grind_env.control.errors import Place
-from grind_env.control.flow import TEXT_END
 from grind_env.control.geometry import split
-from grind_env.control.moves import Mover, MoveSection
-from grind_env.control.operator import Interrupt
-from grind_env.control.reader import Program, Programs
-from grind_env.control.variables import Notes, Variables
+from grind_env.control.macro_variables import Notes, Variables
+from grind_env.control.operator_actions import Interrupt
+from grind_env.control.program_reader import Program, Programs
 
-Execute: TypeAlias = Callable[[Program, Place], Generator[motions.Event, None, str]]
+Execute: TypeAlias = Callable[[Program, Place], Generator[events.Event, None, str]]
 """Function that executes a program in the middle of another one and returns how it ends."""
 
 
@@ -34,7 +34,7 @@ class Interruptions:
         self.known_dresses: dict[int, Notes] = {}
         self.changing_dress: int | None = None  # first dress program that has changed the tables; None before
 
-    def nothing_comes_between(self, plan: motions.CyclePlan) -> bool:
+    def nothing_comes_between(self, plan: events.CyclePlan) -> bool:
         """Return whether only dresses without messages can come between the strokes of a cycle.
 
         A dress program that has once left the tables unchanged does so again. Under G96 the wheel may turn faster after
@@ -48,7 +48,7 @@ class Interruptions:
         known = plan.dresses == 0 or (notes is not None and self.variables.agree(notes) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
-    def travel(self, sections: list[MoveSection]) -> Iterator[motions.Event]:
+    def travel(self, sections: list[MoveSection]) -> Iterator[events.Event]:
         """Move along sections; an immediate interrupt may divide a section (lathe manual 29-6)."""
         timeline, mover, left = self.timeline, self.mover, deque(sections)
         while left:
@@ -69,17 +69,17 @@ class Interruptions:
                 if away:
                     return
 
-    def next_reversal(self) -> Iterator[motions.Event]:
+    def next_reversal(self) -> Iterator[events.Event]:
         yield from self.timeline.finish_stroke()
         yield from self.serve(0)
 
-    def after_motion(self) -> Iterator[motions.Event]:
+    def after_motion(self) -> Iterator[events.Event]:
         if self.timeline.dress_postponed and self.timeline.reciprocation is not None:
             yield from self.timeline.reach_reversal()
         if self.timeline.table_held:
             yield from self.serve(0)
 
-    def after_block(self) -> Iterator[motions.Event]:
+    def after_block(self) -> Iterator[events.Event]:
         while (requests := self._due()) is not None:
             table = self.timeline.reciprocation
             if table is None or table.at_reversal:
@@ -87,7 +87,7 @@ class Interruptions:
             else:
                 yield from self.next_reversal()
 
-    def serve(self, auto: int) -> Iterator[motions.Event]:
+    def serve(self, auto: int) -> Iterator[events.Event]:
         """Run the programs due at a reversal point: auto-dresses, the operator's dress (22-11), then interrupts."""
         timeline, table = self.timeline, self.timeline.reciprocation
         if table is None:
@@ -106,15 +106,15 @@ class Interruptions:
             timeline.settle()
             yield from self.after_block()
 
-    def dress(self, number: int, cause: str) -> Iterator[motions.Event]:
+    def dress(self, number: int, cause: str) -> Iterator[events.Event]:
         """Execute a dress program with all axes at rest, and return them to the point of the interruption (22-11)."""
         timeline, mover, table = self.timeline, self.mover, self.timeline.reciprocation
         program = self.programs.find(number)
         assert program is not None  # the block that names it has been checked
-        yield motions.DressStart(timeline.time, number, cause)
+        yield events.DressStart(timeline.time, number, cause)
         tables, values = mover.tables, self.variables.state
         self.variables.begin_notes()
-        yield from self._run(program, motions.Source.DRESS, returning=True)
+        yield from self._run(program, events.Source.DRESS, returning=True)
         notes = self.variables.end_notes()
         if mover.tables != tables:
             self.changing_dress = self.changing_dress or number
@@ -124,10 +124,10 @@ class Interruptions:
             mover.follow_wheel(self.control.dress_amount)
         if table is not None:
             table.dresses += 1
-        yield motions.DressEnd(timeline.time, number, cause)
+        yield events.DressEnd(timeline.time, number, cause)
         yield from mover.turn_spindle()
         if mover.tooling.wheel_radius < self.control.minimum_radius:
-            yield motions.Message(timeline.time, "the wheel radius is below its minimum")
+            yield events.Message(timeline.time, "the wheel radius is below its minimum")
 
     def late_requests(self) -> Iterator[str]:
         for request in self.requests:
@@ -139,7 +139,7 @@ class Interruptions:
     def _immediate(self, finish: float) -> float | None:
         """Return the time of an immediate interrupt before `finish`, s; during reciprocation None, as it must wait."""
         timeline = self.timeline
-        if self.mover.source is not motions.Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
+        if self.mover.source is not events.Source.PROGRAM or timeline.reciprocation is not None or not self.requests:
             return None
         first = self.requests[0]
         return first.at if first.immediate and timeline.time < first.at < finish else None
@@ -149,13 +149,13 @@ class Interruptions:
 
         An interrupt program is not interrupted.
         """
-        if self.mover.source is motions.Source.PROGRAM:
+        if self.mover.source is events.Source.PROGRAM:
             for requests in (self.control.panel.interrupts, self.requests):
                 if requests and requests[0].at <= self.timeline.time:
                     return requests
         return None
 
-    def _interrupt(self, requests: deque[Interrupt], goal: motions.Position) -> Generator[motions.Event, None, bool]:
+    def _interrupt(self, requests: deque[Interrupt], goal: events.Position) -> Generator[events.Event, None, bool]:
         """Run the first of `requests`; return whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
 
         `goal` is the programmed end of the interrupted motion or block.
@@ -166,16 +166,16 @@ class Interruptions:
             raise self.mover.place.error(
                 "program-not-found", f"the interrupt asks for O{interrupt.program}; it must be in the file or beside it"
             )
-        yield motions.InterruptStart(timeline.time, interrupt.program, interrupt.kind)
-        moved = yield from self._run(program, motions.Source.INTERRUPT, returning=interrupt.kind == 2)
-        yield motions.InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
+        yield events.InterruptStart(timeline.time, interrupt.program, interrupt.kind)
+        moved = yield from self._run(program, events.Source.INTERRUPT, returning=interrupt.kind == 2)
+        yield events.InterruptEnd(timeline.time, interrupt.program, interrupt.kind)
         yield from self.mover.turn_spindle()
         away = moved and interrupt.kind == 1
         if away:
             self.mover.detour = goal
         return away
 
-    def _run(self, program: Program, source: motions.Source, returning: bool) -> Generator[motions.Event, None, bool]:
+    def _run(self, program: Program, source: events.Source, returning: bool) -> Generator[events.Event, None, bool]:
         """Execute a program within another one and restore modes and table; return whether it moved an axis.
 
         The radius compensation is dropped without a motion and armed again afterwards.
@@ -191,7 +191,7 @@ class Interruptions:
         mover.source = source
         end = yield from self.execute(program, table.place if table else place)
         if end != "M99":
-            kind = "dress" if source is motions.Source.DRESS else "interrupt"
+            kind = "dress" if source is events.Source.DRESS else "interrupt"
             found = "the end of its text" if end == TEXT_END else end
             raise program.last_place().error(
                 f"{kind}-program",
@@ -201,7 +201,7 @@ class Interruptions:
             yield from mover.retrace(recorder)
         compensation.forget()
         compensation.programmed, compensation.plane, compensation.detect = programmed, plane, detect
-        mover.recorder, mover.source, mover.modes, mover.place = None, motions.Source.PROGRAM, modes, place
+        mover.recorder, mover.source, mover.modes, mover.place = None, events.Source.PROGRAM, modes, place
         timeline.inch = modes.inch
         if table is not None:
             table.free_at = timeline.time

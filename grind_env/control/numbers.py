@@ -7,9 +7,9 @@ A number stays text until its point is placed and its decimals are cut; only the
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
+from grind_env.control.block_words import Block, Word
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SWITCHES, listed
-from grind_env.control.words import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
 METRES_PER_FOOT = 0.3048

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, field
 from enum import Enum
 
-from grind_env.control.budget import Rounds
+from grind_env.control.cycle_rules import motion_time
 from grind_env.control.errors import Place
-from grind_env.control.motions import CyclePlan, Position
-from grind_env.control.profile import travelled
-from grind_env.control.rules import motion_time
+from grind_env.control.events import CyclePlan, Position
+from grind_env.control.motion_profile import travelled
+from grind_env.control.work_limits import Rounds
 
 
 class Reversal(Enum):

@@ -6,13 +6,13 @@ depend on the wheel: `SystemVariables.dependent` is the first such variable read
 
 from decimal import Decimal
 
-from grind_env.control.control import WHEEL_RADIUS
-from grind_env.control.formulas import VariableFault, rounded
+from grind_env.control.axis_moves import Mover
+from grind_env.control.control_settings import WHEEL_RADIUS
+from grind_env.control.events import placed
+from grind_env.control.macro_formulas import VariableFault, rounded
 from grind_env.control.modes import WORK_SYSTEMS
-from grind_env.control.motions import placed
-from grind_env.control.moves import Mover
+from grind_env.control.motion_paths import AXES, displaced
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
-from grind_env.control.paths import AXES, displaced
 
 RADII = range(2001, 2100)
 """Variables of the radius table from entry 1; #2033 is the radius of the wheel."""

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Numbers, Table
-from grind_env.control.rules import motion_time
+from grind_env.control.cycle_rules import motion_time
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.tables import KindRow, kind_table, parameter_table
-from grind_env.envs.tape import BLOCKS, DRAWN
+from grind_env.envs.kind_tables import KindRow, kind_table, parameter_table
+from grind_env.envs.noise_tape import BLOCKS, DRAWN
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import KIND, MATERIAL, STOCK
-from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
+from grind_env.machine.dress.mounted_wheel import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.job import Job
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume

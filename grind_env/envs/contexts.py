@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.machines import read_plant_option, seed_beside
+from grind_env.envs.plant_options import read_plant_option, seed_beside
 from grind_env.envs.splits import EVERY, RENAMED, SPLITS, Split
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError, quoted

@@ -10,9 +10,18 @@ from numpy.typing import NDArray
 from grind_env.arrays import Table
 from grind_env.envs.contexts import Fixed, Given, distinct
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.noise_tape import (
+    DrawnKind,
+    Origin,
+    Sigmas,
+    draw_rows,
+    origin_of,
+    read_origin,
+    read_sigmas,
+    write_origin,
+)
 from grind_env.envs.random_numbers import ORDER, words_of
 from grind_env.envs.splits import Draws, draws_of
-from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
 from grind_env.envs.tasks.foreign_entries import OtherWheel
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader

@@ -20,8 +20,8 @@ from grind_env.envs.program_writer import Written
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.machine.record import GrindingRecord
-from grind_env.render import ansi, frames
-from grind_env.render.view import EpisodePicture
+from grind_env.render import frames, terminal_view
+from grind_env.render.episode_picture import EpisodePicture
 
 RENDER_MODES = ("rgb_array", "human", "ansi")
 METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
@@ -62,7 +62,7 @@ class EpisodeLength:
 
 
 class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
-    """Single environment of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
+    """Single environment of a simulation; `grind_env.envs.task_env` and the modules of `grind_env.envs.ids` make it.
 
     Args:
         simulation: dynamics, actions and observations.
@@ -226,7 +226,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")
             return None
         if self.render_mode == "ansi":
-            return ansi.panel(view)
+            return terminal_view.panel(view)
         if self.render_mode == "rgb_array":
             return frames.render(view)
         self.follower = self.follower or frames.Follower(view.title)

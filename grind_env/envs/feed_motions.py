@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.control.rules import INSTANT
+from grind_env.control.cycle_rules import INSTANT
 from grind_env.kernel import entry, inlined
-from grind_env.machine.loops.feeding import DRESSES, ENDS, GOES_ON, FeedMotion, write_motion
-from grind_env.machine.loops.rules import motion_time
+from grind_env.machine.loops.compiled_rules import motion_time
+from grind_env.machine.loops.concurrent_strokes import DRESSES, ENDS, GOES_ON, FeedMotion, write_motion
 
 
 class Infeed(NamedTuple):

@@ -3,13 +3,13 @@
 from typing import NamedTuple
 
 from grind_env.envs.cost import Found, Outcome, Shop
-from grind_env.envs.tables import KindRow
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.kind_tables import KindRow
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
-from grind_env.machine.script.settings import BlockSettings
-from grind_env.process.gauge import GaugeReadings
+from grind_env.machine.loops.stroke_totals import Tally, has_stalled, mean_first_power, mean_last_power
+from grind_env.machine.script.block_settings import BlockSettings
+from grind_env.process.gauge_readings import GaugeReadings
 
 GAUGE_EVERY = 3
 """Parts from one roughness gauging to the next."""

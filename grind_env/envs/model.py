@@ -9,10 +9,10 @@ from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.kind_tables import KindRow
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.simulation import Simulation, without_wheel_changes
-from grind_env.envs.tables import KindRow
-from grind_env.envs.tape import TapeRow
-from grind_env.machine.loops.shift import entries_of
+from grind_env.machine.loops.block_change import entries_of
 
 JUDGED = [KindRow._fields.index(name) for name in Judged._fields]
 MADE = [Outcome._fields.index(name) for name in ("size_error", "roughness_ratio")]

@@ -1,7 +1,7 @@
 """A part program executed cycle block by cycle block, one step of an environment each.
 
 The control stops before every cycle block, takes the words that an agent has chosen for it, and goes on to the next
-one, while `machine.run` grinds what it commands.
+one, while `machine.program_run` grinds what it commands.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,12 +13,12 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control import ControlError, CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
-from grind_env.control.source import SourceText
-from grind_env.control.words import Block
+from grind_env.control.block_words import Block
+from grind_env.control.program_text import SourceText
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
-from grind_env.machine.part.stations import sweep_between, sweep_of_plan
-from grind_env.machine.run import GrindingRun
+from grind_env.machine.part.parts_under_stroke import sweep_between, sweep_of_plan
+from grind_env.machine.program_run import GrindingRun
 
 Words = Mapping[str, str]
 """Numbers as written, by letter."""

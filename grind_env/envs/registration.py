@@ -2,7 +2,7 @@
 
 import gymnasium as gym
 
-from grind_env.envs.names import ANY_TASK, MODULE_NAMES, environment_id, task_names
+from grind_env.envs.task_names import ANY_TASK, MODULE_NAMES, environment_id, task_names
 
 
 def _register(env_id: str, module: str, **fixed: str) -> None:
@@ -11,7 +11,7 @@ def _register(env_id: str, module: str, **fixed: str) -> None:
 
 
 for name in task_names():
-    _register(environment_id(name), "any_task", task=name)
-_register(ANY_TASK, "any_task")
+    _register(environment_id(name), "task_env", task=name)
+_register(ANY_TASK, "task_env")
 for name in MODULE_NAMES:
     _register(environment_id(name), f"ids.{name}")

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.hidden import FACTORS
+from grind_env.envs.block_place import place_block
 from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
-from grind_env.envs.gauge import TAPER_NOISE
 from grind_env.envs.history import (
     FOUND,
     History,
@@ -25,10 +25,8 @@ from grind_env.envs.history import (
     truth_of,
     write_memory,
 )
-from grind_env.envs.placing import place_block
-from grind_env.envs.random_numbers import TAPER, deviation, words_of
-from grind_env.envs.tables import read_kind
-from grind_env.envs.tape import (
+from grind_env.envs.kind_tables import read_kind
+from grind_env.envs.noise_tape import (
     BLOCKS,
     KEY_0,
     KEY_1,
@@ -40,13 +38,16 @@ from grind_env.envs.tape import (
     read_row,
     read_sigmas,
 )
+from grind_env.envs.random_numbers import TAPER, deviation, words_of
+from grind_env.envs.task_gauges import TAPER_NOISE
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
-from grind_env.machine.loops.batch import CYCLE_FIELDS
+from grind_env.machine.dress.mounted_wheel import USUAL_DEPTH, USUAL_LEAD
+from grind_env.machine.loops.block_change import shift_of
+from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState, dress_lead
-from grind_env.machine.loops.feeding import FeedMotion
-from grind_env.machine.loops.rows import (
+from grind_env.machine.loops.machine_lanes import CYCLE_FIELDS
+from grind_env.machine.loops.records import (
     OWN_FROM,
     read_parameters,
     read_part,
@@ -57,16 +58,15 @@ from grind_env.machine.loops.rows import (
     write_wheel,
     write_zone,
 )
-from grind_env.machine.loops.shift import shift_of
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.part.gauging import gauge_zones
-from grind_env.machine.script.block import RestTimes
+from grind_env.machine.script.arrays import BlockRow
+from grind_env.machine.script.block_settings import BlockSettings, E, read_settings
 from grind_env.machine.script.replay import BlockPlace, covered_blocks_of, read_block, zoned_blocks_of
-from grind_env.machine.script.settings import BlockSettings, E, read_settings
-from grind_env.machine.script.tables import BlockRow
+from grind_env.machine.script.script_block import RestTimes
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.gauge import Gauge
+from grind_env.process.gauge_readings import Gauge
 from grind_env.process.process import Moment, Process, joined
 from grind_env.process.state import FORCES, StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

@@ -24,7 +24,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.threads import step_shared
 from grind_env.errors import GrindError
-from grind_env.render import ansi, frames
+from grind_env.render import frames, terminal_view
 
 VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 
@@ -226,7 +226,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             return None
         if not self.all_begun:
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
-        draw = ansi.panel if self.render_mode == "ansi" else frames.render
+        draw = terminal_view.panel if self.render_mode == "ansi" else frames.render
         ground = enumerate(zip(self.blocks, self.outcomes, strict=True))
         return tuple(draw(self.simulation.viewer.view(self.episodes, i, *each)) for i, each in ground)
 

@@ -2,5 +2,5 @@
 
 All are in vector formats (.svg, .pdf; .png, too), as wide as a column or a page, and readable in grey::
 
-    dress.py    what a dress changes
+    dress_effect.py    what a dress changes
 """

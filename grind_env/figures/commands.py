@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import Application, Writes
-from grind_env.commands import JobFile as ProblemJob
-from grind_env.commands import NamedProblem, Parts
+from grind_env.file_arguments import Application, Writes
+from grind_env.policy_commands import JobFile as ProblemJob
+from grind_env.policy_commands import NamedProblem, Parts
 
 app = Application(no_args_is_help=True, help="Draw figures for papers, as vector graphics of page width.")
 
@@ -26,7 +26,7 @@ def dress(
     dress_every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
 ) -> None:
     """Draw the last part before a dress and the first after it."""
-    from grind_env.figures.dress import dress_figure, dressed_run
+    from grind_env.figures.dress_effect import dress_figure, dressed_run
     from grind_env.policies.problem import find_problem
     from grind_env.render.figures import prepare_figure, write_figure
 

@@ -31,9 +31,9 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
+from grind_env.file_lock import alone
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
-from grind_env.lock import alone
 
 DIGEST = hashlib.sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # s without use, after which a file is deleted

@@ -6,14 +6,14 @@ from itertools import chain
 from pathlib import Path
 
 from grind_env.control import Control, Programs, execute, read_file
-from grind_env.control.operator import Panel
-from grind_env.control.options import interrupts_of
+from grind_env.control.command_options import interrupts_of
+from grind_env.control.operator_actions import Panel
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
-from grind_env.machine.job.file import job_of
-from grind_env.machine.part.unjudged import UnjudgedError
+from grind_env.machine.job.job_file import job_of
+from grind_env.machine.part.unsimulated_cuts import UnjudgedError
+from grind_env.machine.program_run import GrindingError, GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingError, GrindingRun
 
 __all__ = ["GrindingError", "grind", "grind_file", "refuse_unjudged"]
 
@@ -42,7 +42,7 @@ def grind(programs: Programs, job: Job, *, control: Control | None = None) -> Gr
         >>> from grind_env.control import read_file
         >>> from grind_env.envs.job.loading import EXAMPLE  # a part program of the package, with its job
         >>> from grind_env.machine.grind import grind
-        >>> from grind_env.machine.job.file import load_job
+        >>> from grind_env.machine.job.job_file import load_job
         >>> record = grind(read_file(EXAMPLE), load_job(EXAMPLE.with_suffix(".toml")))
         >>> len(record.strokes), round(record.seconds, 1), round(record.cost_per_good_part, 2)  # strokes, s, $
         (29, 101.3, 2.46)

@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING
 
 from grind_env.notebook.markup import fragment, items, paragraphs, table
+from grind_env.shop.calibrate.calibration_output import all_sentences, constants_table
 from grind_env.shop.calibrate.figure import draw_calibration
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.show import all_sentences, constants_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

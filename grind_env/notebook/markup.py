@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
+from grind_env.data_table import Column, table_of
 from grind_env.errors import printable
-from grind_env.table import Column, table_of
 
 MOST_ROWS = 30
 """Most rows of a table; a longer table shows its first and last rows."""
@@ -31,7 +31,7 @@ def fragment(title: str, *bodies: str) -> str:
 
 
 def table(columns: Sequence[Column | str], rows: Iterable[Any], left: int = 1) -> str:
-    """Return a table made by `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
+    """Return a table made by `grind_env.data_table.table_of`; its first `left` columns are text, the others numbers."""
     shown = table_of(columns, rows, left=left).shortened(MOST_ROWS)
     body = shown.html(lambda right, kind: f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"')
     return f'<div style="overflow-x:auto;margin:0.5em 0">{body}</div>'

@@ -2,7 +2,7 @@
 
 from grind_env.notebook.markup import fragment, paragraphs, table
 from grind_env.shop.optimise.outcome import Optimised
-from grind_env.shop.optimise.table import heading, sentences, tables_of
+from grind_env.shop.optimise.tables import heading, sentences, tables_of
 
 
 def html(found: Optimised) -> str:

@@ -3,7 +3,7 @@
 import itertools
 
 from grind_env.control import Programs
-from grind_env.control.source import readable
+from grind_env.control.program_text import readable
 from grind_env.notebook.markup import MOST_LINES, fragment, listing
 
 

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 from grind_env.machine.record import GrindingRecord
 from grind_env.notebook.markup import fragment, items, paragraphs, table
-from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
-from grind_env.render.plots import draw_record
-from grind_env.render.tables import faults, part_table, totals
+from grind_env.render.kinematic_table import HEADINGS, compared_blocks, compared_dresses
+from grind_env.render.record_plots import draw_record
+from grind_env.render.record_tables import faults, part_table, totals
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,9 +1,9 @@
 """View of a machine script: a row for each cycle block."""
 
 from grind_env.machine.axes import plunge_axis
-from grind_env.machine.script.block import ScriptBlock
+from grind_env.machine.script.block_settings import own_settings
 from grind_env.machine.script.script import Script
-from grind_env.machine.script.settings import own_settings
+from grind_env.machine.script.script_block import ScriptBlock
 from grind_env.notebook.markup import fragment, paragraphs, table
 
 HEADINGS = ("block", "cycle", "depth at end, mm", "E, mm/min", "D", "J, mm", "L", "dress program", "a dress, s")

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from grind_env.pages.fields import FILE as FIELDS
 from grind_env.pages.fields import fields_page
-from grind_env.pages.page import page
 from grind_env.pages.plants import FILE as PLANTS
 from grind_env.pages.plants import plants_page
-from grind_env.pages.series import plot_series
-from grind_env.pages.sheet import page_ids
-from grind_env.pages.summary import file_name, index
+from grind_env.pages.task_data import page_ids
+from grind_env.pages.task_page import page
+from grind_env.pages.task_summary import file_name, index
 from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
+from grind_env.pages.validation_figure import plot_series
 from grind_env.validation import validate
 from grind_env.validation.report import write_csv
 

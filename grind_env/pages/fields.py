@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from itertools import groupby
 
+from grind_env.data_table import Column, table_of
 from grind_env.envs.tasks import schema
 from grind_env.envs.tasks.schema import SchemaRow
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.process.catalogue import KINDS, load_catalogue
-from grind_env.table import Column, table_of
 
 FILE = "fields.md"
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from grind_env.envs.tasks.schema import FILES, SchemaRow, rows_of
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Station, Times, WheelStart
 from grind_env.process.catalogue import KINDS, USUAL
-from grind_env.process.tables import Content
+from grind_env.process.toml_tables import Content
 
 STAGES = "part.stages"
 """A table for each stage, headed `[[part.stages]]`."""

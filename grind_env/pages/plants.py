@@ -1,8 +1,8 @@
 """The page of the out-of-model machines."""
 
+from grind_env.data_table import Column, table_of
 from grind_env.plants import FAMILIES
 from grind_env.plants.family import Range
-from grind_env.table import Column, table_of
 
 FILE = "plants.md"
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from grind_env.table import Column, table_of
+from grind_env.data_table import Column, table_of
 from grind_env.validation import GROUPS, Row, unfit_uses
 from grind_env.validation.report import NUMBERS, beyond_limits, outside, reason, sources, totals, verdict
 from grind_env.validation.rig import CONDITIONS

@@ -5,7 +5,7 @@ process with hooks, a gauge, and numbers drawn by a seed from ranges with source
 """
 
 from grind_env.plants.family import Family, Range
-from grind_env.plants.names import FAMILIES, Plants, find_plant, find_plants
 from grind_env.plants.plant import Plant, PlantError
+from grind_env.plants.plant_names import FAMILIES, Plants, find_plant, find_plants
 
 __all__ = ["FAMILIES", "Family", "Plant", "PlantError", "Plants", "Range", "find_plant", "find_plants"]

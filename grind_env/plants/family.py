@@ -14,7 +14,7 @@ from zlib import crc32
 from grind_env.evidence import Basis, Evidence
 from grind_env.kernel import exp, log
 from grind_env.kernel.random import philox, uniform
-from grind_env.process.gauge import Gauge
+from grind_env.process.gauge_readings import Gauge
 from grind_env.process.process import Hook, Process
 from grind_env.toml import read_toml
 

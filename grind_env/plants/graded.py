@@ -7,8 +7,8 @@ import numpy as np
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.kernel.random import uniform
-from grind_env.plants.chance import words_of
 from grind_env.plants.family import Family, ranges_of
+from grind_env.plants.shift_events import words_of
 from grind_env.process.equations import RENEWAL_EXPONENT
 from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
@@ -39,7 +39,7 @@ def ring(at: float) -> float:
 def _before(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """Denser rings are harder; the grade changes fc, Gref and dr as in the catalogue (`equations.composition`)."""
+    """Denser rings are harder; the grade changes fc, Gref and dr as in the catalogue (`wheel_composition`)."""
     harder = own.graded_swing * ring(wheel.ds / own.graded_pitch + own.graded_phase)
     p = graded(p, (p.fc * exp(harder), p.Gref * exp(0.5 * harder), p.dr * exp(RENEWAL_EXPONENT * harder)))
     chips = uniform(words_of(own.graded_seed, moment)[0]) < own.graded_chips

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.dataclass_json import FormError
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import reason, shortened
-from grind_env.json_form import FormError
 from grind_env.policies.choices import Decision
 from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import named_policy

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.names import CORE, environment_id
+from grind_env.data_table import Table, table_of
+from grind_env.envs.task_names import CORE, environment_id
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.judging import Judgement, evaluate
 from grind_env.policies.policy import Policy
@@ -21,7 +22,6 @@ from grind_env.policies.statistics import (
     score_of_means,
 )
 from grind_env.scores import EPISODES, Reference, reference
-from grind_env.table import Table, table_of
 
 AGENT, ON_STATE = TRAINED[0], "mpc"
 """Bundled agent, and planner on the true state; both are shown next to a policy."""

@@ -15,11 +15,11 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
+from grind_env.html_views import html
 from grind_env.policies.choices import Decision
 from grind_env.policies.model_view import parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
-from grind_env.presenter import html
 
 SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
 """First seed of each range, frozen. A seed gives one episode, the same as `env.reset(seed=...)`. The split, not the

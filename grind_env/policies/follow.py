@@ -14,7 +14,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.model import MemberModel
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError, quoted
-from grind_env.extras import needing
+from grind_env.optional_libraries import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes

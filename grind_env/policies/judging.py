@@ -9,9 +9,11 @@ from typing import Any, get_args
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.data_table import Table, table_of
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
-from grind_env.plants.names import MODEL
+from grind_env.html_views import html
+from grind_env.plants.plant_names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
 from grind_env.policies.model_view import model_of, on
 from grind_env.policies.naming import agent_of, named_policy
@@ -26,9 +28,7 @@ from grind_env.policies.statistics import (
     score_of_means,
 )
 from grind_env.policies.tuned import ConfigError
-from grind_env.presenter import html
 from grind_env.scores import Reference, find_reference
-from grind_env.table import Table, table_of
 
 REFERENCE_SEEDS = "evaluation"
 """Seeds of the reference scores, which use the first episodes in the split `all`."""

@@ -9,9 +9,9 @@ import numpy as np
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation, with_start_of
 from grind_env.errors import GrindError, quoted
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.records import OWN_FROM
 from grind_env.plants import Plant
-from grind_env.plants.names import MODEL
+from grind_env.plants.plant_names import MODEL
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import (

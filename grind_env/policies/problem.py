@@ -8,10 +8,10 @@ from typing import Any
 import gymnasium as gym
 
 from grind_env.envs.arguments import check_file, check_parts
+from grind_env.envs.job.batch_program import MOST_PARTS, batch_name
 from grind_env.envs.job.loading import EXAMPLE
-from grind_env.envs.job.text import MOST_PARTS, batch_name
-from grind_env.envs.names import ANY_TASK, MODULE_NAMES, environment_id, task_names
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.task_names import ANY_TASK, MODULE_NAMES, environment_id, task_names
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file, missing

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.names import CORE, MODULE_NAMES, environment_id, task_names
+from grind_env.dataclass_json import FormError, formed, parsed
 from grind_env.envs.splits import EVERY
+from grind_env.envs.task_names import CORE, MODULE_NAMES, environment_id, task_names
 from grind_env.errors import quoted
 from grind_env.files import read_bytes, read_text, shown, write_atomically
-from grind_env.json_form import FormError, formed, parsed
 from grind_env.kernel.random import WORD
-from grind_env.plants.names import MODEL, modules_of
+from grind_env.plants.plant_names import MODEL, modules_of
 from grind_env.policies.apart import apart
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.guard import Guarded

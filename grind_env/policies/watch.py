@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.belief.wheel import WheelBelief
-from grind_env.envs.gauge import ROUGHNESS_NOISE, SIZE_NOISE
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow
+from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.policies.scripted.learned_laws import AIM, PowerLaw
 
 SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0

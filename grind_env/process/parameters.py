@@ -5,7 +5,7 @@ import math
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material, Wheel
-from grind_env.process.equations.slab import slab_modes
+from grind_env.process.equations.part_slab import slab_modes
 from grind_env.process.state import StrokeParameters
 
 USUAL_HEIGHT = 20.0

@@ -94,7 +94,7 @@ class Hook(NamedTuple):
 
 
 class PartHeat(NamedTuple):
-    """Heat memory of the package's process for the part in work: see `equations.slab`."""
+    """Heat memory of the package's process for the part in work: see `equations.part_slab`."""
 
     dT_1: float = 0.0
     """Part of the slowest mode in the mean temperature above the hall, K; that temperature is the sum of the modes."""

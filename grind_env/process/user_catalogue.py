@@ -11,7 +11,7 @@ from typing import Any
 
 from grind_env.process.catalogue import KINDS, UNCERTAINTY, Catalogue, is_calibrated, load_catalogue
 from grind_env.process.entries import CatalogueError, quantities
-from grind_env.process.tables import Error, TomlTable, sub_table, wrong
+from grind_env.process.toml_tables import Error, TomlTable, sub_table, wrong
 
 OWN = *KINDS, UNCERTAINTY
 """Tables that a job may have in its own catalogue, as a catalogue file."""

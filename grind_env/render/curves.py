@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.control.cycle_rules import DEPTH_TOLERANCE
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, Limits

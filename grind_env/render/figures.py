@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grind_env.errors import GrindError
-from grind_env.extras import needing
 from grind_env.files import check_target, write_atomically
+from grind_env.optional_libraries import needing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,7 +47,7 @@ def new_figure(width: float, height: float) -> "Figure":
         MissingExtra: matplotlib is not installed.
     """
     with needing("plot", "plots need"):
-        from grind_env.render.shown_figure import ShownFigure
+        from grind_env.render.notebook_figure import ShownFigure
     return ShownFigure(width, height)
 
 
@@ -60,7 +60,7 @@ def write_figure(figure: "Figure", path: str | Path) -> None:
     """
     from matplotlib import rc_context
 
-    from grind_env.render.shown_figure import DPI
+    from grind_env.render.notebook_figure import DPI
 
     check_format(path)
     path = Path(path)

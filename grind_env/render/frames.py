@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.extras import needing
-from grind_env.render.ansi import panel
-from grind_env.render.view import EpisodePicture, NoScreenError, RenderError
+from grind_env.optional_libraries import needing
+from grind_env.render.episode_picture import EpisodePicture, NoScreenError, RenderError
+from grind_env.render.terminal_view import panel
 
 if TYPE_CHECKING:
     from grind_env.render.window import Window

@@ -2,9 +2,9 @@
 
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, text_width
-from grind_env.render.charts import draw_charts
-from grind_env.render.scene import draw_lens, draw_machine, draw_tray
-from grind_env.render.view import EpisodePicture
+from grind_env.render.episode_picture import EpisodePicture
+from grind_env.render.machine_drawing import draw_lens, draw_machine, draw_tray
+from grind_env.render.strip_charts import draw_charts
 
 MARGIN = 14.0
 GAP = 8.0

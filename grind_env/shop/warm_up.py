@@ -11,16 +11,16 @@ import numpy as np
 
 from grind_env import examples
 from grind_env.errors import GrindError
-from grind_env.extras import MissingExtra
 from grind_env.kernel import compile_at_once
 from grind_env.kernel.cache import cache_folder
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.pages.sheet import page_ids
+from grind_env.optional_libraries import MissingExtra
+from grind_env.pages.task_data import page_ids
 from grind_env.process.corrected import EXPONENTS
-from grind_env.shop.calls import optimise
+from grind_env.shop.python_api import optimise
 
 BUDGET = 1.0
 """Time of the search, s; its first runs compile all code that it needs."""

@@ -27,7 +27,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.kernel.random import WORD
 from grind_env.plants.family import SEED
-from grind_env.plants.names import Plants
+from grind_env.plants.plant_names import Plants
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.view import GRID, LearnerForm, LearnerView, MemoryKind

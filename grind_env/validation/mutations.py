@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import load_catalogue
-from grind_env.validation import CHECKS, data, known_failures, row_of
+from grind_env.validation import CHECKS, known_failures, measured_data, row_of
 from grind_env.validation.rig import Rig
 
 LEAST_ROWS = 2
@@ -49,7 +49,7 @@ class Law(NamedTuple):
         return text.replace(self.old, self.new)
 
 
-LAWS = tuple(Law(**row) for row in data.rows("laws", Path(__file__).parent))
+LAWS = tuple(Law(**row) for row in measured_data.rows("laws", Path(__file__).parent))
 
 
 class MutationResult(NamedTuple):

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from grind_env.evidence import Basis, Evidence
-from grind_env.validation import data
+from grind_env.validation import measured_data
 from grind_env.validation.check import Band, Check
-from grind_env.validation.declared import Measurement
+from grind_env.validation.declared_checks import Measurement
 
 CASES: Mapping[str, tuple[str, str]] = {
     "R1": ("52100/A60J, 30 m/s, 12 m/min, 10 um", ""),
@@ -91,7 +91,7 @@ def optimum(row: dict[str, str]) -> Check:
 
 
 CHECKS = (
-    *map(magnitude, data.rows("expected_magnitudes")),
-    *(energy_range(row) for row in data.rows("specific_energy_ranges") if row["material"] in ENERGIES),
-    *map(optimum, data.rows("wen_optima")),
+    *map(magnitude, measured_data.rows("expected_magnitudes")),
+    *(energy_range(row) for row in measured_data.rows("specific_energy_ranges") if row["material"] in ENERGIES),
+    *map(optimum, measured_data.rows("wen_optima")),
 )

@@ -10,8 +10,8 @@ from rich import box
 from rich.console import Console
 from rich.text import Text
 
+from grind_env.data_table import Cell, Column, table_of
 from grind_env.files import write_csv as write_rows
-from grind_env.table import Cell, Column, table_of
 from grind_env.validation import GROUPS, Evidence, Row, is_expected, known_failures, unfit_uses
 from grind_env.validation.mutations import LEAST_ROWS, MutationResult
 from grind_env.validation.rig import CONDITIONS

@@ -12,10 +12,10 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.evidence import Basis, Evidence
-from grind_env.validation import data
+from grind_env.validation import measured_data
 from grind_env.validation.check import Band, Check
+from grind_env.validation.fitted_slopes import exponents
 from grind_env.validation.rig import Rig
-from grind_env.validation.slopes import exponents
 
 WIDTH = 20.0
 """Assumed width on which the volumes are ground, mm."""
@@ -62,7 +62,7 @@ def measured(wheel: AlloyWheel) -> AlloyRuns:
     """Return the nine runs of a wheel in INC751."""
     chosen = [
         row
-        for row in data.rows("valve_alloys")
+        for row in measured_data.rows("valve_alloys")
         if row["wheel"] == wheel.measured and float(row["vs_m_s"]) == wheel.speed and row["mat"] == ALLOY
     ]
     names = ("removal_rate_per_s", "volume_removed", "wheel_wear_um", "Ra_um")
@@ -101,7 +101,7 @@ def target(wheel: AlloyWheel, response: str, factor: str) -> tuple[float, float]
     subset = f"{wheel.measured} vs={wheel.speed:g} {ALLOY}"
     return next(
         (float(row["value"]), float(row["std_err"]))
-        for row in data.rows("derived_targets")
+        for row in measured_data.rows("derived_targets")
         if (row["subset"], row["response"], row["quantity"]) == (subset, response, f"exponent on {factor}")
     )
 

@@ -10,7 +10,7 @@ from agents.benchmark.measure import measure
 from agents.benchmark.plan import BenchmarkCell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
-from grind_env.envs.names import CORE, task_names
+from grind_env.envs.task_names import CORE, task_names
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy

@@ -20,7 +20,7 @@ from agents.benchmark.readme import section
 from agents.benchmark.results import merged, result_of
 from agents.benchmark.summary import NONE, budget, summaries
 from agents.benchmark.trials import BenchmarkTrial, digest, seconds
-from grind_env.envs.names import CORE
+from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight

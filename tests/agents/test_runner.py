@@ -16,7 +16,7 @@ from agents import runner
 from agents.provenance import ROOT
 from agents.runner import KILLED, LOST, RETRIES, Failed, attempt, run_all
 from grind_env.errors import GrindError
-from grind_env.extras import MissingExtra
+from grind_env.optional_libraries import MissingExtra
 from tests.patience import PATIENCE, wait_until
 
 TRIALS = ["mistake", "good", "killed", "defect", "fine"]

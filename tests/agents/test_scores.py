@@ -8,7 +8,7 @@ from agents import evaluations
 from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.scores import mean_return, reference_of
-from grind_env.envs.names import MODULE_NAMES, task_names
+from grind_env.envs.task_names import MODULE_NAMES, task_names
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names

@@ -13,7 +13,7 @@ from agents.dressing.unknowns import ALL, NOMINAL, PICTURE, UnknownTrial, answer
 from agents.tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS
-from grind_env.shop import calls
+from grind_env.shop import python_api
 from grind_env.shop.sweep.study import SweepRanges
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import status
@@ -43,7 +43,7 @@ def test_a_trial_is_the_sweep_of_a_job_file_with_that_number(tmp_path, monkeypat
     for number, (old, new) in changes.items():
         assert written.count(old) == 1
         (tmp_path / "plate_g82.toml").write_text(written.replace(old, new) + KNOWN, "utf-8")
-        swept = calls.sweep(tmp_path / "plate_g82.nc", dress_every=(1, 2), parts=2)
+        swept = python_api.sweep(tmp_path / "plate_g82.nc", dress_every=(1, 2), parts=2)
         found = find(UnknownTrial("plate_g82", number, "high", 40.0))
         assert [point[2] for point in found["points"]] == [each.cost.value for each in swept.speeds]
 

@@ -7,9 +7,9 @@ from PIL import Image
 from agents.commands.dataset import PLACE, make_dataset
 from agents.video import record, watch
 from grind_env import evaluate
-from grind_env.envs.gauge import GAUGE
+from grind_env.envs.task_gauges import GAUGE
 from grind_env.errors import GrindError
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.records import OWN_FROM
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.model_view import on
 from grind_env.policies.naming import named_policy

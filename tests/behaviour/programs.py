@@ -15,11 +15,11 @@ from typing import Any
 
 from grind_env.cli import BAD_INPUT, main
 from grind_env.control import Control, CyclePlan, CycleStart, Event, Interrupt, execute, read_file
-from grind_env.control.control import WHEEL_RADIUS
-from grind_env.control.words import Block
+from grind_env.control.block_words import Block
+from grind_env.control.control_settings import WHEEL_RADIUS
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
-from grind_env.render.tables import as_data
+from grind_env.machine.job.job_file import load_job
+from grind_env.render.record_tables import as_data
 from tests.behaviour.tables import Tables, flat, table
 
 FOLDERS = (Path(__file__).parents[2] / "grind_env" / "examples", Path(__file__).with_name("programs"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.names import environment_id, shipped_names
+from grind_env.envs.task_names import environment_id, shipped_names
 from grind_env.envs.tasks import read_task
 from tests.behaviour.environments import COUNT, kinds_of, recorded, vector_play
 from tests.behaviour.tables import Table, Tables, additions, changes, load

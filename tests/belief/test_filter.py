@@ -14,15 +14,15 @@ from grind_env.belief.wheel import BeliefError, WheelBelief, hypercube
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
+from grind_env.envs.kind_tables import kind_row
 from grind_env.envs.memory import belief_entries
 from grind_env.envs.model import MemberModel
-from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import kind_row
+from grind_env.envs.task_names import task_names
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.state import WheelState

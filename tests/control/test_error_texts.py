@@ -23,16 +23,16 @@ from grind_env.control import (
     read,
     read_file,
 )
+from grind_env.control.block_words import Block, read_block
+from grind_env.control.command_options import interrupts_of
 from grind_env.control.compensation.corners import CompensationFault
+from grind_env.control.control_flow import MOST_BLOCKS
 from grind_env.control.decode import decode
-from grind_env.control.flow import MOST_BLOCKS
-from grind_env.control.formulas import FormulaFault, VariableFault
-from grind_env.control.functions import FunctionFault
 from grind_env.control.geometry import ImpossibleArc
+from grind_env.control.macro_formulas import FormulaFault, VariableFault
+from grind_env.control.macro_functions import FunctionFault
 from grind_env.control.modal_state import Modes
-from grind_env.control.options import interrupts_of
-from grind_env.control.source import IN_MEMORY_BYTES
-from grind_env.control.words import Block, read_block
+from grind_env.control.program_text import IN_MEMORY_BYTES
 from grind_env.toml import tomllib
 from tests.command import status
 

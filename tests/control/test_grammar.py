@@ -1,10 +1,10 @@
 import pytest
 
 from grind_env.control import ControlError, Dwell, Line, Motion, ProgramEnd, ProgramStop, execute, read
+from grind_env.control.block_words import read_block
 from grind_env.control.decode import recognise
 from grind_env.control.numbers import STANDARD
-from grind_env.control.reader import read_file
-from grind_env.control.words import read_block
+from grind_env.control.program_reader import read_file
 from tests.control.harness import ends, motions, plans, refusal, run
 
 

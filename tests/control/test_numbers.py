@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Message, execute, numbers
+from grind_env.control.block_words import Block, Word, read_block
 from grind_env.control.errors import ControlError
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import read
-from grind_env.control.words import Block, Word, read_block
+from grind_env.control.program_reader import read
 
 SUPPRESSIONS = ("neither", "leading", "trailing")
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import Control, ControlError, Interrupt, execute, motions, read
+from grind_env.control import Control, ControlError, Interrupt, events, execute, read
 from grind_env.control.cycles import RULES, Rules, traverse
 from tests.control.harness import COMMON, DRESS, PARKED, run
 from tests.examples import examples
@@ -47,35 +47,35 @@ def programs(draw: Any) -> str:
     return "\n".join([*lines, one_of("M30", "")]) + DRESS
 
 
-def is_slow(made: list[motions.Event], dwell: float) -> bool:
+def is_slow(made: list[events.Event], dwell: float) -> bool:
     """Whether a pick is under way in the middle of the stroke after it."""
     picked = 0.0
     for event in made:
-        if isinstance(event, motions.Stroke) and picked > event.begin + 0.5 * (event.seconds - dwell):
+        if isinstance(event, events.Stroke) and picked > event.begin + 0.5 * (event.seconds - dwell):
             return True
-        picked = event.finish if isinstance(event, motions.Pick) else picked
+        picked = event.finish if isinstance(event, events.Pick) else picked
     return False
 
 
-def summed(made: list[motions.Event]) -> tuple[motions.CycleStrokes, float]:
+def summed(made: list[events.Event]) -> tuple[events.CycleStrokes, float]:
     """What the stepped events of a cycle between its pre-dress and its end come to, and the seconds of its dresses."""
     seconds, finish = 0.0, 0.0
     begins: list[float] = []
     dresses: list[tuple[int, float]] = []
-    strokes = [event for event in made if isinstance(event, motions.Stroke)]
+    strokes = [event for event in made if isinstance(event, events.Stroke)]
     for event in made:
-        if isinstance(event, motions.DressStart):
+        if isinstance(event, events.DressStart):
             dresses.append((len(begins), event.time - seconds))
             seconds -= event.time
-        elif isinstance(event, motions.DressEnd):
+        elif isinstance(event, events.DressEnd):
             seconds += event.time
-        elif isinstance(event, motions.Stroke):
+        elif isinstance(event, events.Stroke):
             begins.append(event.begin - seconds)
             finish = event.finish - seconds
     first = strokes[0]
     plunge = first.cycle.plunge_axis
     assert plunge is not None
-    one = motions.CycleStrokes(
+    one = events.CycleStrokes(
         time=finish,
         plan=first.cycle,
         start=first.start,
@@ -84,7 +84,7 @@ def summed(made: list[motions.Event]) -> tuple[motions.CycleStrokes, float]:
         seconds=tuple(stroke.seconds for stroke in strokes),
         plunge=tuple(stroke.middle[plunge] for stroke in strokes),
         cross=tuple(stroke.middle[3 - plunge - first.axis] for stroke in strokes),
-        end=next(event.end for event in reversed(made) if isinstance(event, motions.Stroke | motions.Pick)),
+        end=next(event.end for event in reversed(made) if isinstance(event, events.Stroke | events.Pick)),
         dresses=tuple(dresses),
         inch=first.inch,
     )
@@ -109,7 +109,7 @@ def numbers(value: Any, name: str = "", late: float = 0.0) -> Iterator[Any]:
         yield value - late if name in TIMES and isinstance(value, float) else value
 
 
-def require_same(found: motions.Event, stepped: motions.Event, late: float, exact: bool = True) -> None:
+def require_same(found: events.Event, stepped: events.Event, late: float, exact: bool = True) -> None:
     """The event has the same bits or, if dresses have been left out, says the same but for rounding."""
     if late == 0.0 and exact:
         assert found == stepped
@@ -118,17 +118,17 @@ def require_same(found: motions.Event, stepped: motions.Event, late: float, exac
         assert one == pytest.approx(other, abs=1e-9) if isinstance(other, float) else one == other
 
 
-def require_alike(found: list[motions.Event], stepped: list[motions.Event], dwell: float) -> None:
+def require_alike(found: list[events.Event], stepped: list[events.Event], dwell: float) -> None:
     """Whole cycles stand where the stepped ones do, and all else is the same; what can be whole is."""
     late, at, known = 0.0, 0, False
     for event in found:
-        known |= isinstance(event, motions.DressEnd)
-        first_stroke = isinstance(event, motions.Stroke) and event.number == 1
-        if first_stroke or isinstance(event, motions.CycleStrokes):
-            end = next(index for index in range(at, len(stepped)) if isinstance(stepped[index], motions.CycleEnd))
+        known |= isinstance(event, events.DressEnd)
+        first_stroke = isinstance(event, events.Stroke) and event.number == 1
+        if first_stroke or isinstance(event, events.CycleStrokes):
+            end = next(index for index in range(at, len(stepped)) if isinstance(stepped[index], events.CycleEnd))
             expected, seconds = summed(stepped[at:end])
             can_be_whole = not is_slow(stepped[at:end], dwell) and (known or expected.plan.dresses == 0)
-            assert isinstance(event, motions.CycleStrokes) == can_be_whole
+            assert isinstance(event, events.CycleStrokes) == can_be_whole
             if not first_stroke:
                 require_same(event, expected, late, exact=dwell == 0.0 and seconds == 0.0)
                 at, late = end, late + seconds
@@ -159,7 +159,7 @@ def test_a_cycle_ends_once_its_last_pick_has() -> None:
     control: dict[str, Any] = {"start": PARKED, "coverage_pass": False}
     found = run(text, whole_cycles=True, **control)
     require_alike(found, run(text, **control), dwell=0.0)
-    assert isinstance(found[1], motions.CycleStrokes) and isinstance(found[2], motions.CycleEnd)
+    assert isinstance(found[1], events.CycleStrokes) and isinstance(found[2], events.CycleEnd)
     assert found[2].time > found[1].time
 
 
@@ -224,33 +224,33 @@ def test_what_can_come_between_strokes_has_them_stepped(cycle: str, control: dic
     found = run(text, start=PARKED, whole_cycles=True, **control)
     assert found == run(text, start=PARKED, **control)
     assert any(
-        isinstance(event, motions.CycleStrokes) for event in run(f"{COMMON}{CYCLE}\nM30{DRESS}", whole_cycles=True)
+        isinstance(event, events.CycleStrokes) for event in run(f"{COMMON}{CYCLE}\nM30{DRESS}", whole_cycles=True)
     )
 
 
 @pytest.mark.parametrize("act", PANEL.values(), ids=PANEL)
 def test_what_the_operator_does_as_a_cycle_begins_has_it_stepped(act: Callable[[Control], None]) -> None:
-    def events(**settings: Any) -> Iterator[motions.Event]:
+    def produced(**settings: Any) -> Iterator[events.Event]:
         control = Control(start=PARKED, **settings)
         for event in execute(read(f"{COMMON}{CYCLE}\nM30{DRESS}"), control):
-            if isinstance(event, motions.CycleStart):
+            if isinstance(event, events.CycleStart):
                 act(control)
             yield event
 
-    assert list(events(whole_cycles=True)) == list(events())
+    assert list(produced(whole_cycles=True)) == list(produced())
 
 
 @pytest.mark.parametrize("hold", [Control.feedhold, lambda control: control.override(0.0)])
 def test_a_hold_as_a_cycle_begins_comes_before_its_first_stroke(hold: Callable[[Control], None]) -> None:
     control = Control(start=PARKED, whole_cycles=True)
-    events = execute(read(f"{COMMON}{CYCLE}\nM30{DRESS}"), control)
-    while not isinstance(next(events), motions.CycleStart):
+    coming = execute(read(f"{COMMON}{CYCLE}\nM30{DRESS}"), control)
+    while not isinstance(next(coming), events.CycleStart):
         pass
     hold(control)
-    assert isinstance(next(events), motions.Hold)
+    assert isinstance(next(coming), events.Hold)
     control.resume()
     control.override(100.0)
-    assert isinstance(next(events), motions.Stroke)
+    assert isinstance(next(coming), events.Stroke)
 
 
 @pytest.mark.parametrize(("block", "control"), AFTER_DRESS.values(), ids=AFTER_DRESS)
@@ -264,13 +264,13 @@ def test_a_dress_program_is_executed_until_it_leaves_the_tables_as_they_were(wri
     dress = DRESS.replace("G01", f"{write}\nG90 G01")
     text = f"{COMMON}{CYCLE} D3\nG82 Y-.06 D1\nG80\nG00 X0 Y0 Z3.\nM30{dress}"
     found, stepped = run(text, start=PARKED, whole_cycles=True), run(text, start=PARKED)
-    assert sum(isinstance(event, motions.CycleStrokes) for event in found) == whole
+    assert sum(isinstance(event, events.CycleStrokes) for event in found) == whole
     last, expected = found[-2], stepped[-2]
-    assert isinstance(last, motions.Rapid) and isinstance(expected, motions.Rapid)
+    assert isinstance(last, events.Rapid) and isinstance(expected, events.Rapid)
     assert last.end == expected.end
 
 
 def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
-    assert kinds == [motions.CycleStart, motions.CycleEnd, motions.ProgramEnd]
+    assert kinds == [events.CycleStart, events.CycleEnd, events.ProgramEnd]

@@ -34,7 +34,13 @@ UNIT = re.compile(
 """Of a quantity, or what says that it is a count, a flag or a number without one."""
 ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
 """A text that is no more than this makes an empty list on the site."""
-BEHIND = ("envs.tables", "envs.tape", "machine.loops.cycle", "machine.script.tables", "machine.loops.tally")
+BEHIND = (
+    "envs.kind_tables",
+    "envs.noise_tape",
+    "machine.loops.cycle",
+    "machine.script.arrays",
+    "machine.loops.stroke_totals",
+)
 """Modules with the tables of the compiled loops, of which the pages speak."""
 PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
 DERIVED = {

@@ -20,13 +20,13 @@ from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import NOISE, Episodes
 from grind_env.envs.job.disturbances import NEW_LOT, JobGenerator, conditions_of
-from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.noise_tape import SOURCE, TapeRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import SOURCE, TapeRow
+from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots, PartConditions
-from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.process.state import WheelState
 
 gym.register_envs(grind_env)

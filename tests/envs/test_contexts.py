@@ -8,12 +8,12 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.belief.hidden import CUT
-from grind_env.envs import any_task
+from grind_env.envs import task_env
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, nominal_context, read_options
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.random_numbers import within
 from grind_env.envs.splits import EVERY, SPLITS, Split, draws_of
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, refusal, start, whole_tape
@@ -274,7 +274,7 @@ def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> N
 
 def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
     for name, flags in (("power_limited", []), ("job_shop", [0.0, 0.0])):
-        env = any_task.make(name, observation="full")
+        env = task_env.make(name, observation="full")
         names = [entry.name for entry in env.observation_info()]
         told = [k for k, each in enumerate(names) if each.startswith("material_")]
         powers = []

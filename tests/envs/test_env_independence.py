@@ -6,8 +6,8 @@ from gymnasium.vector import AutoresetMode
 from grind_env.belief.hidden import CUT
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import IDS, Array, actions, assert_same, native, start
 

@@ -6,9 +6,9 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.names import environment_id
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import HIDDEN, physical
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.task_names import environment_id
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.pages import summary
 from tests.envs.harness import Array, Course, actions, every_id, native, start, whole_tape

@@ -4,9 +4,9 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 
-from grind_env.envs import any_task
-from grind_env.render import ansi, frames
-from grind_env.render.view import NoScreenError
+from grind_env.envs import task_env
+from grind_env.render import frames, terminal_view
+from grind_env.render.episode_picture import NoScreenError
 from tests.envs.harness import every_id, native
 
 ACTION = np.zeros(2, np.float32)
@@ -26,7 +26,7 @@ def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) ->
 def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     shown = {}
     for mode in ("rgb_array", "ansi"):
-        env = any_task.make("oracle6", render_mode=mode, show_block=True)
+        env = task_env.make("oracle6", render_mode=mode, show_block=True)
         env.reset(seed=0)
         first = env.render()
         *_, info = env.step(ACTION)
@@ -38,7 +38,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
         env.reset(seed=0)
         assert np.all(env.render() == first)
     assert np.array_equal(shown["rgb_array"], frames.render(view))
-    assert shown["ansi"] == ansi.panel(view)
+    assert shown["ansi"] == terminal_view.panel(view)
 
 
 @pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Reciprocation-v0"])
@@ -62,7 +62,7 @@ def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
 
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
-        any_task.make(render_mode="ansi").render()
+        task_env.make(render_mode="ansi").render()
 
 
 def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +76,7 @@ def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
             closed.append(True)
 
     monkeypatch.setattr(frames, "open_window", lambda title: Screen())
-    env = any_task.make("oracle6", render_mode="human")
+    env = task_env.make("oracle6", render_mode="human")
     env.reset(seed=0)
     env.step(ACTION)
     env.step(ACTION)
@@ -95,11 +95,11 @@ def test_without_a_screen_a_human_reads_text(
         raise NoScreenError("there is no screen")
 
     monkeypatch.setattr(frames, "open_window", no_screen)
-    env = any_task.make("oracle6", render_mode="human")
+    env = task_env.make("oracle6", render_mode="human")
     env.reset(seed=0)
     capsys.readouterr()
     env.step(ACTION)
-    assert capsys.readouterr().out == ansi.panel(env.view()) + "\n"
+    assert capsys.readouterr().out == terminal_view.panel(env.view()) + "\n"
     env.close()
 
 

@@ -10,7 +10,7 @@ import pytest
 import grind_env
 from grind_env.control import read
 from grind_env.envs.infos import RATIOS, READ, READINGS, found_bad
-from grind_env.envs.names import environment_id
+from grind_env.envs.task_names import environment_id
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

@@ -11,15 +11,15 @@ from grind_env.control import read, read_file
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job as job_env
 from grind_env.envs.job import simulation as job_simulation
-from grind_env.envs.job.outline import JobChoice, outline_of_runs
+from grind_env.envs.job.program_outline import JobChoice, outline_of_runs
 from grind_env.envs.program_episode import PassageError
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script.block import ScriptError
+from grind_env.machine.script.block_settings import Ranges
 from grind_env.machine.script.script import script_of
-from grind_env.machine.script.settings import Ranges
+from grind_env.machine.script.script_block import ScriptError
 from tests.envs.harness import job_drawn, refusal, reward_terms_of, tape_of_job
 from tests.examples import examples
 from tests.machine.harness import DRESS

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs import any_task
-from grind_env.envs.names import shipped_names
+from grind_env.envs import task_env
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks import load_task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import every_id, start
@@ -92,7 +92,7 @@ def simulation_of(name: str) -> Simulation:
     """Of a task, or of twelve parts of an example program."""
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
-    return any_task.simulation_of(read_task(name), "measured")
+    return task_env.simulation_of(read_task(name), "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())

@@ -6,8 +6,8 @@ import pytest
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.cost import Outcome
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, rollout, start
 

@@ -20,12 +20,12 @@ from grind_env.envs.blocks.program import CycleBlock
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
-from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.splits import EVERY, SPLITS
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id, without_expansion
 from tests.examples import examples

@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 
 from grind_env.envs.ids import reciprocation
-from grind_env.envs.names import task_names
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.task_names import task_names
 from tests.envs.harness import assert_same, whole_tape
 
 ID = "grind/Reciprocation-v0"

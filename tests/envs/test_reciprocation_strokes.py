@@ -10,8 +10,8 @@ from grind_env.control import Line, Source, execute, read
 from grind_env.envs.feed_motions import Infeed, Segment, segments, write_motions
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
+from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import load_task
 from grind_env.policies.registry import FIXED_PLANS
 from grind_env.scores import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text

@@ -6,11 +6,11 @@ from pathlib import Path
 import gymnasium as gym
 import pytest
 
-from grind_env.envs import any_task, tasks
-from grind_env.envs.any_task import simulation_of
+from grind_env.envs import task_env, tasks
 from grind_env.envs.blocks.job import check_task
 from grind_env.envs.ids import wide_plates
-from grind_env.envs.names import environment_id
+from grind_env.envs.task_env import simulation_of
+from grind_env.envs.task_names import environment_id
 from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed
@@ -39,7 +39,7 @@ def test_the_task_of_an_environment_of_its_own_is_none_of_cycle_blocks() -> None
     task = read_task(name)
     assert task.name == name and environment_id(name) in gym.registry
     assert name not in task_names()
-    for make in (load_task, any_task.make):
+    for make in (load_task, task_env.make):
         with pytest.raises(TaskError, match=f"there is no task '{name}'"):
             make(name)
 

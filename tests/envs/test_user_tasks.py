@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from grind_env.control import read
 from grind_env.envs.blocks.job import conditions, job, job_of
 from grind_env.envs.blocks.writer import request_times
-from grind_env.envs.names import FOLDER, environment_id, shipped_names
+from grind_env.envs.task_names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text

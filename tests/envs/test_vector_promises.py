@@ -16,7 +16,7 @@ from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.transition import TOGETHER
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.run import GrindingError
+from grind_env.machine.program_run import GrindingError
 from tests.envs.harness import MODES, assert_same, every_id, native, sampled
 
 ID = "grind/Job-v0"

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.envs import any_task
+from grind_env.envs import task_env
 from grind_env.envs.blocks.job import conditions, job
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.cost import Outcome
-from grind_env.envs.names import shipped_names
 from grind_env.envs.observations import bounds
 from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.grind import grind
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.records import OWN_FROM
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, whole_tape
@@ -112,7 +112,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return any_task.simulation_of(task, "full")
+    return task_env.simulation_of(task, "full")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:

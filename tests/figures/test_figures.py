@@ -16,9 +16,9 @@ from tests.examples import nightly
 
 pytest.importorskip("matplotlib")
 
-from grind_env.figures.dress import around_dress, dress_figure, dressed_run
+from grind_env.figures.dress_effect import around_dress, dress_figure, dressed_run
 from grind_env.render.figures import PlotError, write_figure
-from grind_env.render.style import COLOURS, COLUMN, DASHES, MARKS, PAGE
+from grind_env.render.paper_style import COLOURS, COLUMN, DASHES, MARKS, PAGE
 
 PLATE = grind_env.examples.path("plate_g82.nc")
 MM = 25.4

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from grind_env.envs.job.loading import load_simulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import MachineReadings
+from grind_env.shop.advise.operator_readings import MachineReadings
 from tests.foreign.shop import Block, Part, Shop, cost, depths_of, grind, run, shift, trace
 
 EFFORT = "--parts", "1", "--seed", "1", "--budget", "150 programs", "--json"

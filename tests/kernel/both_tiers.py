@@ -19,8 +19,8 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.kernel.tiers import WRITTEN, Entry, as_written
 from grind_env.machine.grind import grind_file
-from grind_env.machine.script.settings import DRESS_DEPTH, D, E
-from grind_env.plants.names import find_plant
+from grind_env.machine.script.block_settings import DRESS_DEPTH, D, E
+from grind_env.plants.plant_names import find_plant
 from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.process.catalogue import load_catalogue

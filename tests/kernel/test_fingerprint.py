@@ -25,7 +25,7 @@ import grind_env
 import grind_env.policies.scripted
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
-from grind_env.machine.loops.loops import Loops
+from grind_env.machine.loops.stroke_loops import Loops
 
 Maker = Callable[[int], Any]  # from a variant to what a kernel names `thing`
 
@@ -251,7 +251,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     shutil.copytree(
         Path(grind_env.__file__).parent, tmp_path / "grind_env", ignore=shutil.ignore_patterns("__pycache__")
     )
-    rooms = ("envs.transition", "process.process", "envs.gauge", "machine.loops.batch")
+    rooms = ("envs.transition", "process.process", "envs.task_gauges", "machine.loops.machine_lanes")
     names = tuple(f"grind_env.{room}" for room in rooms)
     script = (
         "import importlib; from grind_env.kernel.fingerprint import fingerprint\n"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from grind_env import examples
 from grind_env.kernel import entry, inlined_rule
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, survival, volume_left

@@ -4,15 +4,15 @@ from dataclasses import replace
 from typing import Any
 
 from grind_env.control import Control, Programs, execute, read
-from grind_env.control.rules import motion_time
+from grind_env.control.cycle_rules import motion_time
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
 from grind_env.machine.job.drawn_machines import draw_machine
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.loops.cycle import Stroking, dress_lead
-from grind_env.machine.loops.pace import pace_of
+from grind_env.machine.loops.table_speed import pace_of
+from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingRun
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

@@ -12,11 +12,11 @@ import grind_env
 from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
 from grind_env.machine.grind import grind_file
-from grind_env.machine.job.file import load_job
-from grind_env.machine.part.rows import STROKE_ROW
-from grind_env.machine.part.unjudged import runs
-from grind_env.render.reasons import shares
-from grind_env.render.tables import COLUMNS, print_record
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.part.stroke_record import STROKE_ROW
+from grind_env.machine.part.unsimulated_cuts import runs
+from grind_env.render.limit_causes import shares
+from grind_env.render.record_tables import COLUMNS, print_record
 from tests.command import status as grind
 from tests.machine import harness
 

@@ -9,10 +9,10 @@ import pytest
 import grind_env
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Diamond, PartConditions
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.comparison import compared_blocks, compared_dresses
+from grind_env.render.kinematic_table import compared_blocks, compared_dresses
 from tests.machine.harness import CYCLE, HEAD, job, run
 from tests.machine.test_grooving import NEAR, groove_job
 

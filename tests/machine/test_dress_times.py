@@ -8,8 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, read
-from grind_env.machine.dress.program import DressRun, run_dress
-from grind_env.machine.dress.times import dress_seconds
+from grind_env.machine.dress.dress_effect import DressRun, run_dress
+from grind_env.machine.dress.dress_time import dress_seconds
 from tests.machine.harness import job
 
 AT_PRIMARY = (230.0, -0.05, 0.0)

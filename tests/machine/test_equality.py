@@ -15,15 +15,15 @@ from hypothesis import strategies as st
 
 from grind_env.arrays import Array
 from grind_env.control import Control
+from grind_env.control.cycle_rules import DEPTH_TOLERANCE, motion_time
 from grind_env.control.cycles.plunge import PlungeCycle
-from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.loops import loops
-from grind_env.machine.loops.batch import NO_MOTIONS
+from grind_env.machine.loops import stroke_loops
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
-from grind_env.machine.loops.pace import pace_of
-from grind_env.machine.part.rows import WHEEL_FIELDS
+from grind_env.machine.loops.machine_lanes import NO_MOTIONS
+from grind_env.machine.loops.table_speed import pace_of
+from grind_env.machine.part.stroke_record import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, WheelState
@@ -371,7 +371,7 @@ def test_the_number_and_the_order_of_machines_change_no_bit(alone: tuple[bytes, 
 def test_the_number_of_lanes_changes_no_bit(
     alone: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
-    source = Path(loops.__file__).read_text(encoding="utf-8")
+    source = Path(stroke_loops.__file__).read_text(encoding="utf-8")
     assert "\nLANES = 8\n" in source
     path = tmp_path / f"loops_{count}.py"
     path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {count}\n"), encoding="utf-8")

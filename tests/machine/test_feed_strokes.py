@@ -14,10 +14,10 @@ from grind_env.control import read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.record import STROKE_ROW, GrindingRecord
-from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
+from grind_env.machine.script.script_block import ScriptError
 from tests.examples import examples
 from tests.machine import harness
 from tests.machine.harness import CYCLE, DRESS, HEAD, run

@@ -11,10 +11,10 @@ import grind_env
 from grind_env.control import Control, ControlError, Event, Execution, Programs, Spindle, read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine import grind as grind_module
-from grind_env.machine.dress.program import DressProgramError
+from grind_env.machine.dress.dress_effect import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, PartConditions
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, STILL, job, run
 

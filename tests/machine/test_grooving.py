@@ -9,7 +9,7 @@ import pytest
 from grind_env.control import Control, Infeed, Source
 from grind_env.machine.grind import GrindingError
 from grind_env.machine.job import Job, Stage
-from grind_env.machine.part.grooving import infeed_depth
+from grind_env.machine.part.groove_cuts import infeed_depth
 from tests.machine.harness import CATALOGUE, job, run
 
 LENGTH, WIDTH = 100.0, 25.0

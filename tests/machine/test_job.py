@@ -6,7 +6,7 @@ import pytest
 from grind_env.errors import GrindError
 from grind_env.files import ReadError
 from grind_env.machine.job import Job, JobError, Setup, Stage, Times, WheelStart
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job.job_file import job_beside, load_job
 from tests.machine.harness import job
 
 SHORTEST = """

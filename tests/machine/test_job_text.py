@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import grind_env
 from grind_env.machine.job import Diamond, Job, JobError, PartConditions, Stage
-from grind_env.machine.job.file import load_job
-from grind_env.machine.job.text import job_text
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.job.job_writer import job_text
 from grind_env.process.catalogue import load_catalogue
 from tests.examples import examples
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from grind_env.extras import MissingExtra
+from grind_env.optional_libraries import MissingExtra
 from tests.machine.harness import CYCLE, HEAD, job, run
 
 

@@ -10,14 +10,14 @@ from grind_env.arrays import Array
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.batch_program import with_words_chosen
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
-from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.stroke_totals import Tally
+from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingRun
 from grind_env.process.state import WheelState
 from tests.machine.harness import DRESS, job, machine_after
 

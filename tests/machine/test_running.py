@@ -16,8 +16,8 @@ from grind_env.control import Spindle, Switch, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Diamond, Job
-from grind_env.machine.job.file import load_job
-from grind_env.machine.part.running import Running, RunningWarnings
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.part.spindle_coolant import Running, RunningWarnings
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, told_stepped
 

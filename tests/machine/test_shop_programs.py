@@ -10,8 +10,8 @@ from grind_env.control import Programs, check, read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
-from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
+from grind_env.machine.script.script_block import ScriptError
 from tests.command import status
 from tests.machine.harness import DRESS, HEAD, machine_after
 from tests.machine.test_replay import assert_replayed, shop

@@ -5,7 +5,7 @@ import llvmlite.binding as llvm
 import numba
 import pytest
 
-from grind_env.machine.loops.loops import Loops
+from grind_env.machine.loops.stroke_loops import Loops
 from tests.batches import FEEDS, PLUNGES, TRAVERSES
 from tests.examples import nightly
 

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from grind_env.machine.job import Job, Stage
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.tables import cause_words, causes_of, print_record
+from grind_env.render.record_tables import cause_words, causes_of, print_record
 from tests.machine.harness import CATALOGUE, HEAD, job, run
 
 ROUGH = "G82 X230. I-30. Y-.03 J-.015 L0 F60. E15000. P9100\nG80\n"

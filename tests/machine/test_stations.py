@@ -11,18 +11,18 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
-from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.program_outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError, Part, PartConditions, Station
-from grind_env.machine.job.file import load_job
-from grind_env.machine.job.text import job_text
-from grind_env.machine.part.unjudged import UnjudgedError
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.job.job_writer import job_text
+from grind_env.machine.part.unsimulated_cuts import UnjudgedError
+from grind_env.machine.program_run import GrindingError
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingError
-from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
-from grind_env.render.tables import as_data, part_table
+from grind_env.machine.script.script_block import ScriptError
+from grind_env.render.record_tables import as_data, part_table
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS, LONG_AFTER, job, run, told_stepped
 

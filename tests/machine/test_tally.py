@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from grind_env.machine.loops.tally import (
+from grind_env.machine.loops.stroke_totals import (
     NOTHING,
     Tally,
     count_dress,

@@ -12,19 +12,19 @@ import pytest
 
 from grind_env.control import read
 from grind_env.control.cycle_block import WORDS
+from grind_env.control.cycle_rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
 from grind_env.control.cycles import RULES, Rules
-from grind_env.control.motions import CyclePlan
-from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
+from grind_env.control.events import CyclePlan
 from grind_env.kernel import inlined
-from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
-from grind_env.machine.loops.loops import Loops, loops_of
-from grind_env.machine.loops.zones import EDGES
+from grind_env.machine.loops.machine_lanes import CYCLE_FIELDS, NO_MOTIONS
+from grind_env.machine.loops.stroke_loops import Loops, loops_of
+from grind_env.machine.loops.surface_zones import EDGES
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.script.arrays import BlockRow, PlanRow, tables_of
 from grind_env.machine.script.replay import BlockPlace, blocks_of
 from grind_env.machine.script.script import script_of
-from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
 from tests.machine.harness import DRESS, HEAD, job, run, start_wheel, stroking

@@ -11,8 +11,8 @@ from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS, uncertainty_of, usual_uncertainty
-from grind_env.machine.job.file import load_job
-from grind_env.machine.job.text import job_text
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
 from tests.machine.harness import drawn_machines
 

@@ -17,7 +17,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part.coverage import CELL
-from grind_env.machine.part.unjudged import UnjudgedError, list_lines
+from grind_env.machine.part.unsimulated_cuts import UnjudgedError, list_lines
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.script import script_of
 from tests.command import status

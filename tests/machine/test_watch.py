@@ -7,7 +7,7 @@ import pytest
 
 from grind_env.control import Control
 from grind_env.machine.job import WheelStart
-from grind_env.render.reasons import explain
+from grind_env.render.limit_causes import explain
 from tests.machine.harness import CATALOGUE, CYCLE, HEAD, job, run
 
 

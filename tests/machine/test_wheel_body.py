@@ -12,7 +12,7 @@ from grind_env.control import Motion, Position, Rapid, Source
 from grind_env.machine.dress.wheel_body import over_diamond
 from grind_env.machine.job import PartConditions
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.watch.clearance import CRASH, into_part
+from grind_env.machine.warnings.clearance import CRASH, into_part
 from tests.machine.harness import job
 
 RADIUS, WIDTH = 150.0, 25.0

@@ -10,7 +10,7 @@ from grind_env.control import CycleStrokes, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import PartConditions
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.watch import RunWatch
+from grind_env.machine.warnings import RunWatch
 from grind_env.process.equations import LEAST_DIAMETER
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run
 

@@ -125,8 +125,8 @@ def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record
 
 
 def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
-    from grind_env.machine.part.executions import EXECUTION_ROW
-    from grind_env.machine.part.rows import STROKE_ROW
+    from grind_env.machine.part.block_executions import EXECUTION_ROW
+    from grind_env.machine.part.stroke_record import STROKE_ROW
     from grind_env.machine.record import DRESS_ROW, PART_ROW
 
     names = {name for dtype in (STROKE_ROW, EXECUTION_ROW, DRESS_ROW, PART_ROW) for name in dtype.names or ()}

@@ -11,10 +11,10 @@ from grind_env.envs.tasks.tables import Kind
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.pages.fields import fields_page
-from grind_env.pages.series import MACHINES, PublishedSeries, by_machine, plot_series
+from grind_env.pages.validation_figure import MACHINES, PublishedSeries, by_machine, plot_series
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import Quantity, quantities
-from grind_env.validation import data
+from grind_env.validation import measured_data
 
 PAGE = fields_page()
 JOB, CATALOGUE, TASK = (re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:])[:3]
@@ -87,14 +87,14 @@ def test_a_name_says_level_and_trend():
 def test_the_picture_is_drawn_and_its_caption_names_data_that_ship(tmp_path):
     caption = plot_series(tmp_path / "series.png")
     assert (tmp_path / "series.png").read_bytes().startswith(b"\x89PNG")
-    assert all((data.DATA / name).exists() for name in re.findall(r"`(\w+\.csv)`", caption))
-    Ra = [float(run["Ra_um"]) for run in data.rows("flat_grinding_L8_dressing")]
+    assert all((measured_data.DATA / name).exists() for name in re.findall(r"`(\w+\.csv)`", caption))
+    Ra = [float(run["Ra_um"]) for run in measured_data.rows("flat_grinding_L8_dressing")]
     assert f"Ra: 11 % ({100 * np.std(np.log(Ra)):.0f} %)." in caption
     assert "force, power: NOT measured" in caption
     assert caption.count("against") == 6  # five series, and the note
 
 
 def test_chip_thickness_of_the_bearing_steel_follows_from_speeds_and_depth():
-    for row in data.rows("aisi52100_cbn_conditions"):
+    for row in measured_data.rows("aisi52100_cbn_conditions"):
         depth, table, wheel = (float(row[name]) for name in ("downfeed", "table_speed", "wheel_speed"))
         assert depth * table / wheel == pytest.approx(float(row["heq_um"]), rel=1e-3)

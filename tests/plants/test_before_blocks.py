@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.gauge import GAUGE, noisy
+from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.plants import FAMILIES, Plant
 from grind_env.plants.plant import mixed
 from grind_env.process import equations as eq
-from grind_env.process.gauge import QUIET, GaugeReadings, chain_gauges
+from grind_env.process.gauge_readings import QUIET, GaugeReadings, chain_gauges
 from tests.plants.written import Shop, written
 from tests.process.harness import CATALOGUE, parameters
 

@@ -11,16 +11,16 @@ import pytest
 
 from grind_env.control import read
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.machines import OtherMachine
+from grind_env.envs.plant_options import OtherMachine
 from grind_env.envs.simulation import with_start_of
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.tasks.schema import document, toml_text
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind, grind_file
 from grind_env.machine.job import JobError
-from grind_env.machine.job.file import load_job
-from grind_env.machine.job.text import job_text
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.job.job_writer import job_text
+from grind_env.machine.loops.records import OWN_FROM
 from grind_env.plants import PlantError, find_plant
 from tests.envs.test_job_env import GROOVED, written
 

@@ -11,7 +11,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind_file
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.records import OWN_FROM
 from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import start_episodes

@@ -11,14 +11,14 @@ import pytest
 from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
-from grind_env.envs.gauge import noisy
 from grind_env.envs.program_writer import Written
+from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import read_task
-from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.plants import FAMILIES, Plant, find_plant
 from grind_env.plants.plant import mixed
-from tests.plants.test_names import differing
+from tests.plants.test_plant_names import differing
 from tests.process.test_toy_process import NEAR, ground
 
 CHOICES = [(6000.0, 0.0), (9000.0, 2.0), (7000.0, 0.0), (6000.0, 1.0), (8000.0, 0.0), (5000.0, 0.0)]

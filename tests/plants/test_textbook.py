@@ -11,7 +11,7 @@ from grind_env.plants import FAMILIES, Plant, find_plant, find_plants
 from grind_env.plants.family import HELD_OUT, PUBLIC
 from grind_env.plants.plant import mixed
 from grind_env.plants.textbook import DEPTH, SPEED, TEXTBOOK
-from tests.plants.test_names import differing
+from tests.plants.test_plant_names import differing
 from tests.plants.test_processes import bare, first
 from tests.plants.written import Shop, written
 

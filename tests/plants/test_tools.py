@@ -6,11 +6,11 @@ import pytest
 
 from grind_env import examples
 from grind_env.machine.grind import grind_file
-from grind_env.machine.job.file import load_job
-from grind_env.render.tables import as_data as run_data
+from grind_env.machine.job.job_file import load_job
+from grind_env.render.record_tables import as_data as run_data
 from grind_env.shop.advise.command import AdviceRequest
-from grind_env.shop.calls import optimise
-from grind_env.shop.optimise import table
+from grind_env.shop.optimise import tables
+from grind_env.shop.python_api import optimise
 from grind_env.shop.sweep.study import SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences
 
@@ -74,5 +74,5 @@ def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
         cost = run_data(record, record.job, "")["cost"] / len(record.parts)
         assert found.quantity("cost").expected[0] == pytest.approx(cost, rel=1e-6)
     assert all(each.price is None for each in on_plant.limits)
-    assert f"judged on {PLANT}" in table.heading(on_plant) and table.as_data(on_plant)["plant"] == PLANT
-    assert "plant" not in table.as_data(on_model) and "judged on" not in table.heading(on_model)
+    assert f"judged on {PLANT}" in tables.heading(on_plant) and tables.as_data(on_plant)["plant"] == PLANT
+    assert "plant" not in tables.as_data(on_model) and "judged on" not in tables.heading(on_model)

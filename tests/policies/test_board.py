@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs.names import CORE, environment_id
+from grind_env.envs.task_names import CORE, environment_id
 from grind_env.policies.board import BoardRow
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.scores import normalise, reference

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.cost import Outcome
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices, nearest_speed
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem

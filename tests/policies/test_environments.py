@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from grind_env.envs.episodes import DRAWN_FROM, Episodes
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
 from grind_env.policies.evaluation import roll_out, run_seeds, start_episodes

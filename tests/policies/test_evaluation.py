@@ -6,7 +6,7 @@ import pytest
 
 import grind_env
 from grind_env.envs.episodes import NOISE
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.tasks import Due
 from grind_env.policies import columns
 from grind_env.policies.choices import Decision

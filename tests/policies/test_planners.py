@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes

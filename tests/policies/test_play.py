@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from grind_env.envs.names import CORE, MODULE_NAMES, task_names
+from grind_env.envs.task_names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import grind_env
+from grind_env.dataclass_json import FormError
 from grind_env.errors import GrindError
-from grind_env.json_form import FormError
 from grind_env.policies import rows
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy

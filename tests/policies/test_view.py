@@ -4,7 +4,7 @@ from gymnasium import spaces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs import any_task
+from grind_env.envs import task_env
 from grind_env.envs.memory import BeliefMemory, belief_entries
 from grind_env.policies.learned.view import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
 from grind_env.policies.scripted.rules import REFERENCE_AREA
@@ -21,7 +21,7 @@ ESTIMATES = 4
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
     """What `n` episodes measure under random actions."""
-    env = any_task.make_vector(n, observation="measured", autoreset_mode="SameStep")
+    env = task_env.make_vector(n, observation="measured", autoreset_mode="SameStep")
     seen = [env.reset(seed=seed)[0]]
     rng = np.random.default_rng(seed)
     for _ in range(blocks):

@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.control.rules import motion_time
+from grind_env.control.cycle_rules import motion_time
 from grind_env.process.cost import Limits, Rates, running_cost, survival
 from grind_env.process.state import StrokeParameters
 from tests.process.harness import Grinder, grinder

@@ -13,7 +13,7 @@ from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import CatalogueError, Entry, Fluid, Material, Quantity, Wheel, quantities
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters
-from grind_env.process.tables import keys
+from grind_env.process.toml_tables import keys
 from tests.machine.harness import HEAD, job, run
 
 BUILT_IN = load_catalogue()

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from grind_env.process import comparison
+from grind_env.process import kinematic_numbers
 from grind_env.process.process import whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.examples import nightly
@@ -261,6 +261,6 @@ def test_a_while_is_as_long_from_whatever_sum_its_time_comes() -> None:
 def test_numbers_to_compare_cycles_by_are_those_worked_out_by_hand() -> None:
     # 0.01 mm deep at 12 m/min, wheel of 400 mm at 32 m/s; then a fourth as deep
     ae, vw, vs, ds = np.array([0.01, 0.0025]), np.full(2, 200.0), np.full(2, 32.0), np.full(2, 400.0)
-    assert comparison.speed_ratio(vs, vw) == pytest.approx([160.0, 160.0])
+    assert kinematic_numbers.speed_ratio(vs, vw) == pytest.approx([160.0, 160.0])
     # 10^6/160 times 1/200, and half of that
-    assert comparison.aggressiveness(vw, vs, ae, ds) == pytest.approx([31.25, 15.625])
+    assert kinematic_numbers.aggressiveness(vw, vs, ae, ds) == pytest.approx([31.25, 15.625])

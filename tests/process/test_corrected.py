@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
-from grind_env.envs.job.text import repeated
+from grind_env.envs.job.batch_program import repeated
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.grind import grind
 from grind_env.machine.job import JobError, PartConditions
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
-from grind_env.machine.job.text import job_text
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process.corrected import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS

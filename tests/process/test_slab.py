@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import eigh_tridiagonal
 
 from grind_env.arrays import Array
-from grind_env.process.equations.slab import slab_modes
+from grind_env.process.equations.part_slab import slab_modes
 from tests.process.harness import CATALOGUE, parameters
 
 STEEL = CATALOGUE.material("aisi_52100")

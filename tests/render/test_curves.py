@@ -8,9 +8,9 @@ import pytest
 import grind_env
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.render.curves import MANY_PARTS, MOST_GROUPS, MOST_STROKES, Picture, depth_lag, picture, sparks_out
-from grind_env.render.plots import plot_record
+from grind_env.render.record_plots import plot_record
 from tests.examples import nightly
 from tests.machine.harness import DRESS
 

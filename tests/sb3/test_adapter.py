@@ -8,7 +8,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import A2C
 from stable_baselines3.common.vec_env import DummyVecEnv, VecCheckNan, VecEnv, VecMonitor, VecNormalize
 
-from grind_env.envs import any_task
+from grind_env.envs import task_env
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.envs.wrappers import BeliefFilter, HistoryStack, VectorBeliefFilter, VectorHistoryStack
 from grind_env.errors import GrindError
@@ -21,7 +21,7 @@ WRAPPERS = {BeliefFilter: VectorBeliefFilter, HistoryStack: VectorHistoryStack}
 
 
 def native(envs: int = 3, **arguments) -> GrindVectorEnv:
-    return any_task.make_vector(envs, autoreset_mode="SameStep", **arguments)
+    return task_env.make_vector(envs, autoreset_mode="SameStep", **arguments)
 
 
 def singles(env_id: str, wrap=lambda env: env, **arguments) -> DummyVecEnv:
@@ -191,7 +191,7 @@ def test_the_adapter_shows_the_pictures_of_dummy_vec_env():
 def test_the_adapter_refuses_other_autoreset_modes():
     for wrap in (lambda env: env, *WRAPPERS.values()):
         with pytest.raises(GrindError, match=r"has AutoresetMode\.NEXT_STEP, but .* needs autoreset_mode='SameStep'"):
-            SB3VecEnv(wrap(any_task.make_vector(2)))
+            SB3VecEnv(wrap(task_env.make_vector(2)))
     silent = native()
     silent.metadata = {}
     with pytest.raises(GrindError, match="has no autoreset mode, but"):

@@ -14,9 +14,9 @@ from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import check_readings, readings_of
+from grind_env.shop.advise.operator_readings import check_readings, readings_of
+from grind_env.shop.advise.reading_sources import CsvSource, ReadingsRow
 from grind_env.shop.advise.session import Files, Session
-from grind_env.shop.advise.sources import CsvSource, ReadingsRow
 from grind_env.shop.advise.state import origin_of
 from tests.policies.harness import network_of
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from grind_env.control import read_file
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters
+from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters
+from grind_env.shop.calibrate.least_squares import changes_of
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.solver import changes_of
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 
 EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from grind_env.errors import GrindError
-from grind_env.shop.advise.readings import check_readings, readings_of
-from grind_env.shop.advise.sources import LONGEST_LINE, CsvSource, JsonLines, Prompt, ReadingsRow
+from grind_env.shop.advise.operator_readings import check_readings, readings_of
+from grind_env.shop.advise.reading_sources import LONGEST_LINE, CsvSource, JsonLines, Prompt, ReadingsRow
 from tests.command import Grind
 from tests.shop.advising import PLATE, advised, batch, plate_in, rows_of, session_of, session_steps
 

@@ -9,7 +9,7 @@ import pytest
 
 from grind_env.shop.advise.adviser import policy_for
 from grind_env.shop.advise.adviser_policy import PROVED, AdviserPolicy
-from grind_env.shop.advise.readings import readings_of
+from grind_env.shop.advise.operator_readings import readings_of
 from tests.examples import few
 from tests.foreign.shop import SHOPS, PowerLaw, cost, depths_of, plans, shift, volumes_of
 from tests.foreign.tools import advised_shift

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.batch_program import batch_of, repeated
+from grind_env.envs.job.program_outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import batch_of, repeated
 from grind_env.machine.grind import grind as run
-from grind_env.machine.job.file import load_job
-from grind_env.machine.script.settings import E
-from grind_env.machine.script.tables import PlanRow, ScriptTables
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.script.arrays import PlanRow, ScriptTables
+from grind_env.machine.script.block_settings import E
 from grind_env.shop import trials as trials_module
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise import variation
-from grind_env.shop.optimise.finding import find_words
-from grind_env.shop.optimise.table import sentences
+from grind_env.shop.optimise import varied_program
+from grind_env.shop.optimise.optimisation import find_words
+from grind_env.shop.optimise.tables import sentences
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.examples import few
 from tests.shop.programs import EXAMPLES, JOB, PROGRAMS, write
@@ -151,7 +151,7 @@ def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytes
         return ground(trials, settings, seeds, *rest, **others)
 
     monkeypatch.setattr(trials_module, "CORES", 1)
-    monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+    monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
     monkeypatch.setattr(Trials, "_ground", ticking)
     monkeypatch.setattr(clock, "monotonic", lambda: now[0])
     found = find_words(EXAMPLES / "plate_g82.nc", None, parts=2, seconds=seconds)

@@ -8,9 +8,9 @@ import pytest
 
 from grind_env.control import read
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.shop.optimise.judgement import QUANTITIES
-from grind_env.shop.optimise.table import NAMES
+from grind_env.shop.optimise.tables import NAMES
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
 from tests.examples import nightly

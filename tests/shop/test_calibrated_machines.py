@@ -13,16 +13,16 @@ from agents.plants.machines import PROGRAMS
 from grind_env.cli import app
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
-from grind_env.shop.calibrate.plan import plan_of
+from grind_env.shop.calibrate.experiment_program import plan_of
+from grind_env.shop.calibrate.least_squares import Data, Solver
 from grind_env.shop.calibrate.result import catalogue_text
-from grind_env.shop.calibrate.solver import Data, Solver
 from grind_env.shop.calibrate.verdict import FitJudgement
-from grind_env.shop.calls import plan
+from grind_env.shop.python_api import plan
 from tests.examples import nightly
 from tests.shop.blemished import PLAIN, write_log
 from tests.shop.coverage import EXAMPLES
@@ -152,7 +152,7 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
     path = tmp_path / "shop.toml"
     with pytest.raises(WorseFit, match="--force"):
         worse.write(path)
-    monkeypatch.setattr("grind_env.shop.calls.calibrate", lambda *_, **__: worse)
+    monkeypatch.setattr("grind_env.shop.python_api.calibrate", lambda *_, **__: worse)
     words = ["calibrate", PROGRAM, "--program", PROGRAM, "--job", JOB, "-o", path]
     status, out, err = grind(*words)
     assert status == 3 and "predicts power better" in err

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from grind_env.control import read, read_file
 from grind_env.examples import __file__ as examples
 from grind_env.machine.grind import grind_file
-from grind_env.machine.job.file import load_job
-from grind_env.machine.script.settings import D
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.script.block_settings import D
 from grind_env.shop.dress_interval import DressInterval, intervals_between
-from grind_env.shop.optimise.counting import counting_of
-from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.interval_counter import counting_of
+from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
-from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.optimise.varied_program import Variation, variation_of
+from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import SearchOptions, options_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of

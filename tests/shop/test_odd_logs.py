@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.align import find_program
-from grind_env.shop.calibrate.alignment import Alignment
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.columns import read_map
+from grind_env.shop.calibrate.column_names import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.logs import read_log
-from grind_env.shop.calibrate.pattern import RepeatedProgram, pattern_of, powers
+from grind_env.shop.calibrate.log_alignment import Alignment
+from grind_env.shop.calibrate.power_logs import read_log
+from grind_env.shop.calibrate.stroke_pattern import RepeatedProgram, pattern_of, powers
+from grind_env.shop.calibrate.stroke_search import find_program
 from tests.examples import few
 from tests.shop.blemished import PLAIN, write_log
 from tests.shop.coverage import EXAMPLES

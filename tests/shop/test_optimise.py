@@ -15,18 +15,18 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.statistics import bootstrap
-from grind_env.shop.optimise import finding, variables
+from grind_env.shop.optimise import optimisation, variables
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.judgement import ProgramJudge, words_of
+from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Budget, Point, Search
-from grind_env.shop.optimise.table import as_data, sentences
-from grind_env.shop.optimise.variation import LOTS
+from grind_env.shop.optimise.tables import as_data, sentences
+from grind_env.shop.optimise.varied_program import LOTS
 from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of
@@ -147,7 +147,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
         return new._replace(ratios=np.full((1, 4), 1.02)) if len(words) <= refused else new
 
     monkeypatch.setattr(ProgramJudge, "measured", harsh)
-    monkeypatch.setattr(finding, "costs_of_limits", lambda *arguments: {})
+    monkeypatch.setattr(optimisation, "costs_of_limits", lambda *arguments: {})
     options = options_of(["E"])
     found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), options, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1
@@ -230,7 +230,7 @@ class Clock:
 def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program without a script, two blocks under G96, that is tried on a quarter of the lots."""
     monkeypatch.setitem(LOTS, LotUse.SEARCH, 4)
-    monkeypatch.setattr(finding, "LEAST_JUDGED", 2)
+    monkeypatch.setattr(optimisation, "LEAST_JUDGED", 2)
     path = tmp_path / "part.nc"
     text = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
     path.write_text(text.replace("S1910 M03", "G96 S1800 M03"), encoding="utf-8")

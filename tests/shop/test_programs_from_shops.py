@@ -21,13 +21,13 @@ from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import load_job
-from grind_env.shop.calls import optimise, sweep
-from grind_env.shop.optimise import variation
-from grind_env.shop.optimise.editing import text_of
+from grind_env.machine.job.job_file import load_job
+from grind_env.shop.optimise import varied_program
 from grind_env.shop.optimise.outcome import Verdict
-from grind_env.shop.optimise.variation import variation_of
-from grind_env.shop.report.run import block_rows
+from grind_env.shop.optimise.varied_program import variation_of
+from grind_env.shop.optimise.word_editing import text_of
+from grind_env.shop.python_api import optimise, sweep
+from grind_env.shop.report.run_report import block_rows
 from grind_env.shop.search_options import options_of
 from tests.command import Grind, status
 from tests.examples import few
@@ -101,7 +101,7 @@ def test_what_is_promised_of_better_words_is_what_they_grind(
     known = tmp_path / path.with_suffix(".toml").name
     known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
     if name == "maschinenmesser":  # Ra is so near its limit that as many lots as a shop's own tell what keeps it
-        monkeypatch.setattr(variation, "USUAL_RUNS", 50)
+        monkeypatch.setattr(varied_program, "USUAL_RUNS", 50)
     found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.figure import comparable, residuals
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
-from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.calibrate.settings_table import calibrate_table
 from tests.command import status
 from tests.examples import few
 from tests.shop.blemished import Style, write_log

@@ -14,19 +14,19 @@ from grind_env.control import read_file
 from grind_env.files import read_bytes
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
 from grind_env.shop import trials as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
-from grind_env.shop.optimise import finding
-from grind_env.shop.optimise.comparing import front
-from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise import optimisation
+from grind_env.shop.optimise.candidate_ranking import front
+from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.outcome import Trade
-from grind_env.shop.optimise.variation import LOTS, one_run, variation_of
+from grind_env.shop.optimise.varied_program import LOTS, one_run, variation_of
+from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import LOTS as SWEPT
 from grind_env.shop.sweep.study import Sweep, SweepPoint, SweepRanges, sweep
@@ -71,7 +71,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few lots, and no words without limits."""
     monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 8)
     monkeypatch.setitem(LOTS, LotUse.COMPARISON, 4)
-    monkeypatch.setattr(finding, "costs_of_limits", lambda *arguments: {})
+    monkeypatch.setattr(optimisation, "costs_of_limits", lambda *arguments: {})
 
 
 @pytest.mark.usefixtures("quick", "coarse_speeds")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.calibrate.columns import Map, find_columns, read_map
+from grind_env.shop.calibrate.column_names import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.gauge import read_gauge
-from grind_env.shop.calibrate.logs import read_log
-from grind_env.shop.calibrate.table import calibrate_table
-from grind_env.shop.measurements.sheet import MOST_TIME, SheetError, read_sheet
+from grind_env.shop.calibrate.gauging import read_gauge
+from grind_env.shop.calibrate.power_logs import read_log
+from grind_env.shop.calibrate.settings_table import calibrate_table
+from grind_env.shop.measurements.measured_sheet import MOST_TIME, SheetError, read_sheet
 from tests.shop.coverage import EXAMPLES
 
 POWER = 1000.0 + 37.0 * (np.arange(60) % 7)

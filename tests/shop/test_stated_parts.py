@@ -9,13 +9,13 @@ import pytest
 
 from grind_env.control import read, read_file
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.job.batch_program import repeated
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import repeated
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind as ground
 from grind_env.machine.job import Job, JobError, PartConditions
-from grind_env.machine.job.file import load_job
-from grind_env.machine.script.settings import D, E
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.script.block_settings import D, E
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
 from tests.policies.optimum import exact_optimum

@@ -8,8 +8,8 @@ import gymnasium as gym
 import pytest
 
 from grind_env.control import read_file
-from grind_env.machine.job.file import load_job
-from grind_env.shop.start.sample import PRESSURE, sample_log
+from grind_env.machine.job.job_file import load_job
+from grind_env.shop.start.sample_log import PRESSURE, sample_log
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, KNOWN, TWO_PLATES
 

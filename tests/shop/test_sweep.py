@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.text import repeated
-from grind_env.machine.job.file import load_job
-from grind_env.machine.script import settings
+from grind_env.envs.job.batch_program import repeated
+from grind_env.machine.job.job_file import load_job
+from grind_env.machine.script import block_settings
 from grind_env.policies.statistics import Interval
-from grind_env.shop.machines import fleet_of
+from grind_env.shop.possible_machines import fleet_of
 from grind_env.shop.sweep import study
 from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judgement_trials, sweep
 from grind_env.shop.sweep.table import sentences, tables_of
@@ -108,10 +108,10 @@ def test_the_best_point_is_as_safe_on_other_machines(tmp_path: Path) -> None:
         fleet = fleet_of(once, seed + 50, untried=False)
         assert fleet is not None
         trials = fleet.trials_for(once, LotUse.JUDGEMENT, lots_of(seed + 50, LotUse.JUDGEMENT, 256))
-        table, due = trials.own.copy(), trials.own[:, settings.D] > 0.0
-        table[:, settings.E] *= best.E / table[0, settings.E]
+        table, due = trials.own.copy(), trials.own[:, block_settings.D] > 0.0
+        table[:, block_settings.E] *= best.E / table[0, block_settings.E]
         if best.every:
-            table[due, settings.D] = [(run + 1) % best.every == 0 for run in range(due.sum())]
+            table[due, block_settings.D] = [(run + 1) % best.every == 0 for run in range(due.sum())]
         measured, old = (trials.measure(each[None]) for each in (table, trials.own))
         safe.append(risk(trials, measured, old)[0] <= 1.1 * most_risk(job))
     assert sum(safe) >= 5

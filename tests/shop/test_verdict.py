@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 from grind_env.cli import app
 from grind_env.control import read_file
 from grind_env.machine.grind import grind
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.calibrate.least_squares import Data
 from grind_env.shop.calibrate.verdict import FitJudgement, judge
 from grind_env.validation.rig import Rig
 from tests.foreign.shop import SHOPS, Shop, run, trace

@@ -11,8 +11,8 @@ import pytest
 
 from grind_env import examples
 from grind_env.errors import GrindError
-from grind_env.extras import MissingExtra
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
+from grind_env.optional_libraries import MissingExtra
 from grind_env.process.corrected import EXPONENTS
 from grind_env.shop import warm_up
 from tests.command import Grind

@@ -7,7 +7,7 @@ and so it does block by block, compiled or not: wheels to the bit, sums over a r
 import time
 from collections import Counter
 
-from grind_env.machine.job.text import job_text
+from grind_env.machine.job.job_writer import job_text
 from tests.soak.examine import examine
 from tests.soak.part import Part, Tried
 from tests.soak.writer import case

@@ -9,8 +9,8 @@ import pytest
 
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
+from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingRun
 from tests.machine.harness import DRESS, job
 from tests.soak import examine as ways
 from tests.soak import programs
@@ -92,7 +92,7 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(GrindingRun, "take_pending_part_off", falls)
     (found,) = of(PLAIN).findings
-    assert found.kind == "run: ZeroDivisionError in events.py:_begin" and "Traceback" in found.details
+    assert found.kind == "run: ZeroDivisionError in event_consumer.py:_begin" and "Traceback" in found.details
 
     def hangs(*arguments: Any, **keywords: Any) -> None:
         while True:

@@ -110,7 +110,7 @@ def of_command(words: str) -> str:
 
 
 def test_every_command_that_reads_or_writes_has_its_turn() -> None:
-    from grind_env.arguments import Keeps, Reads, Writes, roles_of
+    from grind_env.file_arguments import Keeps, Reads, Writes, roles_of
 
     roles = {name: set(map(type, roles_of(leaf.function).values())) for name, leaf in TREE.items()}
     read = {of_command(read.words) for read in READS if isinstance(read.words, str)}

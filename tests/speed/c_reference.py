@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
-from grind_env.machine.loops.batch import longest_first_of
+from grind_env.machine.loops.machine_lanes import longest_first_of
 from grind_env.process.state import StrokeConstants
 from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 

@@ -9,20 +9,20 @@ import llvmlite.binding
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.control.cycle_rules import DEPTH_TOLERANCE, motion_time
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.feed_motions import infeed_of, write_motions
-from grind_env.envs.tables import kind_row
+from grind_env.envs.kind_tables import kind_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.kernel import compile_at_once
-from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.feeding import FeedMotion
-from grind_env.machine.loops.pace import Pace, pace_of
-from grind_env.machine.loops.rows import RULES_FROM
-from grind_env.machine.loops.zones import strip_centres, strip_zones
+from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
+from grind_env.machine.loops.records import RULES_FROM
+from grind_env.machine.loops.surface_zones import strip_centres, strip_zones
+from grind_env.machine.loops.table_speed import Pace, pace_of
 from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, in_turns, over

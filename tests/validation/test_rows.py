@@ -14,16 +14,16 @@ from grind_env.validation import (
     Evidence,
     Rig,
     Row,
-    data,
     is_expected,
     known_failures,
+    measured_data,
     row_of,
     validate,
 )
 from grind_env.validation.check import Band, band_of
 from grind_env.validation.entry_fields import idle_fields
+from grind_env.validation.fitted_slopes import exponent, exponents, largest_step, smallest_step
 from grind_env.validation.rig import NO_GROWTH, Grinder, RigError
-from grind_env.validation.slopes import exponent, exponents, largest_step, smallest_step
 
 COUNTS = (
     *("catalogue gaps", "idle fields", "cut below the threshold"),
@@ -117,9 +117,9 @@ def test_what_is_called_measured_has_its_number_and_is_no_file_of_the_memory():
 
 
 def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
-    rows = data.rows("specific_energy_ranges") + data.rows("malkin_energy_wearflat")
+    rows = measured_data.rows("specific_energy_ranges") + measured_data.rows("malkin_energy_wearflat")
     assert all("from memory" in row["provenance"] for row in rows)
-    readme = (data.DATA / "README.md").read_text(encoding="utf-8")
+    readme = (measured_data.DATA / "README.md").read_text(encoding="utf-8")
     for name in ("expected_magnitudes", "burn_threshold_grid"):
         assert "from memory" in next(line for line in readme.splitlines() if f"`{name}.csv`" in line)
 
@@ -148,7 +148,7 @@ def test_bands(band, inside, outside):
     ],
 )
 def test_a_reference_is_the_number_of_its_file(rows, name, file, key, column):
-    (found,) = (float(row[column]) for row in data.rows(file) if key in (row.get("id"), row.get("quantity")))
+    (found,) = (float(row[column]) for row in measured_data.rows(file) if key in (row.get("id"), row.get("quantity")))
     assert rows[name].check.reference == found
 
 

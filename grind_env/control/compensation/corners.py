@@ -7,7 +7,7 @@ outside of the corner, below 0 it is inside (1.2). Arcs count by their tangents.
 import math
 from dataclasses import dataclass
 
-from grind_env.control.compensation.crossings import Circle, Curve, StraightLine, crossings
+from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
     NEGLIGIBLE_LENGTH,

@@ -3,7 +3,7 @@
 import math
 
 from grind_env.control.compensation.corners import TANGENTIAL, Junction, around, centre_radius, outward
-from grind_env.control.compensation.crossings import Circle, StraightLine, crossings
+from grind_env.control.compensation.intersections import Circle, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     Element,
     Offset,

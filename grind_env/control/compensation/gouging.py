@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control.compensation.crossings import Circle, Curve, StraightLine, crossings
+from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
     Element,

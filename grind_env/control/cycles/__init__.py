@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 from grind_env.control.cycles import plunge, reciprocate, traverse
-from grind_env.control.motions import CyclePlan
+from grind_env.control.events import CyclePlan
 
 
 class Progress(Protocol):

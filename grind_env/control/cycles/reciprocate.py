@@ -5,7 +5,7 @@ The cycle has no strokes of its own: the table continues beside the program unti
 
 from typing import NamedTuple
 
-from grind_env.control.motions import CyclePlan
+from grind_env.control.events import CyclePlan
 
 
 class ReciprocationCycle(NamedTuple):

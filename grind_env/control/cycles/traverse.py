@@ -6,8 +6,8 @@ count from the start of the plunge, positive towards the part; distances across 
 
 from typing import NamedTuple
 
-from grind_env.control.motions import CyclePlan
-from grind_env.control.rules import depth_after_pick, dresses_due, least_picks
+from grind_env.control.cycle_rules import depth_after_pick, dresses_due, least_picks
+from grind_env.control.events import CyclePlan
 
 
 class TraverseCycle(NamedTuple):

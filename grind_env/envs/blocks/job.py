@@ -11,12 +11,12 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.control import ProgramEnd, ProgramStop, execute, read
 from grind_env.control.cycles import RULES
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, dress_program, number, start_of
-from grind_env.envs.tape import SPARE_FACTORS, TapeRow
+from grind_env.envs.noise_tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import Kind, Task, TaskError
 from grind_env.errors import quoted
-from grind_env.machine.dress.program import run_dress
+from grind_env.machine.dress.dress_effect import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
-from grind_env.process.tables import wrong
+from grind_env.process.toml_tables import wrong
 
 RECIPROCATING_AXIS = 0
 

@@ -8,14 +8,14 @@ from grind_env.envs.blocks.job import conditions, job_of
 from grind_env.envs.blocks.program import REQUEST, CycleBlock, block_text, program_of
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.history import History
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.program_writer import ProgramWriter, Written
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingRun
 from grind_env.process.process import Process
 
 WHEEL_CHANGES, SURFACE = History._fields.index("wheel_changes"), PartState._fields.index("Z")

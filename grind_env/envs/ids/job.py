@@ -2,7 +2,7 @@
 
 import warnings
 
-from grind_env.control.options import variables_of
+from grind_env.control.command_options import variables_of
 from grind_env.envs.actions import ActionError
 from grind_env.envs.arguments import check_flags, check_variables
 from grind_env.envs.env import GrindEnv, renders

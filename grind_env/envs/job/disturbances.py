@@ -16,8 +16,8 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.disturbances import Disturbances
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.noise_tape import DrawnKind, Sigmas, TapeRow
 from grind_env.envs.splits import Draws, draws_of
-from grind_env.envs.tape import DrawnKind, Sigmas, TapeRow
 from grind_env.machine.job import JobError, Lots, PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}

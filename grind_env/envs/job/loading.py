@@ -7,13 +7,13 @@ from pathlib import Path
 from grind_env import examples
 from grind_env.control import read_file
 from grind_env.envs.arguments import check_file, check_number, check_parts, is_full
+from grind_env.envs.job.batch_program import MOST_PARTS, batch_name, repeated
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated
-from grind_env.envs.machines import plants_of
+from grind_env.envs.plant_options import plants_of
 from grind_env.errors import GrindError
 from grind_env.files import beside
 from grind_env.machine.job import JobError
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.job_file import load_job
 
 MOST_SPREAD = 2.0
 """Highest factor on all that is random."""

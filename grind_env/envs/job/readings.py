@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.cycles import RULES
-from grind_env.envs.gauge import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.job.disturbances import spreads
-from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
+from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 

@@ -9,13 +9,13 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from grind_env.envs.docstrings import meanings
-from grind_env.envs.names import shipped_names
+from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks.definition import Task
 from grind_env.envs.tasks.reading import DERIVED, PLAIN, TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import Choice, quantities
-from grind_env.process.tables import Content, contents
+from grind_env.process.toml_tables import Content, contents
 from grind_env.toml import toml_text, toml_value
 
 __all__ = ["SchemaRow", "document", "json_schema", "rows", "rows_of", "schema_text", "toml_text"]

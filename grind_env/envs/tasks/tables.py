@@ -10,7 +10,7 @@ from typing import Annotated
 
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
-from grind_env.process.tables import TableError, check, wrong
+from grind_env.process.toml_tables import TableError, check, wrong
 
 SPEED = Quantity("E", "mm/min", 1000, 60_000)
 """Legal range of E, up to the limit of the control; the process model holds from 3000 to 40,000 mm/min."""

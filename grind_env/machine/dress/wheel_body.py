@@ -3,7 +3,7 @@
 import math
 
 from grind_env.control import Motion, Position
-from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.control.cycle_rules import DEPTH_TOLERANCE
 from grind_env.machine.axes import cross_axis, plunge_axis
 
 

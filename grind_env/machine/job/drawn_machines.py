@@ -8,8 +8,8 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.errors import GrindError
-from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.job import Job
+from grind_env.machine.job.job_entries import entries_of, with_entries
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process.catalogue import KINDS, UNCERTAINTY
 from grind_env.process.entries import CatalogueError, Quantity, quantities

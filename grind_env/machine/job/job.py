@@ -13,19 +13,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from grind_env.control import Position
-from grind_env.control.control import ORIGIN, Control
-from grind_env.control.paths import displaced
+from grind_env.control.control_settings import ORIGIN, Control
+from grind_env.control.motion_paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.process import tables
+from grind_env.process import toml_tables
 from grind_env.process.corrected import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import FORCES, StrokeParameters
-from grind_env.process.tables import TableError
+from grind_env.process.toml_tables import TableError
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant
@@ -64,7 +64,7 @@ class Stage:
     rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
 
     def __post_init__(self) -> None:
-        tables.check(self, "part.stages", JobError)
+        toml_tables.check(self, "part.stages", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +108,7 @@ class Part:
     stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
-        tables.check(self, "part", JobError)
+        toml_tables.check(self, "part", JobError)
         tolerances = self.tolerance, *(stage.tolerance for stage in self.stages)
         if self.height is None and any(tolerance > NO_LIMIT for tolerance in tolerances):
             message = (
@@ -148,7 +148,7 @@ class Station:
     part: Part
 
     def __post_init__(self) -> None:
-        tables.check(self, "stations", JobError)
+        toml_tables.check(self, "stations", JobError)
         if not self.name.strip() or not self.name.isprintable():
             raise wrong("stations.name", self.name, "a text of one line that is not empty")
         if self.offset is None and self.origin != ORIGIN:
@@ -250,7 +250,7 @@ class Setup:
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
-        tables.check(self, "setup", JobError)
+        toml_tables.check(self, "setup", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -272,7 +272,7 @@ class Times:
     wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
     def __post_init__(self) -> None:
-        tables.check(self, "times", JobError)
+        toml_tables.check(self, "times", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -292,7 +292,7 @@ class WheelStart:
     diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 2)] = 0.0
 
     def __post_init__(self) -> None:
-        tables.check(self, "wheel", JobError)
+        toml_tables.check(self, "wheel", JobError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -313,7 +313,7 @@ class Diamond:
     z: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
 
     def __post_init__(self) -> None:
-        tables.check(self, "diamond", JobError)
+        toml_tables.check(self, "diamond", JobError)
 
     @property
     def tip(self) -> tuple[float, float, float]:
@@ -340,7 +340,7 @@ class Lots:
     roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.15
 
     def __post_init__(self) -> None:
-        tables.check(self, "lots", JobError)
+        toml_tables.check(self, "lots", JobError)
 
 
 @dataclass(frozen=True, kw_only=True)  # no slots, because cached properties need a `__dict__`
@@ -525,4 +525,4 @@ def require_conditions(conditions: Sequence[PartConditions], parts: int, program
 
 def wrong(key: str, value: object, legal: str) -> TableError:
     """Return the error for a value that is not legal."""
-    return tables.wrong(key, value, legal, JobError)
+    return toml_tables.wrong(key, value, legal, JobError)

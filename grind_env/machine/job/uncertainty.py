@@ -9,7 +9,7 @@ from grind_env.arrays import Array
 from grind_env.errors import did_you_mean, quoted
 from grind_env.process.catalogue import KINDS, UNCERTAINTY
 from grind_env.process.entries import CatalogueError, Quantity, quantities
-from grind_env.process.tables import TomlTable
+from grind_env.process.toml_tables import TomlTable
 
 MOST = 3.0
 """Highest legal spread; a higher value is a mistake."""

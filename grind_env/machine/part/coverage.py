@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from grind_env.machine.loops.strips import Strips
+from grind_env.machine.loops.strip_stroke import Strips
 
 CELL = 1.0
 """Largest length of a cell, mm. A stroke reaches the cells whose middle it passes, so that a table may turn at the very

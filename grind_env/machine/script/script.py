@@ -12,22 +12,22 @@ import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from grind_env.control import CyclePlan, CycleStrokes, Programs, execute, motions
-from grind_env.control.flow import TEXT_END
+from grind_env.control import CyclePlan, CycleStrokes, Programs, events, execute
+from grind_env.control.block_words import Block
+from grind_env.control.control_flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
-from grind_env.control.words import Block
-from grind_env.machine.dress.mounting import first_diameter
-from grind_env.machine.dress.program import DressRun
-from grind_env.machine.events import EventConsumer
+from grind_env.html_views import html
+from grind_env.machine.dress.dress_effect import DressRun
+from grind_env.machine.dress.mounted_wheel import first_diameter
+from grind_env.machine.event_consumer import EventConsumer
 from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job, Station
-from grind_env.machine.loops.zones import strip_centres
-from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
-from grind_env.machine.part.stations import sweep_of, touched_stations
+from grind_env.machine.loops.surface_zones import strip_centres
+from grind_env.machine.part.feed_moves import FEED, SOURCES, keeps_across
+from grind_env.machine.part.parts_under_stroke import sweep_of, touched_stations
 from grind_env.machine.script import refusals
-from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, script_error
-from grind_env.machine.script.settings import OWN_WORDS, Ranges
-from grind_env.presenter import html
+from grind_env.machine.script.block_settings import OWN_WORDS, Ranges
+from grind_env.machine.script.script_block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, script_error
 
 FEED_ACROSS = "a feed move that is a stroke goes across, or along what is compensated"
 
@@ -174,31 +174,31 @@ class _Writer(EventConsumer):
             changes = "leaves offsets, tables, wheel or coolant otherwise than it finds them"
             raise self._error(f"dress program O{number} {changes}, so that dresses move what follows")
 
-    def take(self, event: motions.Event) -> None:
+    def take(self, event: events.Event) -> None:
         table = self.execution.table
-        if table is not None and self.blocks and not isinstance(event, motions.CycleStart):
+        if table is not None and self.blocks and not isinstance(event, events.CycleStart):
             plan = self.blocks[-1].plan
             if table.feed_reprogrammed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         self.position, modes = self.execution.position, self.execution.modes
         by_radius = modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution)
-        if by_radius and isinstance(event, motions.Motion) and event.source in SOURCES:
+        if by_radius and isinstance(event, events.Motion) and event.source in SOURCES:
             raise self._error("its motions depend on the radius of the wheel", event.line)
         match event:
-            case motions.CycleAhead():
+            case events.CycleAhead():
                 self._require_independent()  # such a value may lead to blocks that the program alone does not run
                 self.ahead = event.block
                 if self.dresses_asked[len(self.blocks) :][:1] == [True]:
                     self.execution.choose(D="1")
-            case motions.FeedAhead():
+            case events.FeedAhead():
                 self.feed_ahead = event.block
-            case motions.CycleEnd() if event.plan.plunges:
+            case events.CycleEnd() if event.plan.plunges:
                 self._end_cycle(event.plan)
-            case motions.TableStop():
+            case events.TableStop():
                 self._stand(event.plan)
-            case motions.Infeed():
+            case events.Infeed():
                 raise self._error("a wheel or a tool cuts a groove", event.line)
-            case motions.InterruptStart() | motions.Hold():
+            case events.InterruptStart() | events.Hold():
                 raise self._error("the operator comes in between")
             case _:
                 super().take(event)
@@ -270,15 +270,15 @@ class _Writer(EventConsumer):
             self.execution.move_axis(plan.cross_axis, plan.cross_end if here == plan.cross_start else plan.cross_start)
         self.blocks[-1].end = self.execution.position
 
-    def move(self, event: motions.Motion) -> None:
+    def move(self, event: events.Motion) -> None:
         table = self.execution.table
         if event.source not in SOURCES:
             return
-        if isinstance(event, motions.Line | motions.Arc):
-            self._require_own_feed(self.feed_ahead if table is None and isinstance(event, motions.Line) else None)
+        if isinstance(event, events.Line | events.Arc):
+            self._require_own_feed(self.feed_ahead if table is None and isinstance(event, events.Line) else None)
         if table is None:
             self.way[self.waited] += event.seconds
-        elif isinstance(event, motions.Arc):
+        elif isinstance(event, events.Arc):
             raise self._error("the wheel moves along an arc beside the table", event.line)
         elif self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
@@ -306,15 +306,15 @@ class _Writer(EventConsumer):
             there = plan.primary if here == plan.secondary else plan.secondary
             self.execution.move_axis(plan.axis, there)
 
-    def start_dress(self, event: motions.DressStart) -> None:
+    def start_dress(self, event: events.DressStart) -> None:
         if event.cause == "operator":
             raise self._error("the operator asks for a dress")
         super().start_dress(event)
 
-    def end_dress(self, event: motions.DressEnd) -> None:
+    def end_dress(self, event: events.DressEnd) -> None:
         self.dressing.under_way = None
 
-    def gauge(self, event: motions.ProgramStop) -> None:
+    def gauge(self, event: events.ProgramStop) -> None:
         block, table = self.blocks[-1], self.execution.table
         self.stopped = table is not None
         if table is None or (table.at_secondary and not block.side_motions):
@@ -331,12 +331,12 @@ class _Writer(EventConsumer):
                 block.gauged_at_rest = True
                 self._wait()
 
-    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
+    def take_off(self, time: float, stop: events.ProgramStop | None) -> float:
         self.blocks[-1].ends_part = self.blocks[-1].gauged = True
         self._wait()
         return time
 
-    def end(self, event: motions.ProgramEnd) -> None:
+    def end(self, event: events.ProgramEnd) -> None:
         if event.cause == TEXT_END and self.strokes_on:
             raise self._error("the text ends without M30 while a G81 strokes on")
         if self.blocks:

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from grind_env.envs.inputs import calibrated, describe_differences, differing, inputs_of
+from grind_env.dataclass_json import FormError, formed
+from grind_env.envs.problem_inputs import calibrated, describe_differences, differing, inputs_of
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason, shortened
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
-from grind_env.json_form import FormError, formed
 from grind_env.policies.learned.network import ACTIVATION, FAMILIES, GRU, Actor, LearnedPolicy, Network, Tensor
 from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem

@@ -9,10 +9,10 @@ from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.history import History
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Task
-from grind_env.machine.loops.tally import Tally
+from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.columns import AREA, COST, VOLUME
 

@@ -18,10 +18,10 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.history import History
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.model import MemberModel
+from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow
-from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.columns import AREA, COST, LOADING, NEW_LOT, PRESSURE, STOCK
 from grind_env.policies.policy import NOMINAL_STOCK

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array, Numbers
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees

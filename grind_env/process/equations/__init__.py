@@ -9,23 +9,6 @@ Sources: [M] Malkin, Grinding Technology; [R] Rowe, Principles of Modern Grindin
 come out right.
 """
 
-from grind_env.process.equations.composition import (
-    REFERENCE_GRADE,
-    REFERENCE_GRADE_CBN,
-    RENEWAL_EXPONENT,
-    active_grains,
-    bond_post_strength,
-    density,
-    dulling,
-    fineness,
-    fresh_flats,
-    graded_g_ratio,
-    graded_renewal,
-    grain_contact_radius,
-    grit_roughness,
-    hardness,
-    ploughing_share,
-)
 from grind_env.process.equations.cutting import (
     chip_force,
     contact_length,
@@ -97,4 +80,21 @@ from grind_env.process.equations.wear import (
     wear_flat_growth,
     worn_diameter,
     worn_flat_area,
+)
+from grind_env.process.equations.wheel_composition import (
+    REFERENCE_GRADE,
+    REFERENCE_GRADE_CBN,
+    RENEWAL_EXPONENT,
+    active_grains,
+    bond_post_strength,
+    density,
+    dulling,
+    fineness,
+    fresh_flats,
+    graded_g_ratio,
+    graded_renewal,
+    grain_contact_radius,
+    grit_roughness,
+    hardness,
+    ploughing_share,
 )

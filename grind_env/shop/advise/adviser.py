@@ -3,8 +3,8 @@
 import copy
 from dataclasses import dataclass, replace
 
-from grind_env.envs.job.measured import MeasuredEpisode
-from grind_env.envs.job.outline import INCH, JobChoice
+from grind_env.envs.job.measured_episode import MeasuredEpisode
+from grind_env.envs.job.program_outline import INCH, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
@@ -15,8 +15,8 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.policies.watch import Watch
 from grind_env.shop.advise.adviser_policy import AdviserPolicy
-from grind_env.shop.advise.readings import MachineReadings
-from grind_env.shop.advise.rule import STEP, BlockReadings
+from grind_env.shop.advise.model_free_rule import STEP, BlockReadings
+from grind_env.shop.advise.operator_readings import MachineReadings
 
 MOST_STEP = 100.0
 """Greatest legal step factor of E; no table has a wider range of E."""

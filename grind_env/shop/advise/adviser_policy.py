@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.job.outline import JobChoice
+from grind_env.envs.job.program_outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.policies.watch import Watch
-from grind_env.shop.advise.rule import STEP, BlockReadings, Rule
+from grind_env.shop.advise.model_free_rule import STEP, BlockReadings, Rule
 
 PROVED, LONGER = 6, 2
 """Blocks in a row whose forecasts must hold before the model leads, and the factor on this number after a failure."""

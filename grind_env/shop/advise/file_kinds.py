@@ -2,7 +2,7 @@
 
 import re
 
-from grind_env.targets import HEAD, Own
+from grind_env.output_files import HEAD, Own
 
 LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")
 """First columns of a log."""

@@ -8,10 +8,10 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.job.outline import JobChoice
+from grind_env.envs.job.program_outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser
-from grind_env.shop.advise.readings import MachineReadings
+from grind_env.shop.advise.operator_readings import MachineReadings
 
 LOTS = 1
 """Seed of lots, stocks and noise, the same for all compared batches."""

@@ -13,17 +13,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from grind_env.envs.inputs import describe_differences, differing, inputs_of, named
+from grind_env.dataclass_json import formed
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.problem_inputs import describe_differences, differing, inputs_of, named
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, reason
+from grind_env.file_lock import alone
 from grind_env.files import FileError, is_file, read_bytes, read_text, shown, write_atomically, write_csv
-from grind_env.json_form import formed
-from grind_env.lock import alone
-from grind_env.machine.part.feeds import speed_word
+from grind_env.machine.part.feed_moves import speed_word
 from grind_env.policies.policy import Policy
 from grind_env.shop.advise.file_kinds import LOG_COLUMNS
-from grind_env.shop.advise.readings import NAMES, MachineReadings
+from grind_env.shop.advise.operator_readings import NAMES, MachineReadings
 
 FORMAT = 2
 ANEW = "give --restart to begin anew, or --state for another file"

@@ -10,28 +10,28 @@ import numpy as np
 
 from grind_env.arrays import Numbers
 from grind_env.control import Programs, read_file
-from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.program_outline import JobProgramError
 from grind_env.errors import listed
 from grind_env.files import shown
 from grind_env.machine.job import Job
-from grind_env.machine.job.entries import with_entries
-from grind_env.machine.job.file import load_job
-from grind_env.plants.names import MODEL
+from grind_env.machine.job.job_entries import with_entries
+from grind_env.machine.job.job_file import load_job
+from grind_env.plants.plant_names import MODEL
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import FINEST, find_program, with_lag
-from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
-from grind_env.shop.calibrate.columns import Map, read_map
+from grind_env.shop.calibrate.column_names import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, residual_and_drift
-from grind_env.shop.calibrate.gauge import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
-from grind_env.shop.calibrate.logs import Log, averaged, read_log
-from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
-from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
-from grind_env.shop.calibrate.pattern import Pattern, RepeatedProgram, pattern_of, powers
+from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters, free_parameters
+from grind_env.shop.calibrate.gauging import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
+from grind_env.shop.calibrate.least_squares import Changes, Data
+from grind_env.shop.calibrate.log_alignment import SAME_FEED, Alignment
+from grind_env.shop.calibrate.power_logs import Log, averaged, read_log
 from grind_env.shop.calibrate.result import Calibration, Idle
-from grind_env.shop.calibrate.solver import Changes, Data
+from grind_env.shop.calibrate.stroke_pattern import Pattern, RepeatedProgram, pattern_of, powers
+from grind_env.shop.calibrate.stroke_power import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
+from grind_env.shop.calibrate.stroke_search import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.verdict import Errors
-from grind_env.shop.measurements.sheet import Floats
+from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import read_toml
 
 LEAST_POWER_ERROR = 0.002

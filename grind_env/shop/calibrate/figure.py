@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from grind_env.render.curves import BLUE, GREY, INK, ORANGE, RED
 from grind_env.render.figures import new_figure
-from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
+from grind_env.render.series_graphs import Graph, RuleLine, Series, draw_graph
+from grind_env.shop.calibrate.least_squares import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO
-from grind_env.shop.measurements.sheet import Floats
+from grind_env.shop.measurements.measured_sheet import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

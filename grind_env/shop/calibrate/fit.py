@@ -18,10 +18,10 @@ from grind_env.errors import listed
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters
-from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
+from grind_env.shop.calibrate.fitted_constants import Parameter, chosen_parameters
+from grind_env.shop.calibrate.least_squares import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
-from grind_env.shop.measurements.sheet import Floats
+from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 from grind_env.errors import listed
 from grind_env.files import write_atomically
+from grind_env.html_views import html, presenter
 from grind_env.machine.job import Job
-from grind_env.machine.job.entries import entries_of, with_entries
-from grind_env.presenter import html, presenter
+from grind_env.machine.job.job_entries import entries_of, with_entries
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit, uncertainty_lines
-from grind_env.shop.calibrate.observe import Observations
-from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.solver import Data, changes_of
+from grind_env.shop.calibrate.fitted_constants import Parameter
+from grind_env.shop.calibrate.least_squares import Data, changes_of
+from grind_env.shop.calibrate.stroke_power import Observations
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
-from grind_env.shop.measurements.sheet import Floats
+from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
 
 if TYPE_CHECKING:

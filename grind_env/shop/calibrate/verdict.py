@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.errors import listed
-from grind_env.extras import needing
-from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO, Data
-from grind_env.shop.measurements.sheet import Floats
+from grind_env.optional_libraries import needing
+from grind_env.shop.calibrate.least_squares import ABSOLUTE, LINEAR, YES_OR_NO, Data
+from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import special

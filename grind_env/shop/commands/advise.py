@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import FILE, Writes
+from grind_env.file_arguments import FILE, Writes
 from grind_env.shop.advise.file_kinds import LOG, STATE, VALUES
 from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, OtherPart, Plant, ProgramFile
 
@@ -47,7 +47,7 @@ def advise(
     Readings, all optional. Of a block: mean_power, first_power, peak_power (W above idle), E (mm/min), D. Of a part:
     size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. A stopped session resumes.
     """
-    from grind_env.control.options import variables_of
+    from grind_env.control.command_options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
     from grind_env.shop.advise.state import locked_state
 

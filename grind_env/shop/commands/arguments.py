@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import JOB, PROGRAM, Requests, Writes
+from grind_env.file_arguments import JOB, PROGRAM, Requests, Writes
 
 BATCH = 30
 """Default number of parts of an advised batch."""

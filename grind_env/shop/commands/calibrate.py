@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.errors import GrindError
+from grind_env.file_arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import AsJson, ReportFile, prepare_report
 from grind_env.terminal import table_console
 
@@ -42,20 +42,20 @@ def calibrate(
     """
     from rich.console import Console
 
-    from grind_env.shop import calls
-    from grind_env.shop.calibrate.show import as_data, show
-    from grind_env.shop.report.calibrated import calibrated_report
+    from grind_env.shop import python_api
+    from grind_env.shop.calibrate.calibration_output import as_data, show
+    from grind_env.shop.report.calibration_report import calibrated_report
     from grind_env.shop.report.document import write_page
 
     if plan is not None:
-        print(calls.plan(_given(program, "--program, the program of which a plan is made"), job, plan))
+        print(python_api.plan(_given(program, "--program, the program of which a plan is made"), job, plan))
     if plan is not None and log is None:
         return
     log = _given(log, "LOG, the log or table")
     prepare_report(report)
     constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
-        found = calls.calibrate(
+        found = python_api.calibrate(
             log, job, program=program, gauge=gauge, map_file=map_file, fit=constants, report_stage=status.update
         )
     if as_json:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import Writes
+from grind_env.file_arguments import Writes
 from grind_env.files import write_csv
 from grind_env.shop.commands import arguments
 from grind_env.terminal import table_console
@@ -45,21 +45,21 @@ def optimise(
     The new program is written only if it is significantly cheaper and keeps all limits at a small risk
     (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
     """
-    from grind_env.control.options import variables_of
-    from grind_env.machine.job.file import job_beside, load_job
+    from grind_env.control.command_options import variables_of
+    from grind_env.machine.job.job_file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls, search_options
-    from grind_env.shop.optimise import table
+    from grind_env.shop import python_api, search_options
+    from grind_env.shop.optimise import tables
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.report.document import write_page
-    from grind_env.shop.report.optimised import optimised_report
+    from grind_env.shop.report.optimisation_report import optimised_report
 
     path = job or job_beside(program)
     seconds, programs = search_options.budget(budget)
     arguments.prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
-    found = calls.optimise(
+    found = python_api.optimise(
         program,
         job,
         vary=None if vary is None else search_options.listed([vary]),
@@ -80,13 +80,13 @@ def optimise(
     if found.verdict.is_written and output is not None:
         found.write(output)
     if plot is not None:
-        write_figure(table.draw_optimised(found), plot)
+        write_figure(tables.draw_optimised(found), plot)
     if csv is not None:
-        write_csv(csv, table.values_table(found).plain())
+        write_csv(csv, tables.values_table(found).plain())
     if as_json:
-        print(json.dumps(table.as_data(found)))
+        print(json.dumps(tables.as_data(found)))
     else:
-        table.print_result(table_console(), table.tables_of(found), [table.heading(found), *table.sentences(found)])
+        tables.print_result(table_console(), tables.tables_of(found), [tables.heading(found), *tables.sentences(found)])
         if found.verdict.is_written:
             run = f"grind run {shlex.quote(str(output))} --job {shlex.quote(str(path))}"
             print("next: add -o FILE to write the program" if output is None else f"written to {output}; next: {run}")

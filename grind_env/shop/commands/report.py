@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import Writes
+from grind_env.file_arguments import Writes
 from grind_env.shop.commands import arguments
 from grind_env.shop.report.document import PAGE, SUFFIXES
 
@@ -31,11 +31,11 @@ def report(
     The report has the verdict, margins to limits, blocks, plots, parts, dresses, cost and warnings, and works offline.
     Needs the extra [shop].
     """
-    from grind_env.control.options import variables_of
+    from grind_env.control.command_options import variables_of
     from grind_env.errors import printable
-    from grind_env.shop import calls
+    from grind_env.shop import python_api
 
-    written = calls.report(
+    written = python_api.report(
         program,
         job,
         output,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import FILE, Keeps
+from grind_env.file_arguments import FILE, Keeps
 from grind_env.terminal import table_console
 
 
@@ -21,7 +21,7 @@ def init(
     The log is an invented example for `grind calibrate`; replace it by a log of your spindle. No file is overwritten.
     """
     from grind_env.errors import printable
-    from grind_env.shop.start.folder import start_folder
+    from grind_env.shop.start.starter_folder import start_folder
 
     program, *others = start_folder(folder)
     print(printable(f"written: {program}, {', '.join(path.name for path in others)}"))
@@ -31,7 +31,7 @@ def init(
 def job(template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False) -> None:
     """Print a job file with every key, its unit, range and default."""
     from grind_env.errors import GrindError
-    from grind_env.shop.start.folder import job_template
+    from grind_env.shop.start.starter_folder import job_template
 
     if not template:
         raise GrindError("say what of a job is wanted: grind job --template prints one with every key")
@@ -47,7 +47,7 @@ def catalogue(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """List or show materials, wheels, dressers, fluids and machines."""
-    from grind_env.shop.entries import catalogue_data, print_catalogue
+    from grind_env.shop.catalogue_listing import catalogue_data, print_catalogue
 
     if as_json:
         print(json.dumps(catalogue_data(kind, name, file or ())))
@@ -60,8 +60,8 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print a JSON li
 
     A missing extra is no error; the last column says how to install it.
     """
+    from grind_env.data_table import Column, table_of
     from grind_env.shop.doctor import findings
-    from grind_env.table import Column, table_of
 
     found = findings()
     if as_json:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grind_env.arguments import Writes
+from grind_env.file_arguments import Writes
 from grind_env.files import write_atomically, write_csv
 from grind_env.shop.commands import arguments
 from grind_env.terminal import table_console
@@ -40,18 +40,18 @@ def sweep(
     The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
     Exit status 3: no cheaper program within the limits for -o, or the model scraps the original program.
     """
-    from grind_env.control.options import variables_of
-    from grind_env.machine.job.file import job_beside
+    from grind_env.control.command_options import variables_of
+    from grind_env.machine.job.job_file import job_beside
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls, search_options
-    from grind_env.shop.optimise.table import print_result
+    from grind_env.shop import python_api, search_options
+    from grind_env.shop.optimise.tables import print_result
     from grind_env.shop.sweep.figure import draw_sweep
+    from grind_env.shop.sweep.recommended_program import recommended
     from grind_env.shop.sweep.table import as_data, points_table, sentences, tables_of
-    from grind_env.shop.sweep.writing import recommended
 
     if plot is not None:
         prepare_figure(plot)
-    found = calls.sweep(
+    found = python_api.sweep(
         program,
         job,
         E=None if speed is None else search_options.ends("--E", "E", speed),

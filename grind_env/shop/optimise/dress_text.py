@@ -1,6 +1,6 @@
 """Lead, depth and passes in the text of a dress program: F, infeed words, and the number of passes.
 
-The effect of an edit is always measured on the edited text (`machine.dress.program`). A change that other numbers in
+The effect of an edit is always measured on the edited text (`dress.dress_effect`). A change that other numbers in
 its words cannot express is refused.
 """
 
@@ -10,15 +10,15 @@ from decimal import Decimal
 from itertools import pairwise
 
 from grind_env.control import ControlError, read
+from grind_env.control.block_words import Word
+from grind_env.control.motion_paths import AXES
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
-from grind_env.control.paths import AXES
-from grind_env.control.source import SourceText
-from grind_env.control.words import Word
+from grind_env.control.program_text import SourceText
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.axes import plunge_axis
-from grind_env.machine.dress.program import STEP, DressProgramError, DressRun, run_dress
-from grind_env.shop.optimise.editing import (
+from grind_env.machine.dress.dress_effect import STEP, DressProgramError, DressRun, run_dress
+from grind_env.shop.optimise.word_editing import (
     ProgramText,
     WordEdit,
     comment_edit,

@@ -6,16 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.machine.script.settings import D
+from grind_env.machine.script.block_settings import D
 from grind_env.policies.statistics import Interval, percentile_interval, resampled_means
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.machines import Fleet
-from grind_env.shop.optimise.editing import Spot
 from grind_env.shop.optimise.outcome import LimitUse, PartMean, Requirement, Verdict, WordChange
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
-from grind_env.shop.optimise.variation import Variation
+from grind_env.shop.optimise.varied_program import Variation
+from grind_env.shop.optimise.word_editing import Spot
+from grind_env.shop.possible_machines import Fleet
 from grind_env.shop.search_options import INTERVAL, LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 

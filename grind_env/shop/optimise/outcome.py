@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
+from grind_env.html_views import html
 from grind_env.policies.statistics import Interval
-from grind_env.presenter import html
 from grind_env.shop.search_options import CONFIDENCE
 
 

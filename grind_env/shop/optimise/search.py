@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.extras import needing
+from grind_env.optional_libraries import needing
 
 Point = tuple[int, ...]
 

@@ -13,18 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env import __version__
+from grind_env.data_table import Kind, Table
 from grind_env.errors import printable
-from grind_env.extras import needing
 from grind_env.files import FileError, check_target, write_atomically
-from grind_env.table import Kind, Table
-from grind_env.targets import Own
+from grind_env.optional_libraries import needing
+from grind_env.output_files import Own
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
     from grind_env.render.curves import Picture
-    from grind_env.render.graphs import Graph
+    from grind_env.render.series_graphs import Graph
 
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
@@ -66,7 +66,7 @@ def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
     Raises:
         MissingExtra: as in `page`.
     """
-    from grind_env.shop.report.static import drawn
+    from grind_env.shop.report.svg_figures import drawn
 
     return _block("figure", _markup(drawn(content)), printable(caption))
 

@@ -10,16 +10,16 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control import read_file
-from grind_env.control.source import SourceText
-from grind_env.envs.job.outline import INCH
+from grind_env.control.program_text import SourceText
+from grind_env.envs.job.program_outline import INCH
 from grind_env.errors import GrindError
+from grind_env.html_views import html, presenter
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import job_of
-from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
+from grind_env.machine.job.job_file import job_of
+from grind_env.machine.script.block_settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval
-from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
-from grind_env.shop.machines import Fleet, fleet_of, require_good
+from grind_env.shop.possible_machines import Fleet, fleet_of, require_good
 from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
 
@@ -219,7 +219,7 @@ def sweep(
     untried: bool = False,
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
-    """Return the costs of a program on a grid of settings, all on the same lots and machines, as `shop.calls.sweep`.
+    """Return the costs of a program on a grid of settings, all on the same lots and machines, as `grind_env.sweep`.
 
     Raises:
         CondemnedError: the model scraps the unchanged program.

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from grind_env.data_table import Column, Table, table_of
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_text
-from grind_env.table import Column, Table, table_of
 
 
 def _where(name: str, form: str) -> Callable[[SweepPoint], str]:

@@ -1,6 +1,6 @@
 import pytest
 
-from grind_env.control.compensation.crossings import Circle, StraightLine, crossings
+from grind_env.control.compensation.intersections import Circle, StraightLine, crossings
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,196 @@
+"""Pictures of a grinding record, drawn by matplotlib."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grind_env.errors import shortened
+from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.render.curves import (
+    BLUE,
+    GREEN,
+    GREY,
+    GRID,
+    ORANGE,
+    PAPER,
+    RED,
+    SHADE,
+    Curve,
+    Picture,
+    joined_runs,
+    labelled_every,
+    picture,
+)
+from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
+from grind_env.render.record_tables import totals
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
+
+MOST_LABELS = 14
+"""Most labels of blocks, parts or dresses; of more than these every k-th is labelled."""
+
+MOST_MARKS = 200
+"""Number of strokes up to which each has a mark; of more strokes, only points without a line have one."""
+
+PANEL = 1.5
+"""Height of a panel, in."""
+
+HEADINGS = -0.055
+"""Position of the headings, left of the panels, in widths of a panel."""
+
+LONGEST_TITLE = 90
+"""Most characters of a title, which must fit the width of the picture."""
+
+
+def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
+    """Write the picture of `draw_record` to a .png, .svg or .pdf file; arguments as there.
+
+    Raises:
+        PlotError: another suffix.
+        MissingExtra: matplotlib is not installed.
+        FileError: the folder does not exist or cannot be written to.
+    """
+    check_format(path)
+    write_figure(draw_record(record, job, title), path)
+
+
+def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "") -> "Figure":
+    """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
+
+    Strokes are drawn one by one, with marks for blocks, parts, dresses and spark-out. Many strokes are drawn as bands
+    from the lowest to the highest value, by part if there are many parts.
+
+    Args:
+        record: record of `machine.grind`.
+        job: job of the run; with it size and limits are drawn.
+        title: title, such as the name of the program.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
+    shown = picture(record, job)
+    figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
+    draw_panels(shown, figure, 9.0)
+    summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
+    summary.set_parse_math(False)
+    return figure
+
+
+def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
+    """Draw all curves of a picture into an empty figure, one below the other, with headings of `size`, pt."""
+    from matplotlib.ticker import MaxNLocator
+
+    panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
+    for panel, curve in zip(panels, shown.curves, strict=True):
+        _draw_curve(panel, curve, shown, size)
+        _mark_limits(panel, curve)
+        _mark_pauses(panel, shown)
+        panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
+    _name_blocks(panels[0], shown)
+    if shown.dresses or shown.spark_out is not None:
+        _name_marks(panels[-1], shown)
+    panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
+    panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None:
+    if curve.downwards:
+        axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
+    elif shown.banded:
+        axes.fill_between(shown.at, curve.low, curve.high, color=curve.color, alpha=0.3, lw=0)
+        axes.plot(shown.at, curve.mean, color=curve.color, lw=1.0)
+    else:
+        at, values = (np.insert(each, shown.breaks, np.nan) for each in (shown.at, curve.mean))
+        few, known = len(at) <= MOST_MARKS, np.isfinite(np.concatenate([[np.nan], values, [np.nan]]))
+        marked = known[1:-1] & (few | ~(known[:-2] | known[2:]))
+        axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5 if few else 1.0)
+        axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
+    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
+    axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
+    axes.grid(True, color=GRID, lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _wrapped(title: str, unit: str) -> str:
+    """Return a heading on two or three short lines."""
+    lines = [""]
+    for word in (title if unit == "-" else f"{title}, {unit}").split():
+        if len(lines[-1]) + len(word) > 13 and lines[-1]:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join(lines)
+
+
+def _mark_limits(axes: "Axes", curve: Curve) -> None:
+    for limit in curve.limits:
+        axes.axhline(limit.value, color=curve.color, lw=0.8, ls="--")
+        axes.annotate(
+            limit.text,
+            (1.0, limit.value),
+            (-4.0, 2.0 if limit.value > 0.0 else -2.0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            ha="right",
+            va="bottom" if limit.value > 0.0 else "top",
+            fontsize=8,
+            color=curve.color,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8},
+        )
+
+
+def _mark_pauses(axes: "Axes", shown: Picture) -> None:
+    """Draw dresses as lines, spark-out strokes as shades, and dotted lines between blocks."""
+    for at, _ in shown.dresses:
+        axes.axvline(at, color=ORANGE, lw=1.2)
+    for first, after in joined_runs(() if shown.spark_out is None else shown.spark_out):
+        axes.axvspan(shown.edges[first], shown.edges[after], color=SHADE, lw=0, zorder=0)
+    if len(shown.spans) <= 2 * MOST_LABELS:
+        for span in shown.spans[1:]:
+            axes.axvline(shown.edges[span.first], color=GREY, lw=0.8, ls=":")
+
+
+def _name_blocks(axes: "Axes", shown: Picture) -> None:
+    """Number the parts and the blocks above the topmost panel."""
+    several = len(shown.parts) > 1
+    if several:
+        _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
+    _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
+
+
+def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, height: float) -> None:
+    every = labelled_every(len(places), MOST_LABELS) if places else 1
+    for first, label in places[::every]:
+        axes.annotate(
+            label,
+            (shown.edges[first], 1.0),
+            (1.0, height),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            fontsize=8,
+            annotation_clip=False,
+        )
+
+
+def _name_marks(axes: "Axes", shown: Picture) -> None:
+    """Draw the legend of dresses and spark-out, below the numbers of the lowest panel."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    marks: list[Any] = []
+    if shown.dresses:
+        seconds = sorted({round(seconds) for _, seconds in shown.dresses})
+        span = f"{seconds[0]}" if len(seconds) == 1 else f"{seconds[0]} to {seconds[-1]}"
+        marks.append(Line2D([], [], color=ORANGE, lw=1.2, label=f"dress, {span} s"))
+    if shown.spark_out is not None and shown.spark_out.any():
+        marks.append(Patch(color=SHADE, label="spark-out"))
+    if marks:
+        below: Any = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 2.2}
+        axes.legend(handles=marks, frameon=False, fontsize=8, ncols=len(marks), **below)
