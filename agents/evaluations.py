@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from agents.benchmark.grid import DECISION, USUAL_DECISION
-from agents.cells import CHUNK, code_of, keep, kept, place_of
+from agents.evaluation_cache import CHUNK, code_of, keep, kept, place_of
 from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.model_view import model_beside
-from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import Problem
 
 

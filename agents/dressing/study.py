@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from agents.provenance import provenance
-from agents.tables import csv_of
+from agents.result_tables import csv_of
 from agents.tuning.search import BestPoint, refine
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes

@@ -8,20 +8,20 @@ from typing import Any
 
 from agents.benchmark.figures import write_figure
 from agents.benchmark.grid import DECISION, USUAL_DECISION
-from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
+from agents.evaluation_cache import RUNS, code_of, kept_evaluation
 from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file
 from grind_env.output_files import Own, check_own
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import FALLBACK, named_policy, usual_name
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 
 PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 PLANNED = 4e-6

@@ -15,9 +15,9 @@ from grind_env.envs.contexts import Given, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
 from grind_env.envs.program_writer import Written
-from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import frames, terminal_view

@@ -18,8 +18,8 @@ from grind_env.envs.contexts import Given, option_items, read_all_options, read_
 from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
-from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.threads import step_shared

@@ -17,8 +17,8 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
-    from grind_env.policies.judging import Judgement
     from grind_env.policies.problem import Problem
+    from grind_env.policies.scoring import Judgement
 
 JUDGES = "held-out-laws"
 """Set of machines on which agents are judged."""
@@ -61,10 +61,10 @@ def train(
     from grind_env.optional_libraries import needing
     from grind_env.plants.plant_names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.policies.model_view import machines_name, model_of, on, training_machines
     from grind_env.policies.problem import JOB
+    from grind_env.policies.scoring import evaluate
     from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):

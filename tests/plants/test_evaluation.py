@@ -14,8 +14,8 @@ from grind_env.machine.grind import grind_file
 from grind_env.machine.loops.records import OWN_FROM
 from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
+from grind_env.policies.episode_trace import follow
 from grind_env.policies.evaluation import start_episodes
-from grind_env.policies.follow import follow
 from grind_env.policies.model_view import model_of, on, parted
 from grind_env.policies.problem import find_problem
 from tests.command import Grind
