@@ -51,7 +51,7 @@ DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 """Prefixes of all modules with code of policies and of their training."""
 
 
-def kept_evaluation(
+def cached_evaluation(
     policy: Policy, problem: Problem, seeds: range, folder: Path = RUNS, *, split: str = EVERY, fresh: bool = False
 ) -> Evaluation:
     """Return the evaluation on some seeds; chunks cached with equal inputs are not run again.
@@ -63,11 +63,11 @@ def kept_evaluation(
     chunks = []
     for first in range(0, len(seeds), CHUNK):
         part = seeds[first : first + CHUNK]
-        path, fingerprint = place_of(policy.name, code, problem, part, split, folder)
-        result = None if fresh else kept(path, fingerprint)
+        path, fingerprint = cached_file(policy.name, code, problem, part, split, folder)
+        result = None if fresh else read_cached(path, fingerprint)
         if result is None:
             result = run_seeds(policy, simulation, part, split, model)
-            keep(path, fingerprint, result)
+            write_cached(path, fingerprint, result)
         chunks.append(result)
     return Evaluation.joined(chunks)
 
@@ -76,19 +76,19 @@ def code_of(policy: Policy, problem: Problem) -> str:
     """Return a fingerprint of a policy, its problem and its model."""
     model = model_beside(problem) if policy.sees == "measurements" else None
     simulation = problem.simulation()
-    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
+    made_of = sources(type(policy).__module__), *map(sources, modules_of(simulation))
     known = hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
     return known + ("" if model is None else behaviour(model))
 
 
-def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
+def cached_file(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
     """Return the file of a chunk of episodes of a policy, and the fingerprint of its inputs."""
     place, drawn_from = folder / problem.name / "cells" / name, find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     return (place / split if of_split else place) / f"{seeds.start}.npz", f"{code} {seeds}{of_split}"
 
 
-def kept(path: Path, fingerprint: str) -> Evaluation | None:
+def read_cached(path: Path, fingerprint: str) -> Evaluation | None:
     """Return the evaluation in a file; None if the file is missing, damaged or has another fingerprint."""
     with suppress(OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile), np.load(path) as file:
         if str(file["fingerprint"]) == fingerprint:
@@ -96,7 +96,7 @@ def kept(path: Path, fingerprint: str) -> Evaluation | None:
     return None
 
 
-def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
+def write_cached(path: Path, fingerprint: str, result: Evaluation) -> None:
     """Write an evaluation and its fingerprint in one atomic step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.npz")
@@ -120,9 +120,9 @@ def behaviour(simulation: Simulation) -> str:
     return digest.hexdigest()
 
 
-def said_by(simulation: Simulation) -> list[str]:
+def modules_of(simulation: Simulation) -> list[str]:
     """Return the modules of a simulation; the probe does not run all of their code, such as reading observations."""
-    parts = simulation, simulation.branches, simulation.room(0)
+    parts = simulation, simulation.branches, simulation.empty_episodes(0)
     return sorted({kind.__module__ for part in parts for kind in type(part).__mro__} - {object.__module__})
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar, get_type_hints
 
 from grind_env.files import read_text
-from grind_env.output_files import Own, check_own
+from grind_env.output_files import FileKind, check_replaceable
 
 RowT = TypeVar("RowT")
 
@@ -16,8 +16,8 @@ RowT = TypeVar("RowT")
 def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
     """Raise an error if a file has the name of a table of the command, but is no such table."""
     for name, begin in begins.items():
-        own = Own(f"table of `python -m agents {command}`", re.compile(re.escape(begin.encode())).match)
-        check_own(folder / name, own, "--results")
+        own = FileKind(f"table of `python -m agents {command}`", re.compile(re.escape(begin.encode())).match)
+        check_replaceable(folder / name, own, "--results")
 
 
 def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 from grind_env.shop.commands.arguments import CsvFile, OtherPart, Plant
 from grind_env.terminal import progress
 
@@ -41,7 +41,7 @@ Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""
-PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
+PLAYED_JOB = FileKind("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
 
 
 def evaluate(

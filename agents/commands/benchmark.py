@@ -22,7 +22,7 @@ from agents.commands.options import Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.errors import printable
-from grind_env.output_files import check_own
+from grind_env.output_files import check_replaceable
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION
@@ -70,7 +70,7 @@ def benchmark(
         return
     published = full and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
-    check_own(folder / CSV, TABLE, "--results")
+    check_replaceable(folder / CSV, TABLE, "--results")
     before = read_results(folder)  # a damaged file fails now, not after hours of work
     chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
     if full:

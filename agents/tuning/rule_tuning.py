@@ -21,7 +21,7 @@ from agents.tuning.tunable_parameters import RULES, from_vector, rounded, vector
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
-from grind_env.output_files import check_own
+from grind_env.output_files import check_replaceable
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, Sees
@@ -237,7 +237,7 @@ def tune(
         if name not in known:
             raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
     folder = tuned_folder(simulation.task, folder)
-    check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--parameters")
+    check_replaceable(folder / f"{problem.name}.toml", TUNED_FILE, "--parameters")
     tuned = _readable(problem.name, folder, fresh)
     names = listed if names is None else names
     if not fresh:

@@ -57,7 +57,7 @@ class Model(Protocol):
     def judged(self, rows: Numbers) -> Table:
         """Return flags and limits of blocks of these rows in the table of kinds, shape (N, fields of `Judged`)."""
 
-    def room(self, n: int) -> Any:
+    def empty_episodes(self, n: int) -> Any:
         """Return arrays for N members: episodes of one block, with `wheels` and more."""
 
     def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
@@ -124,7 +124,7 @@ class WheelBelief:
         self.updates = np.zeros(n, np.int64)
         self.ground = np.zeros(n)
         self.rows = np.zeros(n, np.int64)
-        self.members = self.model.room(n * self.size)
+        self.members = self.model.empty_episodes(n * self.size)
         self.hidden = np.empty((n, self.size, len(Hidden._fields)))
         self.forecast = Forecast(*np.zeros((len(Forecast._fields), n, self.size)))
         self.beliefs = np.zeros((n, len(Belief._fields)))

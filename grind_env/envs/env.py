@@ -170,7 +170,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             OtherMachine: the environment was not made for it.
         """
         simulation = self.simulation
-        given = read_options(self.task, options, self.given, simulation.barred, simulation.plants)
+        given = read_options(self.task, options, self.given, simulation.unfixable, simulation.plants)
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         rngs = [self.np_random]
@@ -194,7 +194,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         simulation, episodes = self.simulation, self.episodes
         if episodes is None or self.over:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
-        choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
+        choice = simulation.applied_choice(episodes, self.codec.choose(self.codec.single(action)))
         chosen = [values.item() for values in choice]
         block = simulation.writer.block(episodes, 0, *chosen)
         outcomes, _ = simulation.step(episodes, *choice)

@@ -56,8 +56,8 @@ class MemberModel:
     def judged(self, rows: Numbers) -> Table:
         return self.simulation.kinds[rows][:, JUDGED]
 
-    def room(self, n: int) -> Episodes:
-        return self.simulation.room(n).on(np.zeros((n, 1, len(TapeRow._fields))))
+    def empty_episodes(self, n: int) -> Episodes:
+        return self.simulation.empty_episodes(n).on(np.zeros((n, 1, len(TapeRow._fields))))
 
     def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
         members.tape[index[:, None], 0, FACTOR_COLUMNS] = factors

@@ -63,7 +63,7 @@ def fit_standard(simulation: Simulation, codec: ActionCodec, forms: Sequence[Mem
         seen.append(remembered(memories, simulation.observe(episodes), actions, running))
         alive.append(running)
         actions = _random(codec, rng, speed, share)
-        choice = simulation.taken(episodes, codec.decode(actions))
+        choice = simulation.applied_choice(episodes, codec.decode(actions))
         outcomes, _ = simulation.step(episodes, *choice, active=np.flatnonzero(running))
         earned += outcomes[:, REWARD]
     cheapest = np.argsort(-earned, kind="stable")[:USUAL]

@@ -15,7 +15,7 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.reading import is_file
 from grind_env.errors import GrindError, reason
 from grind_env.files import ReadError, write_atomically
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml, toml_text
 
@@ -27,7 +27,7 @@ OWN = Path("runs", "parameters")
 HEADING = "# Parameters of the scripted policies for "
 VERSION = "task_version"
 """Key of the version of the tasks that a file is tuned for."""
-TUNED_FILE = Own("file of tuned parameters", re.compile(rf"{HEADING}|{VERSION} *=".encode()).match)
+TUNED_FILE = FileKind("file of tuned parameters", re.compile(rf"{HEADING}|{VERSION} *=".encode()).match)
 
 Value = float | int | list[float] | list[int]
 Parameters = Mapping[str, Value]

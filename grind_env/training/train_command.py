@@ -153,12 +153,12 @@ def _usual_file(task: str, problem: "Problem") -> Path:
         FileError: the file cannot be written, or a file that is no agent would be replaced.
     """
     from grind_env.files import beside
-    from grind_env.output_files import Own, Target, check_targets
+    from grind_env.output_files import FileKind, Target, check_targets
     from grind_env.policies.learned.saved import ENTRY, SUFFIX
     from grind_env.policies.problem import JOB
 
     path = beside(Path(task), SUFFIX) if problem.id == JOB else Path(problem.name + SUFFIX)
-    agent = Own("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
+    agent = FileKind("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
     check_targets([Target(path=path, option="--output", replaceable=agent)])
     return path
 

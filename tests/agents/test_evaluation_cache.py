@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents import evaluation_cache
-from agents.evaluation_cache import CHUNK, bare, behaviour, imported, kept_evaluation, sources
+from agents.evaluation_cache import CHUNK, bare, behaviour, cached_evaluation, imported, sources
 from grind_env.belief import filter as filter_
 from grind_env.belief import wheel_belief
 from grind_env.envs import filter_members
@@ -51,34 +51,34 @@ def test_a_kept_evaluation_is_the_evaluation(tmp_path):
     # of a deterministic policy the chunks cannot matter
     whole = run_seeds(PLAN, ORACLE, SEEDS)
     for _ in range(2):
-        result = kept_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
+        result = cached_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
         for each in fields(Evaluation):
             np.testing.assert_array_equal(getattr(result, each.name), getattr(whole, each.name))
 
 
 def test_only_the_chunks_that_are_missing_are_run(tmp_path, evaluated):
-    kept_evaluation(PLAN, PROBLEM, SEEDS[:CHUNK], tmp_path)
-    kept_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS[:CHUNK], tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
     assert evaluated == [SEEDS[:CHUNK], SEEDS[CHUNK:]]
     evaluated.clear()
-    kept_evaluation(PLAN, PROBLEM, SEEDS, tmp_path, fresh=True)
+    cached_evaluation(PLAN, PROBLEM, SEEDS, tmp_path, fresh=True)
     assert evaluated == [SEEDS[:CHUNK], SEEDS[CHUNK:]]
 
 
 @pytest.mark.parametrize("text", [b"", b"PK\x03\x04 cut off"])
 def test_a_damaged_file_is_made_anew(tmp_path, evaluated, text):
-    kept_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
     (file,) = tmp_path.rglob("*.npz")
     file.write_bytes(text)
-    kept_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
-    kept_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
     assert len(evaluated) == 2
 
 
 def test_another_parameter_or_task_is_another_evaluation(tmp_path, evaluated):
-    kept_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
-    kept_evaluation(replace(PLAN, E=9500.0), PROBLEM, SEEDS[:2], tmp_path)
-    kept_evaluation(PLAN, changed(PROBLEM, factors={"kA": 2.5001}), SEEDS[:2], tmp_path)
+    cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
+    cached_evaluation(replace(PLAN, E=9500.0), PROBLEM, SEEDS[:2], tmp_path)
+    cached_evaluation(PLAN, changed(PROBLEM, factors={"kA": 2.5001}), SEEDS[:2], tmp_path)
     assert len(evaluated) == 3
 
 
@@ -128,7 +128,7 @@ def test_an_edit_of_what_decides_is_another_evaluation_and_a_comment_is_not(
     for text, anew in (("", True), ("# a comment\n", False), ('"""A text."""\n', False), ("EDITED = 1\n", True)):
         more[0] = text
         sources.cache_clear()
-        kept_evaluation(policy, PROBLEM, SEEDS[:1], tmp_path)
+        cached_evaluation(policy, PROBLEM, SEEDS[:1], tmp_path)
         count += anew
         assert len(evaluated) == count, text
     sources.cache_clear()

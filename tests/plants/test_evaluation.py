@@ -95,7 +95,7 @@ def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> 
     machine = on(find_problem(path), "soft:3").simulation()
     assert not machine.compiled
     with pytest.raises(GrindError, match="looker sees the state, but the control executes part step by step"):
-        parted(Looker(), machine, model_of(find_problem(path)), machine.room(0))
+        parted(Looker(), machine, model_of(find_problem(path)), machine.empty_episodes(0))
 
 
 def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:

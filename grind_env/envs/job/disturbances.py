@@ -42,7 +42,7 @@ LEAST_STOCK = 0.4
 """Smallest ratio of stock to nominal stock."""
 
 
-def barred_factors(spread: float) -> dict[str, str]:
+def unfixable_factors(spread: float) -> dict[str, str]:
     """Return the factors that a context cannot fix in a job, each with the reason."""
     fixable = {*WHEEL_FACTORS.values(), *LOT_FACTORS, *({"noise"} if spread > 0.0 else ())}
     others = [name for name in (*CONTEXT_FACTORS, "material", "sequence") if name not in fixable]

@@ -277,7 +277,7 @@ def spread_over(axis: Array, values: Array) -> Array:
 def dulling(model: MemberModel, rows: Numbers) -> Array:
     """Return wheels from freshly dressed to very dull, shape (dull, fields of `WheelState`)."""
     task = model.simulation.task
-    member = model.room(1)
+    member = model.empty_episodes(1)
     model.simulation.clear(member, np.zeros(1, np.int64))
     member.wheels[:, : model.branches.first_wheels(1).shape[1]] = model.branches.first_wheels(1)
     usual = handbook_speeds(task)
@@ -302,7 +302,7 @@ def _tried(
     growth, pressure, wheel, choice = (np.repeat(each.ravel(), SCENARIOS) for each in states)
     n = len(growth)
     scenario = np.arange(n) % SCENARIOS
-    members = model.room(1).pick(np.zeros(n, np.int64))
+    members = model.empty_episodes(1).pick(np.zeros(n, np.int64))
     model.simulation.clear(members, np.arange(n))
     members.wheels[:, : wheels.shape[1]] = wheels[wheel.astype(np.int64)]
     factors = found.scenarios[k][scenario, 1:]
