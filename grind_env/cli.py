@@ -265,7 +265,7 @@ def tasks(
     from dataclasses import asdict
 
     from grind_env.data_table import Column, table_of
-    from grind_env.envs.blocks.job import check_task
+    from grind_env.envs.blocks.task_job import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text

@@ -13,11 +13,11 @@ from enum import Enum
 from typing import TypeAlias
 
 from grind_env.control import numbers
+from grind_env.control.block_decoding import Command, decode
 from grind_env.control.block_words import Block, Word, read_block
 from grind_env.control.control_flow import BlockStream, Call, execute_statement
 from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.cycles import RULES
-from grind_env.control.decode import Command, decode
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
 from grind_env.control.geometry import Path, Straight

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from grind_env.control.block_decoding import recognise
 from grind_env.control.block_words import read_block
 from grind_env.control.control_settings import Control
-from grind_env.control.decode import recognise
 from grind_env.control.errors import ControlError
+from grind_env.control.event_trace import error_record
 from grind_env.control.events import CycleEnd, Message, Motion, Stroke
 from grind_env.control.program_execution import execute
 from grind_env.control.program_reader import Programs
-from grind_env.control.trace import error_record
 from grind_env.control.word_expressions import foreseen
 
 MOST_ERRORS = 1000

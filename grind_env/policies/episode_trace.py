@@ -18,7 +18,7 @@ from grind_env.optional_libraries import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
-from grind_env.policies.model_view import model_beside, parted
+from grind_env.policies.nominal_model import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import Problem, find_problem

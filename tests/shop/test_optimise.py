@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind

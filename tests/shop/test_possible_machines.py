@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.job.drawn_machines import uncertainty_of
 from grind_env.machine.job.job_entries import with_entries

@@ -22,7 +22,7 @@ from grind_env.belief.hidden_state import (
 from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.kernel import entry, exp, inlined, log
 from grind_env.machine.loops.cycle import dress_lead
-from grind_env.machine.loops.records import read_parameters, read_tally, read_wheel, write_wheel
+from grind_env.machine.loops.row_io import read_parameters, read_tally, read_wheel, write_wheel
 from grind_env.machine.loops.stroke_totals import mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, survival
 from grind_env.process.state import StrokeParameters, WheelState
