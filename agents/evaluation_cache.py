@@ -38,7 +38,7 @@ UNPROBED = (
     "grind_env.belief.",
     "grind_env.envs.block_rollouts",
     "grind_env.envs.episode_state",
-    "grind_env.envs.normalisation",
+    "grind_env.envs.learning_scales",
     "grind_env.envs.observation_memory",
     "grind_env.envs.filter_members",
     "grind_env.envs.observation_spec",

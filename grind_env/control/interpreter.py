@@ -21,7 +21,7 @@ from grind_env.control.modes import CYCLES
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program, Programs
 from grind_env.control.system_variables import SystemVariables
 from grind_env.control.table_motion import Reciprocator
-from grind_env.control.word_expressions import evaluated
+from grind_env.control.word_evaluation import evaluated
 from grind_env.control.word_rewriting import with_words
 
 DEEPEST = 4

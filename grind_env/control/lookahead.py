@@ -27,7 +27,7 @@ from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motion_paths import arc_path, target
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program
 from grind_env.control.program_text import SourceText
-from grind_env.control.word_expressions import evaluated
+from grind_env.control.word_evaluation import evaluated
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.belief.hidden_state import Belief
+from grind_env.belief.filter_quantities import Belief
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.filter_members import MemberModel

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.normalisation import ease_rewards, fit_standard, lateness
+from grind_env.envs.learning_scales import ease_rewards, fit_standard, lateness
 from grind_env.envs.observation_memory import Flags
 from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.envs.simulation import Simulation

@@ -21,8 +21,8 @@ from grind_env.envs.shop_history import History
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.strip_stroke import strips_of
-from grind_env.machine.loops.surface_zones import strip_zones
 from grind_env.machine.loops.table_speed import pace_of
+from grind_env.machine.loops.zone_layout import strip_zones
 from grind_env.machine.part.stroke_record import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.process import PROCESS

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.belief.hidden_state import FACTORS
+from grind_env.belief.filter_quantities import FACTORS
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.disturbances import Disturbances
 from grind_env.envs.episode_state import Episodes

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array, Numbers
-from grind_env.belief.hidden_state import FACTORS
+from grind_env.belief.filter_quantities import FACTORS
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
