@@ -235,6 +235,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
         after="",
         data=b"G82\r\n",
         parts=50,
+        counted="part",
         lots=256,
         seed=1,
         evaluations=3,
