@@ -40,8 +40,8 @@ def advise(
 ) -> None:
     """Recommend E and D of the next block from measurements.
 
-    Readings, all optional. Of a block: mean_power, first_power, peak_power (W above idle), E (mm/min), D. Of a part:
-    size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. A stopped session resumes.
+    Readings (docs/howto/shop.md): of a block peak_power, mean_power, first_power (W above idle), E (mm/min), D;
+    of a part size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel. A stopped session resumes.
     """
     from grind_env.control.command_options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
