@@ -375,7 +375,8 @@ class Job:
         wheel, start = self.setup.wheel, self.wheel
         low, high = wheel.minimum_diameter, wheel.diameter
         if start.diameter is not None and not low <= start.diameter <= high:
-            raise wrong("wheel.diameter", start.diameter, f"from {low:g} to {high:g} mm for {wheel}")
+            legal = f"from {low:g} to {high:g} mm for {wheel} (its new size: setup.wheel_overrides, diameter)"
+            raise wrong("wheel.diameter", start.diameter, legal)
         if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
