@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from agents.benchmark.grid import DECISION, USUAL_DECISION
-from agents.cells import CHUNK, code_of, keep, kept, place_of
+from agents.evaluation_cache import CHUNK, cached_file, code_of, read_cached, write_cached
 from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.model_view import model_beside
-from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import Problem
 
 
@@ -62,14 +62,14 @@ class Evaluations(Study):
     seconds: Callable[[Any], float] = chunk_seconds
 
     def cached(self, trial: Chunk, runs: Path) -> Evaluation | None:
-        return kept(*self._place(trial, runs))
+        return read_cached(*self._place(trial, runs))
 
     def cache(self, trial: Chunk, found: Evaluation, runs: Path) -> None:
-        keep(*self._place(trial, runs), found)
+        write_cached(*self._place(trial, runs), found)
 
     def _place(self, trial: Chunk, runs: Path) -> tuple[Path, str]:
         name, code = _code(trial.problem, trial.who, trial.configs)
-        return place_of(name, code, trial.problem, trial.seeds, trial.split, runs)
+        return cached_file(name, code, trial.problem, trial.seeds, trial.split, runs)
 
 
 def chunks(

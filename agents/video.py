@@ -14,7 +14,7 @@ from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.learned.network import LearnedPolicy
-from grind_env.policies.play import stepped
+from grind_env.policies.played_episodes import stepped
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.render.episode_picture import EpisodePicture, PictureInstant

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from grind_env.machine.grind import grind_file as grind
     from grind_env.machine.job.job_file import load_job
     from grind_env.machine.script.script import script_of
-    from grind_env.policies.board import evaluate_core
-    from grind_env.policies.judging import evaluate
+    from grind_env.policies.core_scores import evaluate_core
+    from grind_env.policies.scoring import evaluate
     from grind_env.shop.python_api import calibrate, optimise, report, sweep
 
 __all__ = [
@@ -42,8 +42,8 @@ __version__ = "0.3.0"
 
 LAZY = {
     "calibrate": ("shop.python_api", "calibrate"),
-    "evaluate": ("policies.judging", "evaluate"),
-    "evaluate_core": ("policies.board", "evaluate_core"),
+    "evaluate": ("policies.scoring", "evaluate"),
+    "evaluate_core": ("policies.core_scores", "evaluate_core"),
     "grind": ("machine.grind", "grind_file"),
     "load_job": ("machine.job.job_file", "load_job"),
     "load_task": ("envs.tasks", "load_task"),

@@ -16,7 +16,7 @@ from typer.models import OptionInfo
 
 from grind_env.command_help import HelpfulCommand, HelpfulGroup
 from grind_env.files import beside, is_file
-from grind_env.output_files import Own, Target, check_targets
+from grind_env.output_files import FileKind, Target, check_targets
 from grind_env.toml import files_named
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -51,10 +51,10 @@ class Writes(NamedTuple):
     """
 
     default_suffix: str = ""
-    replaceable: Own | None = None
+    replaceable: FileKind | None = None
     always: bool = False
     may_be_input: bool = False
-    beside: Mapping[str, Own] = {}
+    beside: Mapping[str, FileKind] = {}
 
 
 class Keeps(NamedTuple):

@@ -15,7 +15,7 @@ HEAD = 1 << 16
 """Number of bytes at the beginning of a file by which its kind is recognised."""
 
 
-class Own(NamedTuple):
+class FileKind(NamedTuple):
     """Kind of file that a command may replace or continue although the user has not named it."""
 
     what: str  # name of these files in a message
@@ -45,7 +45,7 @@ class Target:
 
     path: Path
     option: str = ""
-    replaceable: Own | None = None
+    replaceable: FileKind | None = None
     main_file: Path | None = None
     kind: str = "file"
     may_be_input: bool = False
@@ -90,7 +90,7 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
             raise FileError(f"{shown(target.path)} would be written twice{by}; name different files")
 
 
-def check_own(path: Path, own: Own, option: str) -> None:
+def check_replaceable(path: Path, own: FileKind, option: str) -> None:
     """Check, before any work, that a file whose name the command chooses may be replaced; `option` names its folder."""
     if status_of(path) is not None:
         check_targets([Target(path=path, option=option, replaceable=own, kind="folder")])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 from grind_env.shop.commands.arguments import CsvFile, OtherPart, Plant
 from grind_env.terminal import progress
 
@@ -41,7 +41,7 @@ Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""
-PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
+PLAYED_JOB = FileKind("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
 
 
 def evaluate(
@@ -75,10 +75,10 @@ def evaluate(
     """
     from grind_env.errors import GrindError, printable
     from grind_env.files import write_csv
-    from grind_env.policies.judging import evaluate as judge
-    from grind_env.policies.naming import usual_name
+    from grind_env.policies.policy_lookup import usual_name
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.rows import policy_file, row_of, write_rows
+    from grind_env.policies.row_files import policy_file, row_of, write_rows
+    from grind_env.policies.scoring import evaluate as judge
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
@@ -127,9 +127,9 @@ def _evaluate_core(
     from grind_env.envs.task_names import CORE
     from grind_env.errors import printable
     from grind_env.files import write_csv
-    from grind_env.policies.board import AGENT, SAID, evaluate_core
+    from grind_env.policies.core_scores import AGENT, SAID, evaluate_core
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.rows import row_of, write_rows
+    from grind_env.policies.row_files import row_of, write_rows
     from grind_env.scores import EPISODES
     from grind_env.terminal import table_console
 
@@ -172,8 +172,8 @@ def verify(
     from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.rows import read_rows
-    from grind_env.policies.rows import verify as verified
+    from grind_env.policies.row_files import read_rows
+    from grind_env.policies.row_files import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
@@ -216,7 +216,7 @@ def play(
     from grind_env.files import write_atomically
     from grind_env.machine.job.job_writer import job_text
     from grind_env.policies.model_view import on
-    from grind_env.policies.play import play as play_episode
+    from grind_env.policies.played_episodes import play as play_episode
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
@@ -248,7 +248,7 @@ def _policy(
     text: str | None, simulation: "Simulation", configs: Path | None, trust: bool, other_part: bool
 ) -> "Policy":
     from grind_env.errors import printable
-    from grind_env.policies.naming import Unzip, agent_of, chosen_policy
+    from grind_env.policies.policy_lookup import Unzip, agent_of, chosen_policy
 
     unzip: Unzip | None = None
     if trust:

@@ -22,7 +22,7 @@ from grind_env.files import FileError, ReadError, check_target, open_file, read_
 from grind_env.machine.job.job_file import load_job
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import read_tuned
+from grind_env.policies.tuned_parameters import read_tuned
 from grind_env.process.catalogue import load_catalogue
 from grind_env.scores import read_references
 from grind_env.toml import TomlError, read_toml

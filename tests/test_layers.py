@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
+from grind_env.kernel.network_layers import linear, logistic_layer, tanh_layer
 
 ROWS, INPUTS, OUTPUTS = 69, 37, 23
 

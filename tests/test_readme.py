@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 
 import grind_env
-from grind_env.policies.naming import named_policy
+from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import find_problem
 
 ROOT = Path(__file__).parents[1]

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
+from agents.benchmark.scoring import Sampled, is_ratio
 from agents.benchmark.summary import tasks_of
 from grind_env.arrays import Array
 from grind_env.policies.registry import REFERENCE

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.benchmark.plan import AT, KINDS, LIMIT, PLAIN, BenchmarkCell, Request, planned
-from agents.benchmark.price import EXACT
-from agents.cells import CHUNK
+from agents.benchmark.policy_effort import EXACT
+from agents.evaluation_cache import CHUNK
 from grind_env.envs.task_names import CORE
 from grind_env.policies.planners import hindsight
 from grind_env.policies.problem import Problem

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from agents.benchmark.plan import AT, HELD_OUT, BenchmarkCell, Request
-from agents.benchmark.price import decision_ms, model_of, tuned_on
+from agents.benchmark.policy_effort import decision_ms, model_of, tuned_on
 from agents.benchmark.results import Result, result_of
 from agents.benchmark.trained import from_file
-from agents.cells import CHUNK, kept_evaluation
+from agents.evaluation_cache import CHUNK, cached_evaluation
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.model_view import on
@@ -32,7 +32,7 @@ def measure(cell: BenchmarkCell, request: Request) -> Result:
     def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
         seeds, what = range(request.first, request.first + count), on(problem, HELD_OUT) if on_plants else problem
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
-        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
+        return cached_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
 
     return result_of(
         cell,

@@ -6,9 +6,9 @@ from typing import NamedTuple
 from agents.benchmark.aggregate import aggregates, all_runs, scored_tasks
 from agents.benchmark.figures import figure_names
 from agents.benchmark.grid import MORE_SEARCH
-from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.plan import ABOUT, AT
 from agents.benchmark.results import Result
+from agents.benchmark.scoring import Sampled, is_ratio
 from agents.benchmark.summary import KNOWLEDGE, UNTRAINED, best, brief, budget, columns_of, shown, summaries, tasks_of
 from grind_env.data_table import NONE, Column, table_of
 from grind_env.policies.planners import hindsight

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from agents.cells import RUNS
+from agents.evaluation_cache import RUNS
 from grind_env.envs.task_names import CORE, task_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 
 FLAGSHIP = "power_limited"
 EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"

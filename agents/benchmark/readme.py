@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from agents.benchmark.judge import Sampled, is_ratio
 from agents.benchmark.page import page, room
 from agents.benchmark.plan import ABOUT, FLAGSHIP
 from agents.benchmark.results import Result
+from agents.benchmark.scoring import Sampled, is_ratio
 from agents.benchmark.summary import shown, summaries
 from agents.provenance import ROOT
 from grind_env.data_table import NONE, Column, table_of
 from grind_env.envs.task_names import environment_id
 from grind_env.files import read_text
 from grind_env.policies.registry import REFERENCE, TRAINED
-from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.policies.tuned_parameters import ConfigError, write_whole
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"

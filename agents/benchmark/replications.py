@@ -9,22 +9,22 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.benchmark.grid import has_agent
-from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.page import AgentVerdict, verdict
 from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
 from agents.benchmark.results import PLANTS, Result, read_results
+from agents.benchmark.scoring import Sampled, judged
 from agents.benchmark.summary import shown, tasks_of
 from agents.benchmark.trials import result
 from agents.benchmark.trials import study as trials_of
 from agents.provenance import provenance
+from agents.result_tables import check_tables, csv_of
 from agents.study import Found, Options, Study, StudyOptions
-from agents.tables import check_tables, csv_of
 from grind_env.data_table import table_of
 from grind_env.files import csv_cell
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import prediction
-from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.policies.tuned_parameters import ConfigError, write_whole
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """First seed of each set; no seed of the sets is in a range of `grind_env.policies.evaluation.SEEDS`."""

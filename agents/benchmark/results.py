@@ -14,20 +14,20 @@ from pyarrow import parquet
 
 from agents.benchmark.plan import LONG, BenchmarkCell
 from agents.provenance import provenance, shown_seeds
-from agents.tables import csv_of
+from agents.result_tables import csv_of
 from grind_env.arrays import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.policy import Sees
-from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.policies.tuned_parameters import ConfigError, write_whole
 from grind_env.task_version import TASK_VERSION
 
 Episodes = NDArray[np.float32]
 
 PARQUET, CSV = "benchmark.parquet", "benchmark.csv"
-TABLE = Own("table of `python -m agents benchmark`", re.compile(b"task,policy,kind,").match)
+TABLE = FileKind("table of `python -m agents benchmark`", re.compile(b"task,policy,kind,").match)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

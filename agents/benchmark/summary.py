@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
 from agents.benchmark.plan import LIMIT
 from agents.benchmark.results import INTERPOLATION, PLANTS, Result
+from agents.benchmark.scoring import Sampled, is_ratio, over_runs, sampled
 from grind_env.data_table import NONE, Column, Table, table_of
 from grind_env.envs.task_names import CORE
 from grind_env.policies.statistics import Interval

@@ -13,7 +13,7 @@ from agents.benchmark import grid
 from agents.benchmark.measure import measure
 from agents.benchmark.plan import BenchmarkCell, Request
 from agents.benchmark.results import EPISODES, Result
-from agents.cells import code_of
+from agents.evaluation_cache import code_of
 from agents.study import Study, of_problem
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy

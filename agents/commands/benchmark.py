@@ -18,12 +18,12 @@ from agents.benchmark.plan import (
     chosen_problems,
     planned,
 )
-from agents.cells import RESULTS, RUNS
 from agents.commands.options import Tasks, going_on
+from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.errors import printable
-from grind_env.output_files import check_own
-from grind_env.policies.tuned import ConfigError
+from grind_env.output_files import check_replaceable
+from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import table_console
@@ -59,8 +59,8 @@ def benchmark(
     The default task is power_limited. To resume a killed run, repeat the command.
     """
     from agents.benchmark import grid, plan
-    from agents.benchmark.judge import judged
     from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, write_results
+    from agents.benchmark.scoring import judged
     from agents.benchmark.summary import ON_SCREEN, table_of_task
     from agents.benchmark.trials import result, study
 
@@ -70,7 +70,7 @@ def benchmark(
         return
     published = full and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
-    check_own(folder / CSV, TABLE, "--results")
+    check_replaceable(folder / CSV, TABLE, "--results")
     before = read_results(folder)  # a damaged file fails now, not after hours of work
     chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
     if full:

@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 import typer
 
-from agents.cells import RUNS
+from agents.evaluation_cache import RUNS
 from agents.provenance import provenance
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.splits import EVERY, SPLITS
@@ -43,7 +43,7 @@ def dataset(
     configs: Configs = None,
 ) -> None:
     """Record episodes as a Minari dataset, for offline RL."""
-    from grind_env.policies.naming import chosen_policy
+    from grind_env.policies.policy_lookup import chosen_policy
 
     problem = find_problem(task, job, parts)
     acts = chosen_policy(policy, problem.simulation(), configs)

@@ -10,8 +10,8 @@ import typer
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
 from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
-from agents.cells import RESULTS, RUNS
 from agents.commands.options import TASKS, Tasks, going_on
+from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.envs.task_names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
@@ -94,7 +94,7 @@ class StudyCommand(NamedTuple):
 
 COMMANDS = {
     "splits": StudyCommand(
-        "agents.splits",
+        "agents.split_study",
         "Compare policies on contexts that were not in training.",
         "--task power_limited",
     ),
@@ -109,7 +109,7 @@ COMMANDS = {
         steps=1_000_000,
     ),
     "recipe": StudyCommand(
-        "agents.recipe",
+        "agents.recipe_study",
         "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
@@ -161,7 +161,7 @@ COMMANDS = {
         folder=DRESSES,
     ),
     "intervals": StudyCommand(
-        "agents.dressing.unknowns",
+        "agents.dressing.interval_sensitivity",
         "Find the best dress interval against each unknown number.\n\n"
         "Sweeps E and interval of two example programs with each number at a low and a high value.",
         "--jobs 1",

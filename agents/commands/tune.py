@@ -6,12 +6,12 @@ from typing import Annotated
 import typer
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
-from agents.cells import RUNS
 from agents.commands.options import going_on
+from agents.evaluation_cache import RUNS
 from agents.study import Fresh, Jobs, Ray, Runs
 from grind_env.file_arguments import Keeps
 from grind_env.policies.problem import find_problem
-from grind_env.policies.tuned import tuned_folder
+from grind_env.policies.tuned_parameters import tuned_folder
 from grind_env.policy_commands import JobFile, NamedProblem, Parts
 
 
@@ -35,7 +35,7 @@ def tuning(
 
     To resume a killed run, repeat the command.
     """
-    from agents.tuning.rules import tune
+    from agents.tuning.rule_tuning import tune
 
     problem = find_problem(task, job, parts)
     names = None if policies is None else [name.strip() for name in policies.split(",")]

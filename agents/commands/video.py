@@ -28,7 +28,7 @@ def video(
 ) -> None:
     """Film a policy, or two side by side on the same episode."""
     from agents.video import record
-    from grind_env.policies.naming import named_policy
+    from grind_env.policies.policy_lookup import named_policy
 
     problem = find_problem(task, job, parts)
     policies = [named_policy(name, problem.simulation(), configs) for name in (left, right) if name is not None]

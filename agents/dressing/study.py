@@ -11,13 +11,13 @@ from itertools import product
 import numpy as np
 
 from agents.provenance import provenance
-from agents.tables import csv_of
+from agents.result_tables import csv_of
 from agents.tuning.search import BestPoint, refine
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 from grind_env.policies.choices import speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
@@ -43,7 +43,7 @@ PASSES = (1, 2, 3, 4, 6)
 DEPTH_DIGITS = 3
 """Number of decimals of a dress depth in mm; a control reads no finer depth."""
 
-TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,question,policy,").match)
+TABLE = FileKind("table of `python -m agents dress-study`", re.compile(b"task,question,policy,").match)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

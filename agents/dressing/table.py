@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from agents.dressing.study import DressFinding, about
-from agents.tables import csv_rows, typed
+from agents.result_tables import csv_rows, typed
 from grind_env.data_table import Column
 from grind_env.errors import reason
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.task_version import TASK_VERSION
 
 THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "plain_gru", "hindsight"

@@ -8,25 +8,25 @@ from typing import Any
 
 from agents.benchmark.figures import write_figure
 from agents.benchmark.grid import DECISION, USUAL_DECISION
-from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
+from agents.evaluation_cache import RUNS, cached_evaluation, code_of
 from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file
-from grind_env.output_files import Own, check_own
+from grind_env.output_files import FileKind, check_replaceable
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.naming import FALLBACK, named_policy, usual_name
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import FALLBACK, named_policy, usual_name
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 
-PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
+PICTURE = FileKind("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 PLANNED = 4e-6
 """CPU-seconds of a block under a fixed plan."""
-BASELINES = ("random", "handbook", "constant", "constant_per_kind")
+BASELINES = ("random", "handbook", "constant", "constant_per_kind", "interval")
 """Policies that do not decide when to dress."""
 
 
@@ -50,7 +50,7 @@ def study(asked: StudyOptions) -> Study:
     """Return the study of each problem; tasks, which set the dresser, have questions on its settings, too."""
     for each in asked.problems:
         if not is_file(asked.results / f"{each.name}.csv"):
-            check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
+            check_replaceable(asked.results / f"{each.name}.png", PICTURE, "--results")
     trials, episodes, runs = list[DressTrial](), asked.episodes, asked.options.runs.absolute()
     for problem in asked.problems:
         every = tuple(intervals(problem.simulation()))
@@ -75,7 +75,7 @@ def find(trial: DressTrial) -> dict[str, object]:
     problem, simulation, seeds = trial.problem, trial.problem.simulation(), episode_seeds("evaluation", trial.episodes)
     if isinstance(trial.what, str):
         policy = decider(trial)
-        run = kept_evaluation(policy, problem, seeds, trial.runs)
+        run = cached_evaluation(policy, problem, seeds, trial.runs)
         return asdict(finding(problem.name, simulation, "decision", policy, run))
     if trial.dress is not None:
         assert isinstance(simulation, BlockSimulation)

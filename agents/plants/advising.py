@@ -4,7 +4,7 @@ from collections.abc import Callable
 from itertools import product, repeat
 
 from agents.plants.batches import batches, cost_of
-from agents.plants.machines import PARTS, StudyMachine
+from agents.plants.study_machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.program_outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.plants.log import Logged, logged
-from agents.plants.machines import StudyMachine
-from agents.plants.variants import scaled
+from agents.plants.program_variants import scaled
+from agents.plants.shop_log import Logged, logged
+from agents.plants.study_machines import StudyMachine
 from grind_env.arrays import Array
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.batch_program import repeated

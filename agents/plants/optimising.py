@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.log import logged
-from agents.plants.machines import StudyMachine, StudyProgram
-from agents.plants.variants import with_catalogue, write
+from agents.plants.program_variants import with_catalogue, write
+from agents.plants.shop_log import logged
+from agents.plants.study_machines import StudyMachine, StudyProgram
 from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job

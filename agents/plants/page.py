@@ -5,19 +5,19 @@ from pathlib import Path
 
 from agents.benchmark.figures import write_figure
 from agents.plants.figure import plants_figure
-from agents.plants.log import DRESSED, FEEDS
-from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
+from agents.plants.program_variants import batch
+from agents.plants.promises import COLUMNS, family_rows, promises
+from agents.plants.shop_log import DRESSED, FEEDS
 from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
-from agents.plants.variants import batch
-from agents.plants.verdicts import COLUMNS, family_rows, promises
+from agents.plants.study_machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.provenance import commit
+from agents.result_tables import csv_of, csv_rows
 from agents.study import Study, StudyOptions
-from agents.tables import csv_of, csv_rows
 from grind_env.data_table import Column, table_of
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file
 from grind_env.machine.job.job_file import job_beside, load_job
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 from grind_env.task_version import TASK_VERSION
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"

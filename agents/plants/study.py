@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import mean
 
-from agents.cells import RUNS, sources
-from agents.plants.machines import PARTS, StudyMachine
+from agents.evaluation_cache import RUNS, sources
+from agents.plants.study_machines import PARTS, StudyMachine
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
@@ -50,7 +50,7 @@ def _answer(cell: PlantsTrial) -> Found:
 
         return optimise_on(cell.machine)
     if cell.question == "robust":
-        from agents.plants.robust import robust_on
+        from agents.plants.robust_agent import robust_on
 
         shifts = robust_on(cell.machine, cell.runs, cell.episodes)
     else:

@@ -4,20 +4,20 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from agents.cells import RESULTS
+from agents.evaluation_cache import RESULTS
 from agents.evaluations import Evaluations, by_problem, chunks
 from agents.provenance import provenance
 from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
+from agents.result_tables import csv_of
 from agents.study import Found, Study, StudyOptions
-from agents.tables import csv_of
-from agents.tuning.rules import tunable, tune
+from agents.tuning.rule_tuning import tunable, tune
 from grind_env.data_table import table_of
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
 
 EVALUATIONS = 300

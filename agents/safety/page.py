@@ -6,7 +6,7 @@ from functools import partial
 from itertools import groupby
 from statistics import mean
 
-from agents.safety.judging import (
+from agents.safety.returns import (
     LAGRANGIAN,
     LIMITS,
     PLANNERS,

@@ -3,8 +3,8 @@
 from copy import deepcopy
 
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import named_policy
 
 ADAPTERS = {
     "calibrated": "agents.track.learning:CalibratedPlanner",

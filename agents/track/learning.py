@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.benchmark.agents import plain_agent
-from agents.track.fitting import CONSTANTS, changed, fitted
+from agents.track.model_fit import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -17,8 +17,8 @@ from grind_env.policies.guard import guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.model_view import on
-from grind_env.policies.naming import named_policy, trained_file
 from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.policy_lookup import named_policy, trained_file
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import SHIFTS, TrackShift

@@ -5,7 +5,7 @@ from math import isnan
 
 import numpy as np
 
-from agents.track.privileged import PLAN, PLANNER, TRAINED
+from agents.track.scale_anchors import PLAN, PLANNER, TRAINED
 from agents.track.scores import Anchors, Ground, points, summary
 from grind_env.arrays import Array
 from grind_env.data_table import table_of

@@ -7,12 +7,12 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from agents.tables import csv_of, csv_rows
-from agents.track.privileged import PLAN, PLANNER, TRAINED, MachineRuns
+from agents.result_tables import csv_of, csv_rows
+from agents.track.scale_anchors import PLAN, PLANNER, TRAINED, MachineRuns
 from grind_env.arrays import Array
 from grind_env.policies.statistics import Interval, percentile_interval, score_of_means
 from grind_env.policies.track import BASELINE, TrackRuns
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 from grind_env.task_version import TASK_VERSION
 
 RESAMPLES = 2000

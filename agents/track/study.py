@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.cells import RESULTS
+from agents.evaluation_cache import RESULTS
 from agents.study import Found, Study, StudyOptions
 from agents.track.adapters import ADAPTERS, make_adapter
 from agents.track.page import COLUMNS, RUN, page, rows
-from agents.track.privileged import SCALES, TRAINED, TRAININGS, MachineRuns
-from agents.track.running import TrackTrial, decides, run
+from agents.track.scale_anchors import SCALES, TRAINED, TRAININGS, MachineRuns
 from agents.track.scores import ANCHORS, Anchors, Ground, anchors_of, collected, read_anchors, write_anchors
 from agents.track.scores import COLUMNS as OF_ANCHORS
+from agents.track.track_trials import TrackTrial, decides, run
 from grind_env.errors import GrindError
 from grind_env.plants import find_plants
-from grind_env.policies.judging import check_policy
 from grind_env.policies.model_view import model_of
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import track_row, write_rows
+from grind_env.policies.row_files import track_row, write_rows
+from grind_env.policies.scoring import check_policy
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 
 POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)

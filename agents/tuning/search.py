@@ -11,7 +11,7 @@ import cma
 import numpy as np
 
 from grind_env.files import read_text
-from grind_env.policies.tuned import write_whole
+from grind_env.policies.tuned_parameters import write_whole
 
 Costs = Callable[[Sequence[Any]], Sequence[float]]
 """Function that returns the costs of several points, which it may evaluate together."""

@@ -1,10 +1,10 @@
-"""The compiled loop of the ensemble filter in `wheel.py`: update, new wheel, new lot, summary."""
+"""The compiled loop of the ensemble filter in `wheel_belief.py`: update, new wheel, new lot, summary."""
 
 from typing import Any
 
 import numpy as np
 
-from grind_env.belief.hidden import (
+from grind_env.belief.hidden_state import (
     LOT,
     WHEEL,
     Belief,
@@ -19,7 +19,7 @@ from grind_env.belief.hidden import (
     read_signals,
     write_belief,
 )
-from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.kernel import entry, exp, inlined, log
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.records import read_parameters, read_tally, read_wheel, write_wheel

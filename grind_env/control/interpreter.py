@@ -54,7 +54,7 @@ class Interpreter:
         while (end := (yield from self._program(Call(BlockStream(self.programs.main))))) == "M99":
             if begun_again:
                 raise self.mover.place.error(
-                    "block-budget", "M99 begins the main program again without end; end it with M30"
+                    "block-budget", "M99 begins the main program again a second time; end it with M30"
                 )
             begun_again = True
             yield from self.table.stop()

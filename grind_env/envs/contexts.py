@@ -122,14 +122,14 @@ class Given:
     plant: "Plants | None" = None
 
 
-def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """Return the context with all factors nominal: the deterministic task; `barred` as for `read_options`."""
+def nominal_context(task: Task, unfixable: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Return the context with all factors nominal: the deterministic task; `unfixable` as for `read_options`."""
     left = task.start.executions_left
     nominal: dict[str, Any] = {name: factor.nominal for name, factor in CONTEXT_FACTORS.items()}
     if left is not None:
         nominal["executions_left"] = (left[0] + left[1]) / 2.0
     nominal["sequence"] = task.nominal_sequence
-    without = without_effect(task) if barred is None else barred
+    without = without_effect(task) if unfixable is None else unfixable
     return {name: value for name, value in nominal.items() if name not in without}
 
 
@@ -148,7 +148,7 @@ def read_options(
     task: Task,
     options: Mapping[str, Any] | None,
     before: Given,
-    barred: Mapping[str, str] | None = None,
+    unfixable: Mapping[str, str] | None = None,
     made: "Plants | None" = None,
 ) -> Given:
     """Read the options of a reset.
@@ -157,7 +157,7 @@ def read_options(
         task: the task.
         options: options of the reset.
         before: earlier options, which hold unless named.
-        barred: names without effect in a context, each with the reason; by default `without_effect(task)`.
+        unfixable: names without effect in a context, each with the reason; by default `without_effect(task)`.
         made: machines with which the environment was made.
 
     Raises:
@@ -168,7 +168,7 @@ def read_options(
     given = before
     for name, value in option_items(options):
         if name == "context":
-            fixed, kinds = _context(task, value, without_effect(task) if barred is None else barred)
+            fixed, kinds = _context(task, value, without_effect(task) if unfixable is None else unfixable)
             given = replace(given, fixed=fixed, kinds=kinds)
         elif name == "split":
             given = replace(given, split=find_split(value))
@@ -255,17 +255,17 @@ def find_split(name: Any) -> Split:
     )
 
 
-def _context(task: Task, context: Any, barred: Mapping[str, str]) -> tuple[Fixed, tuple[int, ...] | None]:
+def _context(task: Task, context: Any, unfixable: Mapping[str, str]) -> tuple[Fixed, tuple[int, ...] | None]:
     if context is None:
         return FREE, None
     if isinstance(context, str) and context == "nominal":
-        context = nominal_context(task, barred)
+        context = nominal_context(task, unfixable)
     if not isinstance(context, Mapping):
         raise ContextError(f"context is {context!r}, but must be a dict of factors, 'nominal' or None")
     fixed, kinds = {}, None
     for name, value in context.items():
-        if isinstance(name, str) and name in barred:
-            raise ContextError(f"{barred[name]}: {name} cannot be fixed, leave it out")
+        if isinstance(name, str) and name in unfixable:
+            raise ContextError(f"{unfixable[name]}: {name} cannot be fixed, leave it out")
         if name == "sequence":
             kinds = _sequence(task, value)
         elif name == "material":

@@ -15,9 +15,9 @@ from grind_env.envs.contexts import Given, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
 from grind_env.envs.program_writer import Written
-from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import frames, terminal_view
@@ -170,7 +170,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             OtherMachine: the environment was not made for it.
         """
         simulation = self.simulation
-        given = read_options(self.task, options, self.given, simulation.barred, simulation.plants)
+        given = read_options(self.task, options, self.given, simulation.unfixable, simulation.plants)
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         rngs = [self.np_random]
@@ -194,7 +194,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         simulation, episodes = self.simulation, self.episodes
         if episodes is None or self.over:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
-        choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
+        choice = simulation.applied_choice(episodes, self.codec.choose(self.codec.single(action)))
         chosen = [values.item() for values in choice]
         block = simulation.writer.block(episodes, 0, *chosen)
         outcomes, _ = simulation.step(episodes, *choice)

@@ -57,7 +57,7 @@ class Simulation(ABC):
     Attributes:
         task: names and limits; made from the job for a part program.
         entries: entries of the observation, the measured ones first.
-        usual: readings left out of the observation because they never change, by name.
+        constant_readings: readings left out of the observation because they never change, by name.
         kinds: numbers of the rows of its script, shape (rows, fields of `KindRow`).
         process: the grinding process.
         gauge: the gauges.
@@ -65,14 +65,14 @@ class Simulation(ABC):
         branches: further methods for planners, beliefs and advisers.
         compiled: whether steps are compiled, so that many branches can be tried before a choice.
         pre_dress: whether a choice has a third number: 1 for a dress before the first plunge.
-        barred: factors that a context cannot fix, each with the reason.
+        unfixable: factors that a context cannot fix, each with the reason.
         shops: numbers of the task, shape (1, fields of `Shop`).
         whole_program: as in `Episodes`; tapes are then always full.
     """
 
     task: Task
     entries: tuple[Reading, ...]
-    usual: Mapping[str, float]
+    constant_readings: Mapping[str, float]
     kinds: Table
     process: Process
     gauge: Gauge
@@ -80,7 +80,7 @@ class Simulation(ABC):
     branches: Branches
     compiled: bool = True
     pre_dress: bool = False
-    barred: Mapping[str, str]
+    unfixable: Mapping[str, str]
     shops: Table
     whole_program: bool = False
     tables: ScriptTables
@@ -131,7 +131,7 @@ class Simulation(ABC):
         """Return new episodes, one from each generator, with their fixed parts `given`; `full_tape` as for `room`."""
         if len(rngs) >= MANY:
             compile_at_once()
-        episodes = self.room(len(rngs), full_tape=full_tape)
+        episodes = self.empty_episodes(len(rngs), full_tape=full_tape)
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
@@ -146,7 +146,7 @@ class Simulation(ABC):
         if self.plants is not None:
             episodes.wheels[rows, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
 
-    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
+    def empty_episodes(self, n: int, *, full_tape: bool = True) -> Episodes:
         """Return arrays for N episodes that have not been drawn.
 
         Tapes are full for a user's program or with `full_tape`; else they have rows for the coming blocks only.
@@ -189,7 +189,7 @@ class Simulation(ABC):
         episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
         episodes.stages[index], episodes.machine[index], episodes.forces[index] = 0.0, 0, 1.0
 
-    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+    def applied_choice(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """Return the choice as the coming blocks take it, each of shape (N,)."""
         return choice
 
@@ -285,7 +285,7 @@ class Simulation(ABC):
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
         """Return observations in physical units, by name, each shape (N,), with readings that never change."""
-        constant = {name: np.full(len(observation), value) for name, value in self.usual.items()}
+        constant = {name: np.full(len(observation), value) for name, value in self.constant_readings.items()}
         seen = constant | physical(observation, self.entries[: observation.shape[1]])
         # on a part wider than the wheel, power belongs to the width of the wheel
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}

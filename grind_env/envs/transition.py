@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.belief.hidden import FACTORS
+from grind_env.belief.hidden_state import FACTORS
 from grind_env.envs.block_place import place_block
 from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
 from grind_env.envs.history import (

@@ -18,8 +18,8 @@ from grind_env.envs.contexts import Given, option_items, read_all_options, read_
 from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
-from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.threads import step_shared
@@ -137,7 +137,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         mask = given_options.pop("reset_mask", np.ones(self.num_envs, bool))
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
             raise GrindError(f"reset_mask must be a bool array of shape ({self.num_envs},) with at least one True")
-        read = partial(read_options, self.task, barred=self.simulation.barred, made=self.simulation.plants)
+        read = partial(read_options, self.task, unfixable=self.simulation.unfixable, made=self.simulation.plants)
         given = read_all_options(given_options, self.given, read)
         for i, each in enumerate(_seed_list(seed, self.num_envs)):
             if mask[i] and each is not None:
@@ -169,7 +169,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         if some:
             values = np.where(resetting[:, None], self.codec.neutral, values)
             stepping = np.flatnonzero(~resetting)
-        choice = self.simulation.taken(self.episodes, self.codec.choose(values))
+        choice = self.simulation.applied_choice(self.episodes, self.codec.choose(values))
         blocks: dict[int, Any] = {}
         if self.show_block or self.render_mode is not None:
             block = self.simulation.writer.block

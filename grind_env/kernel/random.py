@@ -9,7 +9,7 @@ import math
 from typing import TypeAlias
 
 from grind_env.kernel.compile import inlined
-from grind_env.kernel.elementary import log
+from grind_env.kernel.exp_log import log
 
 Words: TypeAlias = tuple[int, int, int, int]
 """Four words of 32 bits each."""

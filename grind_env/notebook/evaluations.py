@@ -2,7 +2,7 @@
 
 from grind_env.notebook.markup import fragment, table
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.judging import Judgement
+from grind_env.policies.scoring import Judgement
 
 HEADINGS = ("", "mean", "95 % interval")
 

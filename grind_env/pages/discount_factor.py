@@ -32,7 +32,7 @@ def dress_interval(simulation: Simulation, nominal: Given) -> int:
     cost, done = np.zeros(len(E)), 0
     while not simulation.over(episodes).all():
         D = np.where((done > 0) & (done % every == 0), 1.0, 0.0)
-        cost += advance(simulation, episodes, *simulation.taken(episodes, (E, D)))[0][:, COST]
+        cost += advance(simulation, episodes, *simulation.applied_choice(episodes, (E, D)))[0][:, COST]
         done += 1
     return min(int(every[cost.argmin()]), done)
 

@@ -9,7 +9,7 @@ from typing import Any
 from grind_env.data_table import table_of
 from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstrings import meanings
-from grind_env.envs.learning import WORST_REWARD
+from grind_env.envs.normalisation import WORST_REWARD
 from grind_env.pages.discount_factor import SAVINGS_LEFT, dress_interval
 from grind_env.pages.reward_bounds import RewardSpan
 from grind_env.pages.task_data import TaskSheet, sheet

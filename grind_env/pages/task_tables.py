@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from grind_env.belief.hidden import CUT
+from grind_env.belief.hidden_state import CUT
 from grind_env.data_table import Column, table_of
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading

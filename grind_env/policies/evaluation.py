@@ -137,7 +137,7 @@ def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episode
     Raises:
         ActionError: the decision has an E or a D that the environment does not have.
     """
-    return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
+    return simulation.applied_choice(episodes, codec.decode(codec.encode(*decision)))
 
 
 class Step(NamedTuple):

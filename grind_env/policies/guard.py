@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.forecast_alarms import Watch
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
-from grind_env.policies.watch import Watch
 
 SHORTEST, LONGER = 4.0, 2.0
 """Least length of the first alarm, blocks, and factor by which each further alarm is longer: a policy that was wrong

@@ -27,7 +27,7 @@ from grind_env.policies.scripted.rules import (
     PowerThreshold,
     Random,
 )
-from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
+from grind_env.policies.tuned_parameters import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
 FIXED_PLANS = (*UNIFORM_PLANS, "constant_per_kind")
@@ -106,7 +106,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
         if name in TRAINED:
             raise ConfigError(
                 f"{quoted(name)} is a trained agent and is read from a file: name it to grind_env.evaluate, or make it"
-                " by grind_env.policies.naming.named_policy"
+                " by grind_env.policies.policy_lookup.named_policy"
             )
         raise ConfigError(
             f"there is no policy {quoted(name)}{did_you_mean(name, [*known, *TRAINED])} for {simulation.task.name}: "

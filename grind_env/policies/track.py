@@ -19,10 +19,10 @@ from grind_env.errors import GrindError
 from grind_env.kernel.random import WORD
 from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Step, steps
-from grind_env.policies.judging import check_policy
 from grind_env.policies.model_view import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.scoring import check_policy
 
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))

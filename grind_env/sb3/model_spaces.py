@@ -8,8 +8,8 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ACTIONS, ActionCodec
+from grind_env.envs.observation_spec import ShownBox, TaskShown, memories_of, remembered, shown_space
 from grind_env.envs.observations import HIDDEN
-from grind_env.envs.shown import ShownBox, TaskShown, memories_of, remembered, shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision

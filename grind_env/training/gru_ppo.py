@@ -20,17 +20,17 @@ from torch import Tensor, nn
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.learning import ease_rewards, fit_standard, lateness
-from grind_env.envs.memory import Flags
-from grind_env.envs.shown import CLIP, Standard
+from grind_env.envs.normalisation import ease_rewards, fit_standard, lateness
+from grind_env.envs.observation_memory import Flags
+from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.kernel.random import WORD
 from grind_env.plants.family import SEED
 from grind_env.plants.plant_names import Plants
 from grind_env.policies.evaluation import nobody
+from grind_env.policies.learned.agent_spaces import GRID, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
-from grind_env.policies.learned.view import GRID, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.model_view import model_of
 from grind_env.policies.problem import Problem
 from grind_env.training.checkpoint import Checkpoint

@@ -17,8 +17,8 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
-    from grind_env.policies.judging import Judgement
     from grind_env.policies.problem import Problem
+    from grind_env.policies.scoring import Judgement
 
 JUDGES = "held-out-laws"
 """Set of machines on which agents are judged."""
@@ -60,10 +60,10 @@ def train(
     from grind_env.optional_libraries import needing
     from grind_env.plants.plant_names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.policies.model_view import machines_name, model_of, on, training_machines
     from grind_env.policies.problem import JOB
+    from grind_env.policies.scoring import evaluate
     from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):
@@ -152,12 +152,12 @@ def _usual_file(task: str, problem: "Problem") -> Path:
         FileError: the file cannot be written, or a file that is no agent would be replaced.
     """
     from grind_env.files import beside
-    from grind_env.output_files import Own, Target, check_targets
+    from grind_env.output_files import FileKind, Target, check_targets
     from grind_env.policies.learned.saved import ENTRY, SUFFIX
     from grind_env.policies.problem import JOB
 
     path = beside(Path(task), SUFFIX) if problem.id == JOB else Path(problem.name + SUFFIX)
-    agent = Own("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
+    agent = FileKind("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
     check_targets([Target(path=path, option="--output", replaceable=agent)])
     return path
 

@@ -5,16 +5,16 @@ import pytest
 import torch
 
 from agents import study
-from agents.benchmark.judge import judged
 from agents.benchmark.measure import measure
 from agents.benchmark.plan import BenchmarkCell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
+from agents.benchmark.scoring import judged
 from agents.benchmark.trained import from_file
 from grind_env.envs.task_names import CORE, task_names
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from tests.agents.asking import evaluation, in_process, status
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")

@@ -8,7 +8,7 @@ from agents.dressing.study import DressFinding, csv_text
 from agents.dressing.table import COLUMNS, DressStudy, read_studies, read_study
 from agents.provenance import ROOT
 from grind_env.data_table import table_of
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.task_version import TASK_VERSION
 
 PAGE = ROOT / "docs" / "benchmark" / "dress-study.md"

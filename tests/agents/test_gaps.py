@@ -25,12 +25,12 @@ from agents.reference.gaps import (
     page,
     task_gaps,
 )
-from agents.tuning.rules import tune
+from agents.tuning.rule_tuning import tune
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
-from grind_env.policies.tuned import CONFIGS
+from grind_env.policies.tuned_parameters import CONFIGS
 from tests.agents.asking import asked, evaluation, in_process, status
 
 ORACLE = find_problem("oracle6")

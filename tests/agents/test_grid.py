@@ -9,24 +9,24 @@ import pytest
 
 from agents.benchmark import grid
 from agents.benchmark.agents import code_of_training
-from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import measure
 from agents.benchmark.page import page, room, verdict
 from agents.benchmark.plan import KINDS, chosen_problems, planned
 from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
-from agents.benchmark.price import model_of, tuned_on
+from agents.benchmark.policy_effort import model_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import merged, result_of
+from agents.benchmark.scoring import Sampled, judged
 from agents.benchmark.summary import NONE, budget, summaries
 from agents.benchmark.trials import BenchmarkTrial, digest, seconds
 from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.problem import find_problem
+from grind_env.policies.scoring import evaluate
 from grind_env.policies.statistics import bootstrap
-from grind_env.policies.tuned import ConfigError, read_tuned
+from grind_env.policies.tuned_parameters import ConfigError, read_tuned
 from grind_env.training.gru_ppo import Settings, policy_of, train
 from tests.agents.asking import evaluation
 

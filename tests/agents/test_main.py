@@ -15,7 +15,7 @@ from agents import __main__
 from agents.application import app
 from agents.dressing import study as dress_study
 from agents.provenance import ROOT
-from grind_env.policies.tuned import read_tuned
+from grind_env.policies.tuned_parameters import read_tuned
 from tests.agents.asking import in_process
 from tests.examples import few
 
@@ -108,7 +108,7 @@ def test_help_does_not_wait_for_the_libraries_that_do_the_work():
     ("work", "words", "again"),
     [
         ("study.run_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
-        ("tuning.rules.tune", "tune --task oracle6", "the same command"),
+        ("tuning.rule_tuning.tune", "tune --task oracle6", "the same command"),
         ("study.run_all", "scores --task oracle6", "the same command"),
         ("study.run_all", "dress-study --task oracle6", "the same command"),
     ],

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 import tomllib
 
-from agents.cells import imported
+from agents.evaluation_cache import imported
 from agents.plants import study
 from agents.plants.advising import plans
 from agents.plants.calibrating import MeanCuts, fitted, predicted
 from agents.plants.figure import MOST, plants_figure
-from agents.plants.log import over_the_part
-from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.plants.optimising import real
 from agents.plants.page import page, programs_of, write
+from agents.plants.program_variants import batch, scaled, with_catalogue
+from agents.plants.promises import promises
+from agents.plants.shop_log import over_the_part
 from agents.plants.study import PlantsTrial
-from agents.plants.variants import batch, scaled, with_catalogue
-from agents.plants.verdicts import promises
+from agents.plants.study_machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind

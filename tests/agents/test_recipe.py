@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from agents import recipe as recipes
-from agents.cells import RESULTS
-from agents.recipe import CSV, PAGE, SOURCE, STEPS, WAYS, RecipeRow, RecipeTrial, recipe, train, variant
+from agents import recipe_study as recipes
+from agents.evaluation_cache import RESULTS
+from agents.recipe_study import CSV, PAGE, SOURCE, STEPS, WAYS, RecipeRow, RecipeTrial, recipe, train, variant
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from grind_env.task_version import TASK_VERSION

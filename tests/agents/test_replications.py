@@ -17,7 +17,7 @@ from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from tests.agents.asking import evaluation, in_process, status
 
 ORACLE, RUSH = find_problem("oracle6"), find_problem("rush")

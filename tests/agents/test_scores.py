@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 
 from agents import evaluations
-from agents.cells import RESULTS
+from agents.evaluation_cache import RESULTS
 from agents.reference import scores
 from agents.reference.scores import mean_return, reference_of
 from grind_env.envs.task_names import MODULE_NAMES, task_names
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
-from grind_env.policies.tuned import CONFIGS, ConfigError
+from grind_env.policies.tuned_parameters import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
 from tests.agents.asking import asked, evaluation, in_process, status
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents import splits
-from agents.splits import EVERY, SHOWN, SplitScore, judged, leading, lines_of, page, plans_of
+from agents import split_study
+from agents.split_study import EVERY, SHOWN, SplitScore, judged, leading, lines_of, page, plans_of
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
@@ -55,7 +55,7 @@ def test_what_was_run_is_cached_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     in_process(monkeypatch)
-    splits.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
+    split_study.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
     words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--cache", tmp_path / "runs")
     assert status(monkeypatch, *words, "--results", tmp_path) == 0

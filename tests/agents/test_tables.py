@@ -8,17 +8,17 @@ from pyarrow import parquet
 from rich.console import Console
 
 from agents.benchmark.aggregate import aggregates, all_runs, scored_tasks
-from agents.benchmark.judge import is_ratio, judged
 from agents.benchmark.page import page
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.readme import BEGIN, CORE_BEGIN, CORE_END, END, PAGE, README, core_tasks, replaced
 from agents.benchmark.results import read_results, result_of, write_results
+from agents.benchmark.scoring import is_ratio, judged
 from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
-from agents.cells import RESULTS
+from agents.evaluation_cache import RESULTS
 from agents.provenance import ROOT
 from grind_env.policies.problem import find_problem
 from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import evaluation
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from agents.track import page as pages
-from agents.track import privileged, scores, study
+from agents.track import scale_anchors, scores, study
 from agents.track.adapters import make_adapter
 from agents.track.page import page
-from agents.track.privileged import PLAN, PLANNER, TRAINED, MachineRuns
-from agents.track.running import TrackTrial
+from agents.track.scale_anchors import PLAN, PLANNER, TRAINED, MachineRuns
 from agents.track.scores import anchors_of, collected, points, read_anchors, summary, write_anchors
+from agents.track.track_trials import TrackTrial
 from grind_env.policies import track
 from grind_env.policies.model_view import model_of
 from grind_env.policies.problem import find_problem
@@ -94,8 +94,8 @@ def test_the_page_has_both_scores_and_every_machine() -> None:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the track be short, and its anchors quick."""
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2), ("HORIZON", 1)):
-        monkeypatch.setattr(privileged, name, number)
-    monkeypatch.setattr(privileged, "STEPS", 128 * 60)
+        monkeypatch.setattr(scale_anchors, name, number)
+    monkeypatch.setattr(scale_anchors, "STEPS", 128 * 60)
     for shared in (track, pages):
         monkeypatch.setattr(shared, "SHIFTS", 2)
     for shared in (study, scores, pages):

@@ -8,10 +8,10 @@ import torch
 
 from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
-from agents.track.fitting import CONSTANTS, changed
 from agents.track.learning import ForgetfulRl2, LearningRule, Rl2
+from agents.track.model_fit import CONSTANTS, changed
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated, cost_ahead
-from grind_env.envs.shown import Standard
+from grind_env.envs.observation_spec import Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy

@@ -12,7 +12,7 @@ import torch
 
 from agents import train_sb3
 from agents.provenance import ROOT
-from agents.recipe import SOURCE, RecipeTrial, recipe, run, variant
+from agents.recipe_study import SOURCE, RecipeTrial, recipe, run, variant
 from agents.train_sb3 import RECIPES, train, trained
 from grind_env.cli import main as grind
 from grind_env.errors import GrindError

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from agents.cells import RESULTS
-from agents.dressing import unknowns
-from agents.dressing.unknowns import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
-from agents.tables import csv_rows
+from agents.dressing import interval_sensitivity
+from agents.dressing.interval_sensitivity import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
+from agents.evaluation_cache import RESULTS
+from agents.result_tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.shop import python_api
@@ -32,8 +32,8 @@ def test_each_number_is_taken_at_both_ends_of_its_range():
 
 
 def test_a_trial_is_the_sweep_of_a_job_file_with_that_number(tmp_path, monkeypatch):
-    monkeypatch.setattr(unknowns, "PARTS", 2)
-    monkeypatch.setattr(unknowns, "RANGES", SweepRanges(every=(1, 2)))
+    monkeypatch.setattr(interval_sensitivity, "PARTS", 2)
+    monkeypatch.setattr(interval_sensitivity, "RANGES", SweepRanges(every=(1, 2)))
     shutil.copy(examples.path("plate_g82.nc"), tmp_path)
     written = examples.path("plate_g82.toml").read_text("utf-8")
     changes = {

@@ -12,7 +12,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.loops.records import OWN_FROM
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.model_view import on
-from grind_env.policies.naming import named_policy
+from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed

@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.belief.filter import adjust, learn
-from grind_env.belief.hidden import Belief, Hidden, Signals
-from grind_env.belief.wheel import BeliefError, WheelBelief, hypercube
+from grind_env.belief.hidden_state import Belief, Hidden, Signals
+from grind_env.belief.wheel_belief import BeliefError, WheelBelief, hypercube
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
+from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.kind_tables import kind_row
-from grind_env.envs.memory import belief_entries
-from grind_env.envs.model import MemberModel
+from grind_env.envs.observation_memory import belief_entries
 from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_names import task_names

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.belief.hidden import CUT
+from grind_env.belief.hidden_state import CUT
 from grind_env.envs import task_env
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, nominal_context, read_options

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.belief.hidden import CUT
+from grind_env.belief.hidden_state import CUT
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.noise_tape import TapeRow

@@ -39,7 +39,7 @@ class Run(Course):
         speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
         super().__init__(BlockSimulation(load_task(name), full=True), speeds, np.floor(1.4 * rng.random(shape)))
         shown = physical(self.observations, self.simulation.entries)
-        constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}
+        constant = {k: np.full(self.observations.shape[:2], v) for k, v in self.simulation.constant_readings.items()}
         self.read = constant | shown
 
 
@@ -153,11 +153,11 @@ def test_the_coming_block_is_announced(name: str) -> None:
         "scrap": r.of_kind("scrap"),
         "stock": r.tape.gauged.T / r.of_kind("stock"),
     }
-    if "new_lot" not in r.simulation.usual:
+    if "new_lot" not in r.simulation.constant_readings:
         announced["new_lot"] = r.tape.new_lot.T
     for reading, values in announced.items():
         np.testing.assert_allclose(r.read[reading][:-1], values, rtol=1e-6, err_msg=reading)
-        if reading not in r.simulation.usual:
+        if reading not in r.simulation.constant_readings:
             assert (r.read[reading][-1] == 0.0).all(), reading
     kinds = r.task.kinds
     shown = {entry for entry in r.read if entry.startswith(("coming_", "following_", "material_"))}

@@ -10,7 +10,7 @@ import pytest
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
-from grind_env.envs.job.disturbances import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, barred_factors
+from grind_env.envs.job.disturbances import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, unfixable_factors
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.random_numbers import EPISODE
 from grind_env.envs.splits import SPLITS
@@ -28,7 +28,7 @@ def example() -> GrindEnv:
 
 
 def given_of(options: dict[str, Any]) -> Given:
-    return read_options(job_task("job", example().simulation.job, 1.0, ""), options, Given(), barred_factors(1.0))
+    return read_options(job_task("job", example().simulation.job, 1.0, ""), options, Given(), unfixable_factors(1.0))
 
 
 def tape_of(options: dict[str, Any], seed: int, parts: int = 50, spread: float = 1.0) -> JobTape:
@@ -130,4 +130,4 @@ def test_a_program_keeps_its_wheel_and_its_stocks_in_every_split() -> None:
 
 def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
     assert {*WHEEL_FACTORS.values(), *LOT_FACTORS, "noise"} == set(FIXABLE)
-    assert set(barred_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)
+    assert set(unfixable_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)

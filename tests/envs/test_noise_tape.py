@@ -32,7 +32,7 @@ def both(simulation: Simulation, given: list[Given]) -> tuple[Any, Any]:
 def test_rows_drawn_block_by_block_are_those_of_the_whole_tape(name: str) -> None:
     simulation = problem(name)
     options: list[dict[str, Any]] = [{}, {"split": "inner"}, {"split": "extrapolation"}, {"context": "nominal"}]
-    given = [read_options(simulation.task, options[i % 4], Given(), simulation.barred) for i in range(N)]
+    given = [read_options(simulation.task, options[i % 4], Given(), simulation.unfixable) for i in range(N)]
     kept, drawn = both(simulation, given)
     assert drawn.tape.shape[1] == min(AHEAD, simulation.task.blocks)
     rng, tape = np.random.default_rng(0), kept.tape.copy()

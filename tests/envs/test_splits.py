@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.belief.hidden import CUT
+from grind_env.belief.hidden_state import CUT
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.noise_tape import TapeRow

@@ -11,9 +11,9 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from grind_env.belief.wheel import BeliefError
-from grind_env.envs.memory import WrapperError
-from grind_env.envs.shown import ShownBox, memories_of
+from grind_env.belief.wheel_belief import BeliefError
+from grind_env.envs.observation_memory import WrapperError
+from grind_env.envs.observation_spec import ShownBox, memories_of
 from grind_env.envs.wrappers import (
     BeliefFilter,
     ForLearning,

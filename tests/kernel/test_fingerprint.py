@@ -272,7 +272,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     with redirect_stdout(io.StringIO()) as here:
         exec(script, {"__name__": "__main__"})
     assert before == here.getvalue().split()
-    with (tmp_path / "grind_env/kernel/elementary.py").open("a", encoding="utf-8") as file:
+    with (tmp_path / "grind_env/kernel/exp_log.py").open("a", encoding="utf-8") as file:
         file.write("# an intrinsic might be different\n")
     assert not set(before) & set(found())
 

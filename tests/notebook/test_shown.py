@@ -16,7 +16,7 @@ from grind_env.envs.tasks import Kind, Task
 from grind_env.machine.record import UNITS, GrindingRecord, RecordError
 from grind_env.notebook.markup import MOST_ITEMS, MOST_ROWS, fragment, items, listing, paragraphs, table
 from grind_env.pages import page
-from grind_env.policies.judging import Judgement
+from grind_env.policies.scoring import Judgement
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Requirement, Trade, Verdict, WordChange
 from grind_env.shop.sweep.study import Sweep

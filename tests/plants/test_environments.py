@@ -163,7 +163,7 @@ def test_a_program_that_the_control_executes_is_ground_on_the_machine_too(tmp_pa
 
 def test_what_begins_without_being_drawn_is_the_model_or_the_machine_that_is_held(env: Any) -> None:
     simulation, plant = env.simulation, find_plant("held-out:2")
-    episodes = simulation.room(1)
+    episodes = simulation.empty_episodes(1)
     for machine, own in ((simulation, tuple(plant.remembers())), (with_start_of(simulation, plant), plant.own)):
         machine.clear(episodes, np.array([0]))
         assert tuple(episodes.wheels[0, OWN_FROM:].tolist()) == own

@@ -14,8 +14,8 @@ from grind_env.machine.grind import grind_file
 from grind_env.machine.loops.records import OWN_FROM
 from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
+from grind_env.policies.episode_trace import follow
 from grind_env.policies.evaluation import start_episodes
-from grind_env.policies.follow import follow
 from grind_env.policies.model_view import model_of, on, parted
 from grind_env.policies.problem import find_problem
 from tests.command import Grind
@@ -95,7 +95,7 @@ def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> 
     machine = on(find_problem(path), "soft:3").simulation()
     assert not machine.compiled
     with pytest.raises(GrindError, match="looker sees the state, but the control executes part step by step"):
-        parted(Looker(), machine, model_of(find_problem(path)), machine.room(0))
+        parted(Looker(), machine, model_of(find_problem(path)), machine.empty_episodes(0))
 
 
 def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:

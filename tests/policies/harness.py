@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.tuning.coefficients import RULES, from_vector, vector_size
+from agents.tuning.tunable_parameters import RULES, from_vector, vector_size
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
+from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Network
-from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import TUNED, UNIFORM_PLANS, UNTUNED
-from grind_env.policies.tuned import arguments
+from grind_env.policies.tuned_parameters import arguments
 
 
 def simulated(task: str) -> Simulation:

@@ -8,7 +8,7 @@ from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed
-from grind_env.policies.tuned import ConfigError
+from grind_env.policies.tuned_parameters import ConfigError
 from tests.policies.harness import simulated
 
 SPEED = {"E": (9e3, 14e3, 20e3), "gA": -0.5, "gF": 0.1, "gH": -0.2, "gS": 0.1, "gP": 0.3}

@@ -3,7 +3,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from grind_env.belief.hidden import Belief
+from grind_env.belief.hidden_state import Belief
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import Spread, load_task
@@ -32,11 +32,6 @@ RULE = {
 }
 
 
-def certain(name):
-    """A task in which nothing is drawn, so that the belief is the truth."""
-    return dataclasses.replace(load_task(name), spread=Spread())
-
-
 def cost_of_dress(task):
     """Time at the hourly rate, wheel volume and diamond."""
     volume = task.dress.passes * task.dress.depth * np.pi * task.wheel.diameter * task.wheel.width
@@ -62,7 +57,7 @@ def costs(task, simulation, episodes, E, D, usual, price, growth):
 
 @pytest.mark.parametrize(("name", "blocks"), [("oracle6", 6), ("power_limited", 8), ("wide_rails", 100), ("rush", 8)])
 def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
-    task = certain(name)
+    task = dataclasses.replace(load_task(name), spread=Spread())  # nothing is drawn: the belief is the truth
     price, growth = 1.5, 2.0
     policy = LookAhead(price=(price,) * len(task.kinds), growth=(growth,) * len(task.kinds))
     simulation = BlockSimulation(task)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from grind_env import examples
-from grind_env.policies.play import play
+from grind_env.policies.played_episodes import play
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.scripted.rules import Fixed
 from tests.command import Grind

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.envs import task_env
-from grind_env.envs.memory import BeliefMemory, belief_entries
-from grind_env.policies.learned.view import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
+from grind_env.envs.observation_memory import BeliefMemory, belief_entries
+from grind_env.policies.learned.agent_spaces import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from tests.policies.harness import simulated
 

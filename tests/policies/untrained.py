@@ -9,9 +9,9 @@ from gymnasium import spaces
 from stable_baselines3 import PPO
 
 from grind_env.envs.simulation import Simulation
+from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Actor, LearnedPolicy
 from grind_env.policies.learned.saved import write_policy
-from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.problem import Problem
 from tests.policies.harness import network_of
 

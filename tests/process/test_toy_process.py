@@ -324,7 +324,7 @@ def test_a_meter_that_lags_shows_later_what_is_ground_alike() -> None:
 
 def room_of(process: Process) -> int:
     """Numbers that a lane has for the wheel and for what is remembered besides."""
-    return int(simulation_of("power_limited", process, GAUGE).room(1).wheels.shape[1])
+    return int(simulation_of("power_limited", process, GAUGE).empty_episodes(1).wheels.shape[1])
 
 
 def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_made_anew() -> None:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import grind_env
+from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Actor
 from grind_env.policies.learned.saved import write_policy
-from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from agents.plants.calibrating import errors
-from agents.plants.log import Logged
-from agents.plants.machines import StudyMachine, StudyProgram
-from agents.plants.variants import scaled, write
+from agents.plants.program_variants import scaled, write
+from agents.plants.shop_log import Logged
+from agents.plants.study_machines import StudyMachine, StudyProgram
 from grind_env.control import Programs, read_file
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.plants import Plant, find_plant

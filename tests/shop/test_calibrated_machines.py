@@ -9,7 +9,7 @@ import pytest
 import tomllib
 from typer.testing import CliRunner
 
-from agents.plants.machines import PROGRAMS
+from agents.plants.study_machines import PROGRAMS
 from grind_env.cli import app
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind

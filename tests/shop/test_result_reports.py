@@ -185,7 +185,9 @@ def test_a_calibration_from_a_log_is_written_up(
     assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
-    assert found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading
+    assert (
+        found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading and "power_limit becomes" in reading
+    )
     assert all(remark in reading for remark in found.remarks)
     verdict = unescape(section(html, "Verdict"))
     assert verdict.strip().count(found.verdict.headline) == 1

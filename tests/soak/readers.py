@@ -16,7 +16,7 @@ from unittest.mock import patch
 import grind_env
 from agents.benchmark.results import PARQUET
 from grind_env.cli import main
-from grind_env.policies.naming import chosen_policy
+from grind_env.policies.policy_lookup import chosen_policy
 from grind_env.policies.problem import find_problem
 from tests.shop.programs import TWO_PLATES
 from tests.soak.hostile import mutated, named, tensors

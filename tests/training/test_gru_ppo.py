@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from agents.benchmark.agents import plain_agent
-from grind_env.envs.shown import CLIP, Standard
+from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy, write_policy

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.belief.hidden import FACTORS
+from grind_env.belief.hidden_state import FACTORS
 from grind_env.control import ProgramEnd, ProgramStop, execute, read
 from grind_env.control.cycles import RULES
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, dress_program, number, start_of

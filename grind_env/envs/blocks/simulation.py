@@ -55,10 +55,10 @@ class BlockSimulation(Simulation):
     ) -> None:
         if plants is not None:
             process, gauge = plants.first.process, noisy(plants.first.gauge)
-        self.task, self.pre_dress, self.barred, self.plants = task, pre_dress, without_effect(task), plants
+        self.task, self.pre_dress, self.unfixable, self.plants = task, pre_dress, without_effect(task), plants
         self._grind_with(process, gauge)
         self.entries = readings(task, full=full, pre_dress=pre_dress)
-        self.usual = constant_readings(task, pre_dress=pre_dress)
+        self.constant_readings = constant_readings(task, pre_dress=pre_dress)
         self.kinds, self.branches, self.shops = kind_table(task), BlockBranches(task), np.array([shop_row(task)])
         self.tables, self._lead, self._covered = task_script(task, self.kinds)
         self._base, self._cooler, self._infeed = self.branches.base[None], np.zeros((1, 1)), task.infeed / 60.0

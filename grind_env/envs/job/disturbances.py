@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.belief.hidden import FACTORS
+from grind_env.belief.hidden_state import FACTORS
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.disturbances import Disturbances
 from grind_env.envs.episodes import Episodes
@@ -42,7 +42,7 @@ LEAST_STOCK = 0.4
 """Smallest ratio of stock to nominal stock."""
 
 
-def barred_factors(spread: float) -> dict[str, str]:
+def unfixable_factors(spread: float) -> dict[str, str]:
     """Return the factors that a context cannot fix in a job, each with the reason."""
     fixable = {*WHEEL_FACTORS.values(), *LOT_FACTORS, *({"noise"} if spread > 0.0 else ())}
     others = [name for name in (*CONTEXT_FACTORS, "material", "sequence") if name not in fixable]

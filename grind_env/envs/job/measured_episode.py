@@ -78,7 +78,7 @@ class MeasuredEpisode:
     def taken(self, speed: float, executions: float) -> tuple[float, int]:
         """Return E, mm/min, and D as the words of the coming block state them."""
         choice = np.array([speed]), np.array([executions])
-        speeds, dresses = self.simulation.taken(self._episodes, choice)
+        speeds, dresses = self.simulation.applied_choice(self._episodes, choice)
         return float(speeds[0]), int(dresses[0])
 
     def take(self, speed: float, executions: int, measured: Measured) -> None:

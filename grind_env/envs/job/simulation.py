@@ -22,7 +22,7 @@ from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episode_viewer import ProgramViewer, Viewer
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.history import FOUND
-from grind_env.envs.job.disturbances import JobGenerator, barred_factors, conditions_of
+from grind_env.envs.job.disturbances import JobGenerator, conditions_of, unfixable_factors
 from grind_env.envs.job.job_numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.program_outline import (
     INCH,
@@ -122,7 +122,7 @@ class JobSimulation(Simulation):
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
         self.once = once or programs
-        self.barred = barred_factors(spread)
+        self.unfixable = unfixable_factors(spread)
         self.why: ScriptError | None = None  # why the control must execute the program; None if it has a script
         self.script: Script | None = None
         try:
@@ -159,7 +159,7 @@ class JobSimulation(Simulation):
         self.entries = job_readings(task, constant, full=full)
         self._stocks = [job.of_part(number).part.stock for number in range(1, self.parts + 1)]
         engaged = min(job.part.width, job.setup.wheel.width)
-        self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
+        self.constant_readings = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
         self._settings = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.shops, self._lead = np.array([shop_of(job, 1.0)]), np.full(len(self.blocks), -1.0)
@@ -260,7 +260,7 @@ class JobSimulation(Simulation):
         stated = self.job.parts[: self.parts]
         return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
-    def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
+    def applied_choice(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         # E is rounded as a word of the program; only some blocks take a D
         speeds, executions = choice
         number = self._rows(episodes)
@@ -295,7 +295,7 @@ class JobSimulation(Simulation):
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         active = np.arange(len(episodes.block)) if active is None else active
-        speeds, executions = self.taken(episodes, (speeds, executions))
+        speeds, executions = self.applied_choice(episodes, (speeds, executions))
         if settings is None and self.script is not None:
             return super().step(episodes, speeds, executions, active=active)
         check_running(episodes, active, episodes.source[:, BLOCKS])

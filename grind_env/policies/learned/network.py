@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
-from grind_env.kernel.layers import linear, logistic_layer, tanh_layer
+from grind_env.kernel.network_layers import linear, logistic_layer, tanh_layer
 from grind_env.policies.choices import Decision
-from grind_env.policies.learned.view import LearnerForm
+from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.policy import Sees
 
 Tensor = NDArray[np.float32]

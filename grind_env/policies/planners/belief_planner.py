@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array, Table
-from grind_env.belief.wheel import WheelBelief
+from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.model import MemberModel
+from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import COST, PRESSURE
-from grind_env.policies.planners.worth import KA, between, dullness, worth
+from grind_env.policies.planners.cost_to_go import KA, between, dullness, worth
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.belief.wheel import WheelBelief
+from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.history import History
-from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, cheapest_choice

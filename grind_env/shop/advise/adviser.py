@@ -9,11 +9,11 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
-from grind_env.policies.naming import named_policy
+from grind_env.policies.forecast_alarms import Watch
 from grind_env.policies.policy import Policy
+from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.scripted.look_ahead import LookAhead
-from grind_env.policies.tuned import read_tuned, tuned_folder
-from grind_env.policies.watch import Watch
+from grind_env.policies.tuned_parameters import read_tuned, tuned_folder
 from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.model_free_rule import STEP, BlockReadings
 from grind_env.shop.advise.operator_readings import MachineReadings

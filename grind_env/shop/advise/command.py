@@ -14,7 +14,7 @@ from grind_env.files import beside
 from grind_env.machine.job.job_file import job_beside
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.naming import agent_of
+from grind_env.policies.policy_lookup import agent_of
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import AdviceError, Adviser, policy_for
 from grind_env.shop.advise.macro_variables import check_free, check_variables

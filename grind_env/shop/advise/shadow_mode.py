@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.policies.watch import HOLDS, NAMES, SIZE, UNITS, Watch
+from grind_env.policies.forecast_alarms import HOLDS, NAMES, SIZE, UNITS, Watch
 
 LAST = 10
 """Number of parts in the output, the last ones."""

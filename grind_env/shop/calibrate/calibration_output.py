@@ -8,7 +8,7 @@ from rich.console import Console
 
 from grind_env.data_table import Column, Table, table_of
 from grind_env.shop.calibrate.least_squares import ABSOLUTE
-from grind_env.shop.calibrate.result import Calibration
+from grind_env.shop.calibrate.result import Calibration, grinding_power
 
 COLUMNS = (
     Column("constant", lambda each: f"{each.parameter.entry} {each.parameter.key}"),
@@ -47,6 +47,11 @@ def meter_sentences(found: Calibration) -> list[str]:
     """Return sentences on the meters: idle power, and uncertain scales."""
     idle = found.idle
     said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
+    if idle is not None and idle.written and idle.full is None:
+        left = grinding_power(found.job, idle)
+        said += [
+            f"power_limit becomes {left + idle.mean:.0f} W with it; if the motor is rated {left:.0f} W, write this."
+        ]
     return said + [
         f"Scale of the {kind} meter: {value:.3f} ({low:.3f} to {high:.3f})."
         for kind, (value, low, high) in found.scales.items()

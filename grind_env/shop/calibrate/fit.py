@@ -367,8 +367,8 @@ def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift
     np.fill_diagonal(correlation, 1.0)
     rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
     return [
-        "# What is not known after it: standard deviations of logarithms, of exponents themselves, and how they hang",
-        "# together; of the power of a block that is not followed, and of a step of its level from part to part.",
+        "# Standard deviations of logarithms (of exponents: of themselves) after the fit, and their correlation;",
+        "# residual: of the power of a block about the model; drift: of the step of the power level from part to part.",
         "[uncertainty]",
         f"source = {source}",
         f"names = {toml_value([*names, *(each.name for each in others)])}",

@@ -205,14 +205,14 @@ def catalogue_text(found: Calibration) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _idle_rows(job: Job, idle: Idle) -> list[str]:
-    """Return the rows of idle power and power limit, which keep the power above idle that is left for grinding.
-
-    A meter in per cent shows the whole power: 100 % is the limit, idling included.
-    """
+def grinding_power(job: Job, idle: Idle) -> float:
+    """Return the power above idle left for grinding, W: as before, or 100 % of a meter in per cent less idle."""
     machine = job.setup.machine
-    before = machine.power_limit - machine.idle_power
-    left = before if idle.full is None else round(idle.full) - round(idle.mean)
+    return machine.power_limit - machine.idle_power if idle.full is None else round(idle.full) - round(idle.mean)
+
+
+def _idle_rows(job: Job, idle: Idle) -> list[str]:
+    left = grinding_power(job, idle)
     origin = "as before" if idle.full is None else f"of the {idle.full:.0f} W that the meter shows as 100 %"
     return [
         f"idle_power = {idle.mean:.0f}  # {idle.low:.0f} to {idle.high:.0f} W under the strokes",

@@ -17,7 +17,7 @@ from grind_env.data_table import Kind, Table
 from grind_env.errors import printable
 from grind_env.files import FileError, check_target, write_atomically
 from grind_env.optional_libraries import needing
-from grind_env.output_files import Own
+from grind_env.output_files import FileKind
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 TITLE = "Grinding report: "
-PAGE = Own("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
+PAGE = FileKind("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
 """Page that `grind report` recognises as its own: under a default name it replaces no other file."""
 GENERATOR = f"grind_env {__version__}"
 MOST_LINES, LONGEST_LINE = 400, 1000

@@ -1,0 +1,174 @@
+"""Observations and actions of a learning agent.
+
+An agent sees the measured observation and a memory of the episode; one observation says little of lot and wheel:
+
+* `belief`: the estimates of the scripted rules, and the belief about the wheel (`grind_env.belief`);
+* `means`: the memory of `belief`, and running means of all measurements;
+* `stack`: the last observations, unchanged;
+* `estimates`: the estimates of the scripted rules alone;
+* `none`: nothing, for agents with a recurrent network, or to measure the value of a memory.
+
+An agent chooses E and D as two integers, because a Gaussian policy does not suit a whole number of dresses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.observation_memory import BeliefMemory, StackMemory, belief_entries
+from grind_env.envs.observations import bounds
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.choices import Decision
+from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
+from grind_env.policies.scripted.rules import REFERENCE_AREA
+
+MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
+"""Memory of a learner."""
+GRID = "multidiscrete"
+"""Form of the action in `grind_env.envs.actions`."""
+
+MEMBERS = 16
+"""Number of members of the belief's ensemble."""
+STACKED = 8
+"""Number of observations in a stack."""
+FEATURE_BOUND = 30.0
+LEAST_AREA = 1e-4
+"""Least believed wear-flat area in the features; smaller areas count as this one."""
+
+BLOCKS_KNOWN = LotMemory._fields.index("blocks")
+MEMORIES = (0.9, 0.98)
+"""Factors on the weight of earlier blocks with each block: memories of about 10 and 50 blocks."""
+NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
+"""Empty action space for the stack, because the observation shows E and D of the last block."""
+
+Flags = NDArray[np.bool_]
+Features = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class LearnerForm:
+    """Observations and actions of an agent with a memory, for any simulation of its task."""
+
+    memory: MemoryKind
+
+    def view(self, simulation: Simulation) -> LearnerView:
+        return LearnerView(simulation, self.memory)
+
+
+class RunningMeans:
+    """Exponentially weighted means of every entry of the observations of N episodes.
+
+    Args:
+        entries: number of entries of an observation.
+    """
+
+    def __init__(self, entries: int) -> None:
+        self.entries = entries
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        self.sums = np.zeros((n, len(MEMORIES), self.entries))
+        self.weights = np.zeros((n, len(MEMORIES), 1))
+
+    def restart(self, mask: NDArray[np.bool_]) -> None:
+        """Restart the episodes in `mask`, shape (N,), with their next observation."""
+        self.sums[mask] = 0.0
+        self.weights[mask] = 0.0
+
+    def take(self, observations: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """Update the means with observations, shape (N, entries); rows outside `mask` are ignored.
+
+        Returns:
+            The means, shape (N, len(MEMORIES) * entries); a new array.
+        """
+        left = np.array(MEMORIES)[:, None]
+        self.sums[mask] = left * self.sums[mask] + observations[mask, None]
+        self.weights[mask] = left * self.weights[mask] + 1.0
+        means = self.sums / np.maximum(self.weights, 1.0)
+        return means.reshape(len(observations), -1).astype(np.float32)
+
+
+class LearnerView:
+    """Features and actions of N episodes of a simulation.
+
+    Args:
+        simulation: simulation of the environment, which shows the measurements.
+        memory: kind of memory.
+    """
+
+    def __init__(self, simulation: Simulation, memory: MemoryKind = "belief") -> None:
+        entries = simulation.entries
+        self.task, self.entries = simulation.task, entries
+        self.codec = ActionCodec(simulation.task, GRID)
+        assert isinstance(self.codec.space, spaces.MultiDiscrete)
+        self.action_space = self.codec.space
+        self.estimator = SharpnessEstimator(simulation) if memory not in ("stack", "none") else None
+        self.belief = BeliefMemory(simulation, MEMBERS) if memory in ("belief", "means") else None
+        self.means = RunningMeans(len(entries)) if memory == "means" else None
+        measured = spaces.Box(*bounds(entries), dtype=np.float32)
+        self.stack = StackMemory(measured, NO_ACTION, STACKED) if memory == "stack" else None
+        self.wear_flat_scale = belief_entries()[0].scale
+        self.begin(1)
+        width = self.features(np.zeros((1, len(entries)), np.float32)).shape[1]
+        self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (width,), np.float32)
+
+    def begin(self, n: int) -> None:
+        for memory in (self.estimator, self.belief, self.means, self.stack):
+            if memory is not None:
+                memory.begin(n)
+
+    def restart(self, mask: Flags) -> None:
+        """Restart the episodes in `mask`, shape (N,), with their next observation."""
+        for memory in (self.estimator, self.belief, self.means, self.stack):
+            if memory is not None:
+                memory.restart(mask)
+
+    def features(self, observation: NDArray[np.float32], mask: Flags | None = None) -> Features:
+        """Return the features after the measured observation before a block.
+
+        Args:
+            observation: shape (N, entries).
+            mask: episodes with a new observation, shape (N,); all by default. The other episodes stay unchanged, and
+                their features have no meaning.
+
+        Returns:
+            Features, shape (N, features), in a new array.
+        """
+        chosen = np.ones(len(observation), bool) if mask is None else mask
+        if self.stack is not None:
+            stacked: Features = self.stack.take(observation, None, chosen)
+            return stacked
+        parts = [observation] if self.estimator is None else [observation, self._estimates(observation, chosen)]
+        if self.belief is not None:
+            # the result is the observation, followed by the belief
+            belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
+            area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
+            parts += [belief, np.log(area / REFERENCE_AREA)]
+        if self.means is not None:
+            parts.append(self.means.take(observation, chosen))
+        return np.concatenate(parts, axis=1, dtype=np.float32)
+
+    def _estimates(self, observation: NDArray[np.float32], chosen: Flags) -> Features:
+        assert self.estimator is not None
+        memory, kind = self.estimator.memory.copy(), self.estimator.kind
+        estimate: Estimate = self.estimator.update(observation)
+        if not chosen.all():
+            self.estimator.memory[~chosen] = memory[~chosen]
+            self.estimator.kind[~chosen] = kind[~chosen]
+        columns = (
+            np.log(estimate.wear_flat / REFERENCE_AREA),
+            estimate.severity,
+            np.minimum(self.estimator.memory[:, BLOCKS_KNOWN], MEMORY) / MEMORY,
+            np.log1p(estimate.volume / 50.0),
+        )
+        return np.stack(columns, axis=1).astype(np.float32)
+
+    def decide(self, actions: NDArray[np.int64]) -> Decision:
+        """Return E in mm/min and D of a batch of actions, shape (N, 2)."""
+        return Decision(*self.codec.decode(actions))
