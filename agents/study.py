@@ -36,7 +36,7 @@ Ray = Annotated[
 ]
 Runs = Annotated[Path, typer.Option("--cache", help="Folder of the cache.", show_default="runs"), Keeps()]
 Results = Annotated[
-    Path | None, typer.Option(help="Folder of the tables; default the published ones or the cache."), Keeps()
+    Path | None, typer.Option(help="Folder of tables; default agents/results if full, else cache."), Keeps()
 ]
 Hours = Annotated[bool, typer.Option("--hours", help="Only say how long it would take.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cached.")]

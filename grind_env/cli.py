@@ -288,11 +288,11 @@ def tasks(
         Column("steps", lambda row: row.steps or "-"),
         Column("obs.", "observation"),
         Column("rule", "scripted", ".0f", right=True),
-        Column("easy or hard", "hard", wrap=True),
+        Column("difficulty", "hard", wrap=True),
     )
     console = table_console()
     table_of(columns, rows).print(console)
-    console.print("rule: score of the best scripted policy; 0 is the best fixed plan, 100 a planner that sees all lots")
+    console.print("rule: score of the best tuned rule or planner; 0: best fixed plan; 100: planner that knows all lots")
 
 
 def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:

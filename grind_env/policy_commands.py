@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from grind_env.policies.policy import Policy
 
 NamedProblem = Annotated[
-    str, typer.Option("--task", "--env", "--program", help="Task, id, task file or part program."), PROBLEM
+    str, typer.Option("--task", "--env", "--program", help="Task (name, id, .toml file) or part program."), PROBLEM
 ]
 JobFile = Annotated[str | None, typer.Option(help="Job file of a program; default PROGRAM with .toml."), JOB]
 Parts = Annotated[int, typer.Option(min=1, help="Parts in a batch of a program.")]
 NamedPolicy = Annotated[
     str | None,
-    typer.Option(help="Policy, agent file, E8000D0 (E in mm/min), module:name, guarded:POLICY; default bundled."),
+    typer.Option(help="Policy, agent file, E8000D0 (E in mm/min), module:name, guarded:POLICY; default plain_gru."),
     FILE,
 ]
 Configs = Annotated[
-    Path | None, typer.Option("--parameters", help="Folder of tuned parameters; default the bundled ones."), CONFIGS
+    Path | None, typer.Option("--parameters", help="Folder of the rules' parameters; default bundled."), CONFIGS
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
@@ -77,11 +77,13 @@ def evaluate(
     from grind_env.files import write_csv
     from grind_env.policies.policy_lookup import usual_name
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.result_rows import row_of, write_rows
+    from grind_env.policies.result_rows import policy_file, row_of, write_rows
     from grind_env.policies.scoring import evaluate as judge
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
+    if submit is not None and policy is not None:
+        policy_file(policy)  # a policy that cannot be submitted is refused before the evaluation
     if core:
         for name in ("env", "job", "parts", "seeds", "split", "first_seed", "plant", "model", "other_part"):
             if (source := ctx.get_parameter_source(name)) is None or source.name != "DEFAULT":

@@ -25,9 +25,9 @@ PICTURES = {
 HEAD = """\
 # Results of the benchmark
 
-Score 0: the best fixed plan, a program without sensors. Score 100: hindsight, a planner that knows all future lots
-and stocks. Intervals: 95 %, over episodes and trainings. All policies of a task grind the same evaluation episodes
-([protocol](../../docs/benchmark/protocol.md)). `python -m agents benchmark --full` makes this page.
+Score 0: the best fixed plan (E, and D or a dress interval, without sensors). Score 100: hindsight, a planner that knows
+all future lots and stocks. Intervals: 95 %, over episodes and trainings. All policies of a task grind the same
+evaluation episodes ([protocol](../../docs/benchmark/protocol.md)). `python -m agents benchmark --full` makes this page.
 
 **Enter**: `grind evaluate --core --policy my_rule:MyRule` prints your row beside the published ones
 ([in ten minutes](../../docs/benchmark/submit.md))."""
@@ -37,10 +37,10 @@ ROOM = """\
 memory or planning can close a part of the room; nobody knows how much measurements allow."""
 COLUMNS = """\
 *Over best untrained*: points over the best rule or planner with the same inputs, paired. *Budget*: 1M, at most a
-million blocks were ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *On plants*: $
-per good part on held-out machines, another one in each episode. *Interpolation*: score on contexts that training left
-out (`ppo` and the tuned rules know them). *Model*: equations of the simulator that the policy holds. *Training*,
-*decision*: CPU time. Agents `plain_*` and `robust` (trained on public machines) are PPO of
+million blocks were ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *Runs*:
+trainings. *On plants*: $ per good part on machines of `held-out`, another one in each episode. *Interpolation*: score
+on contexts that training left out (`ppo` and the tuned rules know them). *Model*: equations of the simulator that the
+policy holds. *Training*, *decision*: CPU time. Agents `plain_*` and `robust` (trained on public machines) are PPO of
 `grind_env/training/gru_ppo.py`; `ppo` is the [recipe](recipe.md)."""
 
 
@@ -94,7 +94,7 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     columns = (
         Column("task", "task"),
         Column("E and D of", lambda each: ABOUT.get(each.task, (NONE, NONE))[0]),
-        Column("hidden", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
+        Column("mainly hidden", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
         Column("best known from measurements", lambda each: f"{brief(each.score, False)} ({each.best_known})"),
         Column("planner on state", lambda each: brief(each.on_state, False), right=True),
         Column("room", lambda each: shown(each.room, False), right=True),

@@ -13,7 +13,7 @@ from grind_env.terminal import INTERRUPTED
 TASKS = "--tasks", "--task", "--env", "--program"
 Tasks = Annotated[
     str | None,
-    typer.Option(*TASKS, help="core, all, or tasks, ids, task files, part programs with commas between."),
+    typer.Option(*TASKS, help="core, all, or tasks, ids, task files, programs, with commas."),
     PROBLEM,
 ]
 """Option for tasks; the help of each command says its default."""

@@ -48,7 +48,7 @@ def track(
         list[str] | None, typer.Option(help="Machine by name; repeatable; default 20 held-out.")
     ] = None,
     adapters: Annotated[
-        list[str] | None, typer.Option(help="Adapter, policy, file or module:Class; repeatable."), FILE
+        list[str] | None, typer.Option(help="Policy, file or module:Class; repeatable; default all."), FILE
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Runs on each machine.")] = 4,
     submit: Annotated[
@@ -143,7 +143,7 @@ COMMANDS = {
     "track": StudyCommand(
         "agents.track.study",
         "Measure what policies gain by learning on held-out machines.\n\n"
-        "600 blocks on each machine in shifts of 60, all of which count. A policy may learn after each shift.",
+        "600 blocks on each machine; all count. A policy may learn after each shift of 60 blocks.",
         "--machines public:1 --adapters my_module:Class",
         tasks=None,
         own=track,

@@ -97,10 +97,10 @@ def make(
 
     The default is `Box(-1, 1, (2,), float32)`. The first component chooses E on a geometric scale over the speed range
     of the task (or in equal bins over its speed levels). The second component chooses D: 0 up to 1/3, above 1/3 in bins
-    of equal width from 1 to the most executions of the task. So an untrained policy dresses in the minority of its
-    blocks. Other forms are `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, `action="discrete"`, the pair
-    as one number, and `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have the levels of E of
-    the task, or 24 that divide its range geometrically. `predress=True` adds a third component (a dress if it is above
+    of equal width from 1 to the largest D. So an untrained policy dresses in the minority of its blocks. Other forms
+    are `action="multidiscrete"`, `MultiDiscrete([levels, largest D + 1])`, `action="discrete"`, the pair as one number,
+    and `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have the levels of E of the task, or
+    24 that divide its range geometrically. `predress=True` adds a third component (a dress if it is above
     0), factor or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
 
     ## Observation space

@@ -100,7 +100,7 @@ def _facts(about: TaskSheet) -> str:
         ("reward of a step", _span(about.reward)),
         ("recommended discount", _discount(about)),
         ("task version", str(TASK_VERSION)),
-        ("easy or hard", about.note.hard),
+        ("difficulty", about.note.hard),
     ]
     return table_of(("", ""), rows).markdown()
 
@@ -108,8 +108,8 @@ def _facts(about: TaskSheet) -> str:
 def _example(about: TaskSheet) -> str:
     session = f"```python\n{example(about)}\n```"
     return (
-        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` standardises the observation and raises the"
-        f" reward by one, at least to {WORST_REWARD:g}."
+        "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` standardises the observation, adds 1 to the"
+        f" reward and clips it at {WORST_REWARD:g}."
         ' With these, `action="multidiscrete"` and `SB3VecEnv` of `grind_env.sb3`, PPO of Stable-Baselines3 learns: the'
         f" recipe is in `docs/howto/train.md`.\n\n{session}"
     )

@@ -63,7 +63,7 @@ def index() -> str:
         Column("steps", lambda each: each.steps or "-"),
         Column("actions", lambda each: ", ".join(each.actions)),
         Column("observation", "observation"),
-        Column("easy or hard", "hard"),
+        Column("difficulty", "hard"),
     )
     judged = "How the process model under them compares with measured grinding: [validation](validation.md)."
     written = "What may stand in the files of a job, a catalogue and a task: [fields](fields.md)."

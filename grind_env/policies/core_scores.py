@@ -26,8 +26,8 @@ from grind_env.score_scale import EPISODES, Reference, reference
 AGENT, ON_STATE = TRAINED[0], "mpc"
 """Bundled agent, and planner on the true state; both are shown next to a policy."""
 SAID = """\
-Score 0: the best fixed plan; 100: hindsight. IQM: mean without the best and the worst quarter of the tasks. 95 % CI; of
-the published rows (best rule, planner on the true state) from their standard errors, of the others paired."""
+Score 0: the best fixed plan; 100: hindsight. best tuned: the best rule or planner with tuned parameters. IQM: mean of
+the middle half of the tasks; below -100 counts as -100. 95 % CI; of best tuned and mpc unpaired, of others paired."""
 
 
 class BoardRow(NamedTuple):
@@ -103,7 +103,7 @@ def evaluate_core(
 
     own = judged(policy)
     name = own[CORE[0]].policy
-    rows = {name: _own(own), "best rule": _published(known, [each.best_scripted for each in known])}
+    rows = {name: _own(own), "best tuned": _published(known, [each.best_scripted for each in known])}
     rows[f"{AGENT} (bundled)"] = rows[name] if name == AGENT else _own(judged(AGENT))
     rows[ON_STATE] = _published(known, [ON_STATE] * len(known))
     return CoreJudgement(own, rows)

@@ -100,10 +100,8 @@ def own_policy(module: str, name: str) -> Policy:
         found = getattr(import_module(module), name)
         made: Policy = found() if isinstance(found, type) or not hasattr(found, "act") else found
     except (Exception, SystemExit) as error:  # the user's code may raise anything
-        text = quoted(f"{module}:{name}")
-        raise GrindError(
-            f"{text} names no policy ({reason(error)}): name one of a module that can be imported"
-        ) from None
+        said = f"{quoted(f'{module}:{name}')} names no policy ({reason(error)})"
+        raise GrindError(f"{said}: name one of a module that can be imported") from None
     return made
 
 

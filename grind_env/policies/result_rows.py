@@ -95,9 +95,11 @@ def policy_file(text: str) -> Path | None:
     """Return the file from which a policy is read; None for a policy of the package.
 
     Raises:
-        FormError: the module of the policy is not a single file.
+        FormError: the module of the policy is not a single file, or the file is a .zip.
     """
     name = text.removeprefix(Guarded.PREFIX)
+    if name.endswith(".zip"):
+        raise FormError(f"{quoted(name)} cannot be submitted: load the .zip in a module, and name it as module:name")
     if name.endswith(SUFFIX):
         return Path(name)
     if not (own := OWN.fullmatch(name)):
@@ -201,11 +203,10 @@ def verify(
     """
     name = row.policy
     if row.sha256:
-        path = None if policy is None else policy_file(policy)
-        if policy is None or path is None or digest(path) != row.sha256:
+        name = policy or ""
+        if (path := policy_file(name)) is None or digest(path) != row.sha256:
             said = f"{quoted(row.policy)} with the SHA-256 {quoted(row.sha256)}"
             raise FormError(f"it is of the policy file {said}: ask for that file, and name it by --policy")
-        name = policy
     elif policy is not None:
         raise FormError(f"it is of {quoted(row.policy)}, a policy of the package: leave out --policy")
     known = np.array([row.costs, row.robust] if row.robust else [row.costs])

@@ -125,7 +125,7 @@ class Judgement:
             others = f"unpaired: 0 or 100 is of other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
             how = "paired" if self.paired else others
             lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
-        lines.append(f"{100 * run.scrap:.2f} % scrap, E {run.speed:.0f} mm/min, D {run.dresses:.2f}")
+        lines.append(f"{100 * run.scrap:.2f} % scrap, mean E {run.speed:.0f} mm/min, D {run.dresses:.2f}")
         return "\n".join([*lines, self.basis])
 
     def _repr_html_(self) -> str:

@@ -33,14 +33,12 @@ def register(app: typer.Typer) -> None:
 
 def train(
     task: Annotated[
-        str, typer.Argument(metavar="TASK|PROGRAM", help="Task, id, task file (.toml) or part program."), PROBLEM
+        str, typer.Argument(metavar="TASK|PROGRAM", help="Task (name, id, .toml file) or part program."), PROBLEM
     ],
     job: JobFile = None,
     parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
     variables: FirstVariables = None,
-    plant: Annotated[
-        str, typer.Option(help="Machines: training (public and laws), public, laws or model.")
-    ] = "training",
+    plant: Annotated[str, typer.Option(help="Machines: training, public, laws or model (docs: plants).")] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help="Memory of the agent: none, stack, gru or belief.")] = "gru",
@@ -48,14 +46,15 @@ def train(
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes, each on another machine.")] = 128,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Agent file; default PROGRAM or task with .safetensors."),
+        typer.Option("--output", "-o", help="Agent file; default PROGRAM or TASK.safetensors."),
         Writes(),
     ] = None,
 ) -> None:
     """Train an agent for a task or a part program in about two minutes.
 
     The agent is trained on machines whose physics differs from the simulator, and evaluated on others
-    (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: agent not recommended.
+    (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: not recommended, as
+    rules are as cheap.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.optional_libraries import needing

@@ -111,7 +111,7 @@ def test_the_room_is_between_the_best_known_policy_and_the_planner_on_the_state(
     assert found.searched.value == pytest.approx(0.2, abs=0.01)
     text = page(judged([*ours, longer, more]))
     assert "(4 times the search) scores at most 0.2 points above 100" in text
-    assert "| rush | orders with due dates | lot's wear rate | 8" in text and "(plain_gru@3M)" in text
+    assert "| rush | orders with due dates | lot's dulling rate | 8" in text and "(plain_gru@3M)" in text
     assert page(judged(rows()[:2])).count("##") == 2, "no score, no table of scores"
 
 

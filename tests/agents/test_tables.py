@@ -121,8 +121,8 @@ def test_a_policy_that_was_not_run_everywhere_is_left_out_of_aggregates():
 def test_the_section_of_a_page():
     rows = judged([*table_of("power_limited", [3.0, 3.5]), *table_of("slot", [5.0])])
     core = f"{CORE_BEGIN}\n\n{core_tasks(rows)}\n\n{CORE_END}"
-    assert "| [PowerLimited][r] | 60 wide plates at the power limit | lot's wear rate | " in core
-    assert "| [Rush][r] | orders with due dates | lot's wear rate | – |" in core
+    assert "| [PowerLimited][r] | 60 wide plates at the power limit | lot's dulling rate | " in core
+    assert "| [Rush][r] | orders with due dates | lot's dulling rate | – |" in core
     written = replaced(f"above\n{BEGIN}\nold\n{END}\nbelow\n{core}", rows)
     assert written.startswith(f"above\n{BEGIN}\n\n")
     assert written.endswith(f"\n\n{END}\nbelow\n{core}")

@@ -28,12 +28,12 @@ def test_the_example_of_the_page_is_put_beside_published_rows_and_its_rows_hold(
     status, out, err = grind(*words, "--json", "--submit", "rows.json")
     assert (status, err) == (0, "")
     found = json.loads(out)
-    assert list(found) == ["my_rule", "best rule", "plain_gru (bundled)", "mpc"]
+    assert list(found) == ["my_rule", "best tuned", "plain_gru (bundled)", "mpc"]
     for task in CORE:
         alone = json.loads(grind("evaluate", "--task", task, *words[2:], "--json")[1])
         assert found["my_rule"][task]["value"] == pytest.approx(alone["score"])
         assert found["my_rule"][task]["low"] == pytest.approx(alone["score_low"])
-        for row, name in (("best rule", reference(environment_id(task)).best_scripted), ("mpc", "mpc")):
+        for row, name in (("best tuned", reference(environment_id(task)).best_scripted), ("mpc", "mpc")):
             mean, error = reference(environment_id(task)).returns[name]
             value, low, high = found[row][task].values()
             ends = [normalise(environment_id(task), mean + side * 1.96 * error) for side in (-1.0, 1.0)]
@@ -67,4 +67,4 @@ def test_policies_of_each_task_are_taken_in_python() -> None:
     policies = {task: Fixed(E=9000.0, D=1, name=f"of {task}") for task in CORE}
     found = grind_env.evaluate_core(policies, episodes=2)
     assert {task: each.policy for task, each in found.judgements.items()} == {task: f"of {task}" for task in CORE}
-    assert "| IQM |" in str(found) and "best rule" in str(found)
+    assert "| IQM |" in str(found) and "best tuned" in str(found)

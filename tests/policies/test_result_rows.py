@@ -51,8 +51,7 @@ def plates_row(policy: str, episodes: int = 3) -> SubmittedRow:
 def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) -> None:
     path = submit("--env", env, "--policy", "E12000D1")
     status, out, err = grind("verify", path)
-    assert (status, err) == (0, "")
-    assert "re-run of 3 episodes: " in out
+    assert (status, err) == (0, "") and "re-run of 3 episodes: " in out
 
 
 def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -113,6 +112,7 @@ def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grin
         (("--policy", "E12000D1", "--program", PLATE), "a row is of an environment of the package"),
         (("--policy", "constant", "--parameters", "."), "leave out --parameters or --submit"),
         (("--policy", "adaptive_rule", "--plant", "my_plant:METER"), "names machine and model of the package"),
+        (("--policy", "agent.zip", "--trust"), "'agent.zip' cannot be submitted: load the .zip in a module"),
     ],
 )
 def test_what_nobody_else_could_run_again_is_not_submitted(
@@ -331,7 +331,7 @@ def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
     write_rows(own / "row.json", [row])
     status, out, err = grind(*words, "--seed", SEED)
     assert (status, err) == (0, "")
-    assert f"its 3 runs cost {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
+    assert f"re-run of 3 runs: {costs.mean():.5g} $ a block and {robust.mean():.5g} $ with" in out
     assert "3 drawn runs: " in out and "times as much; predicted: " in out
     write_rows(own / "row.json", [replace(row, robust=tuple(1.01 * robust))])
     status, out, _ = grind(*words)
