@@ -1,4 +1,4 @@
-"""Machines of one's own."""
+"""A module in which a user defines machines."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ NUMBER = 7
 
 @pytest.fixture
 def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Name of a module of one's own, that can be imported, with machines in it."""
+    """Return the name of an importable module in which a user defines machines."""
     (tmp_path / "my_machines.py").write_text(OWN)
     (tmp_path / "my_mistake.py").write_text("1 / 0\n")
     (tmp_path / "my_end.py").write_text("raise SystemExit('good bye')\n")

@@ -1,4 +1,4 @@
-"""Environments on machines that are not the model: those held out, which share one process."""
+"""Environments on out-of-model machines. All held-out machines share one process."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -36,7 +36,7 @@ def env() -> Iterator[Any]:
 
 
 def played(env: Any, **reset: Any) -> tuple[list[np.ndarray], list[float], str]:
-    """Observations and rewards of some blocks, and the machine."""
+    """Return observations and rewards of some blocks, and the name of the machine."""
     observation, info = env.reset(**reset)
     seen, rewards, actions = [observation], [], np.random.default_rng(1)
     for _ in range(BLOCKS):
@@ -46,24 +46,24 @@ def played(env: Any, **reset: Any) -> tuple[list[np.ndarray], list[float], str]:
     return seen, rewards, info.get("plant", "")
 
 
-def test_a_machine_is_drawn_at_every_reset_and_the_same_one_by_a_seed(env: Any) -> None:
+def test_reset_draws_a_machine_and_a_seed_repeats_it(env: Any) -> None:
     first, again = played(env, seed=3), played(env, seed=3)
     later = [env.reset()[1]["plant"] for _ in range(4)]
     assert first[1] == again[1] and first[2] == again[2] == env.reset(seed=3)[1]["plant"]
     assert len({first[2], *later}) == 5 and all(name.startswith("held-out:") for name in later)
     one = played(env, seed=3, options={"plant": first[2]})
     assert one[1] == first[1] and one[2] == first[2]
-    assert env.reset()[1]["plant"] == first[2]  # until another is given
+    assert env.reset()[1]["plant"] == first[2]  # until reset names another machine
     assert env.reset(options={"plant": None})[1]["plant"] != first[2]
 
 
-def test_a_seed_has_its_stocks_lots_and_noise_whatever_the_machine(env: Any) -> None:
+def test_a_seed_draws_equal_lots_and_noise_with_and_without_a_plant(env: Any) -> None:
     with_one, without = env, gym.make(ID, show_block=False).unwrapped
     rewards = played(with_one, seed=7)[1], played(without, seed=7)[1]
     assert rewards[0] != rewards[1]
     for one in (with_one, without):
         one.reset(seed=7)
-    for _ in range(2):  # and the episodes after it
+    for _ in range(2):  # this episode and the next one
         assert with_one.episodes.source.tobytes() == without.episodes.source.tobytes()
         assert with_one.episodes.tape.tobytes() == without.episodes.tape.tobytes()
         own = with_one.episodes.extra_state(0)
@@ -74,7 +74,7 @@ def test_a_seed_has_its_stocks_lots_and_noise_whatever_the_machine(env: Any) -> 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_side_by_side_is_as_one_by_one(mode: str, tmp_path: Path) -> None:
+def test_native_vector_environments_equal_synchronous_ones_bit_for_bit(mode: str, tmp_path: Path) -> None:
     task = tmp_path / "short.toml"
     task.write_text('base = "power_limited"\nblocks = 3\nplant = "held-out"\n')
     arguments: dict[str, Any] = {"task": str(task), "show_block": False}
@@ -85,29 +85,29 @@ def test_side_by_side_is_as_one_by_one(mode: str, tmp_path: Path) -> None:
     names = []
     for at, envs in enumerate((single, native)):
         observation, info = envs.reset(seed=5, options={"plant": None} if at else None)
-        told, actions = [observation], np.random.default_rng(0)
+        results, actions = [observation], np.random.default_rng(0)
         machines = [info["plant"].tolist(), info["_plant"].tolist()]
         for _ in range(8):
             observation, reward, *_, info = envs.step(actions.uniform(-1, 1, (3, 2)).astype(np.float32))
-            told += [observation, reward]
+            results += [observation, reward]
             if "plant" in info:
                 machines += [info["plant"].tolist(), info["_plant"].tolist()]
-        names.append((machines, [each.tobytes() for each in told]))
+        names.append((machines, [each.tobytes() for each in results]))
         envs.close()
     assert names[0] == names[1]
     assert len(names[0][0]) > 2 and len({*names[0][0][0], *names[0][0][2]}) == 6
 
 
-def test_each_of_a_batch_may_be_told_its_machine() -> None:
+def test_reset_can_name_a_machine_for_each_environment_of_a_batch() -> None:
     envs = gym.make_vec(ID, 2, vectorization_mode="vector_entry_point", plant="held-out:1")
-    told = ["held-out:4", "held-out"]
-    names = envs.reset(seed=0, options={"plant": told})[1]["plant"].tolist()
+    plants = ["held-out:4", "held-out"]
+    names = envs.reset(seed=0, options={"plant": plants})[1]["plant"].tolist()
     assert names[0] == "held-out:4" and names[1] not in (None, "held-out", "held-out:1")
     envs.close()
 
 
 @pytest.mark.bits
-def test_the_files_of_an_episode_give_what_the_episode_gave(env: Any, tmp_path: Path) -> None:
+def test_program_and_job_of_an_episode_reproduce_its_record(env: Any, tmp_path: Path) -> None:
     played(env, seed=11)
     job, program = env.written().job, tmp_path / "part.nc"
     assert job.plant == env.plant and job.own == find_plant(env.plant).of_process
@@ -122,10 +122,10 @@ def test_the_files_of_an_episode_give_what_the_episode_gave(env: Any, tmp_path: 
     model = grind(read(env.part_program()), load_job(tmp_path / "part.toml", plant=find_plant("model")))
     assert model.strokes.tobytes() != record.strokes.tobytes()
     own = env.episodes.extra_state(0)[: len(job.process.own._fields)]
-    assert own != find_plant(env.plant).of_process  # what it remembers has gone on
+    assert own != find_plant(env.plant).of_process  # the episode has changed these numbers
 
 
-def test_a_program_of_ones_own_is_ground_on_the_machine_of_its_job(tmp_path: Path) -> None:
+def test_a_user_program_is_ground_on_the_plant_of_its_job(tmp_path: Path) -> None:
     from grind_env.envs.job.loading import EXAMPLE
 
     job = tmp_path / "job.toml"
@@ -140,14 +140,14 @@ def test_a_program_of_ones_own_is_ground_on_the_machine_of_its_job(tmp_path: Pat
         costs.append([each.step(each.action_space.high * 0.1)[1] for _ in range(2)])
         assert each.written().job.plant == each.plant
     assert costs[0] == costs[1] != costs[2]
-    assert by_file.task.reference_cost == plain.task.reference_cost  # that of the model
+    assert by_file.task.reference_cost == plain.task.reference_cost  # computed on the model
     written, ground = by_name.written(), by_name.record()
     again = grind(read(written.program), written.job)
     # the program goes on after the blocks that were run
     assert again.strokes[: len(ground.strokes)].tobytes() == ground.strokes.tobytes()
 
 
-def test_a_program_that_the_control_executes_is_ground_on_the_machine_too(tmp_path: Path) -> None:
+def test_a_program_without_a_script_is_ground_on_the_plant_too(tmp_path: Path) -> None:
     path = written(tmp_path, GROOVED)
     env, plain = (gym.make("grind/Job-v0", program=path, **given).unwrapped for given in ({"plant": "soft"}, {}))
     assert not env.simulation.compiled
@@ -161,7 +161,7 @@ def test_a_program_that_the_control_executes_is_ground_on_the_machine_too(tmp_pa
     assert record.strokes.tobytes() == again.strokes.tobytes() and again.job.plant == env.plant
 
 
-def test_what_begins_without_being_drawn_is_the_model_or_the_machine_that_is_held(env: Any) -> None:
+def test_cleared_episodes_begin_neutral_or_with_the_numbers_of_a_plant(env: Any) -> None:
     simulation, plant = env.simulation, find_plant("held-out:2")
     episodes = simulation.empty_episodes(1)
     for machine, own in ((simulation, tuple(plant.remembers())), (with_start_of(simulation, plant), plant.own)):
@@ -177,14 +177,12 @@ def test_what_begins_without_being_drawn_is_the_model_or_the_machine_that_is_hel
         (7, PlantError, "a machine is named by a text, but not by 7"),
     ],
 )
-def test_the_option_of_a_reset_takes_machines_of_the_same_families_only(
-    env: Any, plant: object, error: type[GrindError], said: str
-) -> None:
+def test_reset_rejects_machines_of_other_families(env: Any, plant: object, error: type[GrindError], said: str) -> None:
     with pytest.raises(error, match=said):
         env.reset(options={"plant": plant})
 
 
-def test_an_environment_of_the_model_takes_no_machine() -> None:
+def test_an_environment_made_without_a_plant_rejects_the_plant_option() -> None:
     made = gym.make(ID).unwrapped
     with pytest.raises(OtherMachine, match="was made without one: make it with plant='meter:7'"):
         made.reset(options={"plant": "meter:7"})
@@ -193,14 +191,14 @@ def test_an_environment_of_the_model_takes_no_machine() -> None:
 
 
 @pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", ID])
-def test_every_id_takes_a_machine(env_id: str) -> None:
+def test_task_environments_take_a_plant_and_reject_unknown_names(env_id: str) -> None:
     made = gym.make(env_id, plant="soft:3").unwrapped
     assert made.simulation.process == find_plant("soft:3").process
     with pytest.raises(PlantError, match="there is no machine 'sofa:3'"):
         gym.make(env_id, plant="sofa:3")
 
 
-def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path: Path) -> None:
+def test_a_user_defined_plant_is_an_argument_and_no_file_may_name_it(module: str, tmp_path: Path) -> None:
     name = f"{module}:MINE"
     made = gym.make(ID, plant=name).unwrapped
     assert made.reset(seed=0)[1] == {"plant": name}
@@ -215,7 +213,7 @@ def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path
         load_job(job)
 
 
-def test_a_task_says_its_machine(tmp_path: Path) -> None:
+def test_a_task_file_names_its_plant(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('base = "power_limited"\nplant = "meter"\n')
     assert read_task(str(path)).plant == "meter"

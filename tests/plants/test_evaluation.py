@@ -1,4 +1,4 @@
-"""Policies on machines that are not the model, which they hold."""
+"""Policies that use the model while an out-of-model machine grinds."""
 
 import json
 from pathlib import Path
@@ -26,7 +26,7 @@ PLANT = "held-out:4"
 
 
 class Looker:
-    """Sees the state, and remembers what it was shown."""
+    """Policy that sees the state and records all episodes it is given."""
 
     name, sees = "looker", "state"
 
@@ -39,13 +39,13 @@ class Looker:
         return np.full(len(observation), 8000.0), np.zeros(len(observation))
 
 
-def test_what_grinds_is_the_machine_and_what_a_policy_holds_the_model() -> None:
+def test_the_plant_grinds_while_the_policy_uses_the_model() -> None:
     looker = Looker()
     found = evaluate(looker, "power_limited", episodes=2, plant="held-out")
     model = find_plant("model")
     assert (looker.simulation.process, looker.simulation.gauge.own) == (model.process, model.gauge.own)
     assert all(each.wheels.shape[1] == OWN_FROM + len(model.own) for each in looker.shown)
-    assert (looker.shown[5].wheels[:, OWN_FROM:] > 0.0).all()  # the part is warm, which the model remembers, too
+    assert (looker.shown[5].wheels[:, OWN_FROM:] > 0.0).all()  # the part is warm, also in the model
     alone = evaluate(Looker(), "power_limited", episodes=2)
     assert found.score is None and alone.plant == "" and "plant" not in alone.numbers()
     assert (found.evaluation.cost != alone.evaluation.cost).all()
@@ -56,7 +56,7 @@ def test_what_grinds_is_the_machine_and_what_a_policy_holds_the_model() -> None:
     assert one.evaluation.cost[0] == found.evaluation.cost[0] != one.evaluation.cost[1]
 
 
-def test_who_is_followed_and_the_belief_beside_hold_the_model() -> None:
+def test_a_followed_policy_and_a_policy_beside_it_use_the_model() -> None:
     judged = evaluate(Looker(), "power_limited", episodes=2, plant=PLANT)
     looker, beside = Looker(), Looker()
     beside.name = "beside"
@@ -76,21 +76,21 @@ def _given(simulation: Simulation, seeds: list[int]) -> list:
     return list(with_machines(simulation, [Given()] * len(seeds), [np.random.default_rng(seed) for seed in seeds]))
 
 
-def test_a_model_that_is_the_machine_is_shown_all_of_it_and_another_one_its_own_numbers() -> None:
+def test_a_true_model_sees_the_whole_state_and_a_wrong_one_its_own_numbers() -> None:
     machine = on(PLATES, PLANT).simulation()
     episodes = start_episodes(machine, range(2))
     known, other = model_of(PLATES, PLANT), model_of(PLATES, "held-out:9")
     assert known.plants.text == PLANT
     mine, theirs = find_plant(PLANT), find_plant("held-out:9")
     show_known, show_other = (parted(Looker(), machine, each, episodes) for each in (known, other))
-    episodes.wheels[:, OWN_FROM:] += 1.0  # it has gone on
+    episodes.wheels[:, OWN_FROM:] += 1.0  # the machine has changed since
     assert show_known(episodes).wheels.tobytes() == episodes.wheels.tobytes()
     expected = [own + 1.0 if own == mine.own[k] else own for k, own in enumerate(theirs.own)]
     assert show_other(episodes).wheels[0, OWN_FROM:].tolist() == expected
     assert 0 < sum(a != b for a, b in zip(mine.own, theirs.own, strict=True)) < len(mine.own)
 
 
-def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> None:
+def test_a_state_policy_is_rejected_for_a_program_without_a_script(tmp_path: Path) -> None:
     path = written(tmp_path, GROOVED)
     machine = on(find_problem(path), "soft:3").simulation()
     assert not machine.compiled
@@ -98,7 +98,7 @@ def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> 
         parted(Looker(), machine, model_of(find_problem(path)), machine.empty_episodes(0))
 
 
-def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:
+def test_evaluate_needs_a_seed_for_its_model_and_a_plant_beside_it() -> None:
     with pytest.raises(GrindError, match="model is 'held-out', but a policy holds one machine: give a seed"):
         evaluate("E7000D1", "power_limited", episodes=2, plant=PLANT, model="held-out")
     with pytest.raises(GrindError, match="model is 'meter:7', but what grinds is the model: give a plant, too"):
@@ -122,7 +122,7 @@ def test_commands_name_the_machine(tmp_path: Path, grind: Grind) -> None:
     assert f"played.nc, on {PLANT}" in grind("run", program, "--plant", PLANT)[1]
 
 
-def test_a_command_refuses_what_is_no_machine(grind: Grind) -> None:
+def test_commands_reject_an_unknown_plant(grind: Grind) -> None:
     for words in (("evaluate", "--episodes", 2), ("play",), ("run", "grind_env/examples/plate_g82.nc")):
         status, _, err = grind(*words, "--plant", "metre:7")
         assert status == 2 and "there is no machine 'metre:7' (did you mean meter?)" in err

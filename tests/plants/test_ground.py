@@ -1,4 +1,4 @@
-"""Machines as the loops and the machine grind them: the one process of all families, which those held out share."""
+"""Machines in the compiled loops and in the interpreter. Held-out machines share one process of all families."""
 
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
@@ -26,18 +26,18 @@ NEUTRAL = mixed("neutral", FAMILIES, {})
 
 
 class Played(NamedTuple):
-    """Some machines side by side, after the blocks of `CHOICES`; shape (machines, ...)."""
+    """Results of machines side by side after the blocks of `CHOICES`; shape (machines, ...)."""
 
     wheels: Array
     memory: Array
     outcomes: Array
     tallies: Array
     written: Written
-    """Of the first one."""
+    """Program and job of the first machine."""
 
 
 def play(plants: Sequence[Plant]) -> Played:
-    """One episode on each of machines that share their process; all of one seed."""
+    """Play one episode with one seed on each machine; the machines share their process."""
     simulation = BlockSimulation(read_task("power_limited"), process=plants[0].process, gauge=noisy(plants[0].gauge))
     episodes = simulation.start([np.random.default_rng(3) for _ in plants])
     episodes.wheels[:, OWN_FROM:] = [plant.own for plant in plants]
@@ -54,7 +54,7 @@ def play(plants: Sequence[Plant]) -> Played:
 
 
 def held_out(*families: str) -> Plant:
-    """The first of those held out that has these families."""
+    """Return the first held-out machine that has these families."""
     name = "held-out-laws" if "textbook" in families else "held-out"
     found: Iterator[Plant] = (find_plant(f"{name}:{seed}") for seed in count())
     return next(plant for plant in found if {*families} <= differing(plant))
@@ -69,7 +69,7 @@ def test_neutral_numbers_change_no_bit_of_an_episode() -> None:
 
 
 @pytest.mark.bits
-def test_machines_of_the_sets_grind_as_recorded_before_a_further_family_came() -> None:
+def test_public_and_held_out_machines_grind_to_the_recorded_hash() -> None:
     halves = [play([find_plant(f"{name}:{seed}") for seed in range(8)]) for name in ("public", "held-out")]
     digest = sha256()
     tables = ((each.wheels, each.memory[:, :-1], each.outcomes, each.tallies[..., 1:]) for each in halves)
@@ -79,7 +79,7 @@ def test_machines_of_the_sets_grind_as_recorded_before_a_further_family_came() -
 
 
 @pytest.mark.bits
-def test_machines_that_share_their_process_grind_side_by_side_as_alone() -> None:
+def test_machines_of_a_batch_grind_as_alone_bit_for_bit() -> None:
     plants = [find_plant(f"held-out:{seed}") for seed in range(11)]
     together = play(plants)
     for i in (0, 4, 10):
@@ -94,7 +94,7 @@ def test_machines_that_share_their_process_grind_side_by_side_as_alone() -> None
 @pytest.mark.parametrize(
     "families", [("foreign", "drift"), ("bursts", "table"), ("thermal", "graded"), ("textbook", "table")]
 )
-def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(families: tuple[str, ...]) -> None:
+def test_the_interpreter_grinds_the_program_of_an_episode_as_the_environment(families: tuple[str, ...]) -> None:
     plant = held_out(*families)
     played = play([plant])
     assert played.written.job.process == plant.process

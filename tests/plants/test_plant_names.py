@@ -1,4 +1,4 @@
-"""Machines by their names, and what is drawn of them."""
+"""Machines by name, and the numbers drawn for them."""
 
 import math
 from hashlib import sha256
@@ -18,19 +18,19 @@ SEEDS = st.integers(0, 2**32 - 1)
 GAUGED = ("thermal", "meter", "drift")
 NAMES = [each.name for each in FAMILIES]
 DIGEST = "276515d58c2b59d1"
-"""Of what is drawn of the first machines: a change of it makes what was scored on them another thing."""
+"""Hash of the draws of the first machines. Scores on them are comparable only while it stays the same."""
 SET_DIGESTS = {"public": "2ae7feb7a61781d5", "held-out": "dbe19a364599d121"}
-"""Of what the families of the first 40 machines of a set remember, recorded before a further family came."""
+"""Hashes of the first 40 machines of each set, recorded before the newest family was added."""
 
 
 def differing(plant: Plant) -> set[str]:
-    """Families of which a machine has other numbers than neutral ones."""
+    """Return the families in which a machine differs from neutral numbers."""
     numbers = zip(plant.remembers._fields, plant.own, plant.remembers(), strict=True)
     return {name.partition("_")[0] for name, number, neutral in numbers if number != neutral}
 
 
 @given(family=st.sampled_from(FAMILIES), seed=SEEDS, stream=st.sampled_from([PUBLIC, HELD_OUT]))
-def test_what_is_drawn_lies_in_the_ranges_and_is_always_the_same(family: Family, seed: int, stream: int) -> None:
+def test_a_family_draws_repeatable_numbers_within_its_ranges(family: Family, seed: int, stream: int) -> None:
     numbers = family.drawn(seed, stream)
     assert numbers == family.drawn(seed, stream)
     assert all(each.ends(stream)[0] <= numbers[each.field] <= each.ends(stream)[1] for each in family.ranges)
@@ -40,7 +40,7 @@ def test_what_is_drawn_lies_in_the_ranges_and_is_always_the_same(family: Family,
 
 
 @pytest.mark.parametrize("each", [each for family in FAMILIES for each in family.ranges], ids=lambda each: each.field)
-def test_all_of_a_range_is_drawn_and_factors_evenly_in_their_logarithm(each) -> None:
+def test_a_range_covers_both_ends_and_spaces_factors_logarithmically(each) -> None:
     assert (each.at(0.0), each.at(1.0)) == (pytest.approx(each.low), pytest.approx(each.high)) and each.low < each.high
     middle = math.sqrt(each.low * each.high) if each.factor else 0.5 * (each.low + each.high)
     assert each.at(0.5) == pytest.approx(middle)
@@ -48,7 +48,7 @@ def test_all_of_a_range_is_drawn_and_factors_evenly_in_their_logarithm(each) -> 
 
 
 @pytest.mark.bits
-def test_the_draws_are_frozen() -> None:
+def test_draws_of_the_first_machines_match_the_recorded_hash() -> None:
     streams = (PUBLIC, HELD_OUT)
     drawn = [family.drawn(seed, stream) for family in PUBLIC_FAMILIES for seed in range(3) for stream in streams]
     names = [sorted(differing(find_plant(f"held-out:{seed}"))) for seed in range(20)]
@@ -57,11 +57,11 @@ def test_the_draws_are_frozen() -> None:
 
 @pytest.mark.bits
 @pytest.mark.parametrize("name", SET_DIGESTS)
-def test_the_machines_of_a_set_keep_their_numbers(name: str) -> None:
+def test_the_first_machines_of_a_set_match_the_recorded_hash(name: str) -> None:
     plants = [find_plant(f"{name}:{seed}") for seed in range(40)]
     ours = len(PROCESS.own._fields)
-    told = repr([(plant.name, plant.remembers._fields[ours:], plant.own[ours:], plant.anew) for plant in plants])
-    assert sha256(told.encode()).hexdigest()[:16] == SET_DIGESTS[name]
+    text = repr([(plant.name, plant.remembers._fields[ours:], plant.own[ours:], plant.anew) for plant in plants])
+    assert sha256(text.encode()).hexdigest()[:16] == SET_DIGESTS[name]
 
 
 @given(name=st.sampled_from(NAMES), seed=SEEDS)
@@ -75,7 +75,7 @@ def test_a_machine_has_the_numbers_of_its_family_and_shares_its_functions(name: 
     assert (plant.process is PROCESS) == (name == "meter") and (plant.gauge is not TRUTH) == (name in GAUGED)
 
 
-def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:
+def test_a_mix_combines_its_members_in_any_order() -> None:
     mix = find_plant("meter:7+foreign:3")
     assert mix == find_plant("foreign:3+meter:07") and mix.name == "foreign:3+meter:7"
     foreign, meter = find_plant("foreign:3"), find_plant("meter:7")
@@ -84,7 +84,7 @@ def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:
 
 
 @given(name=st.sampled_from(["public", "held-out"]), seed=SEEDS)
-def test_machines_of_a_set_mix_families_and_those_held_out_have_numbers_of_their_own(name: str, seed: int) -> None:
+def test_sets_mix_two_to_four_families_and_held_out_sets_avoid_public_numbers(name: str, seed: int) -> None:
     plant, first = find_plant(f"{name}:{seed}"), find_plant("held-out:0")
     families = differing(plant)
     assert 2 <= len(families) <= 4 and families <= {*NAMES} and not {"foreign", "bursts"} <= families
@@ -96,7 +96,7 @@ def test_machines_of_a_set_mix_families_and_those_held_out_have_numbers_of_their
             assert public <= numbers if name == "public" else not public & numbers
 
 
-def test_no_number_of_those_held_out_is_one_of_the_public_ones() -> None:
+def test_public_and_held_out_draws_share_no_number() -> None:
     def all_of(stream: int) -> set[tuple[str, float]]:
         drawn = [family.drawn(seed, stream) for family in FAMILIES for seed in range(200)]
         return {(field, number) for numbers in drawn for field, number in numbers.items()}
@@ -131,13 +131,13 @@ def test_no_number_of_those_held_out_is_one_of_the_public_ones() -> None:
         ("meter:1+os:system:2", "would run the code of a module"),
     ],
 )
-def test_what_is_no_machine_is_refused(text: str, said: str) -> None:
+def test_invalid_machine_names_are_rejected(text: str, said: str) -> None:
     with pytest.raises(PlantError, match=said) as caught:
         find_plant(text)
     assert len(str(caught.value)) < 400
 
 
-def test_ones_own_is_found_in_a_module(module: str) -> None:
+def test_a_user_module_provides_machines_and_families(module: str) -> None:
     mine = find_plant(f"{module}:MINE", modules=True)
     assert (mine.name, mine.own, mine.of_process) == (f"{module}:MINE", (*PROCESS.own(), 0.25), (*PROCESS.own(), 0.25))
     member = find_plant(f"meter:7+{module}:STICKY:3", modules=True)
@@ -157,13 +157,13 @@ def test_ones_own_is_found_in_a_module(module: str) -> None:
         ("WRONG:1", "wrong.*sticky_by.*; let what a family draws be fields of what it remembers"),
     ],
 )
-def test_what_of_a_module_is_no_machine_is_refused(module: str, name: str, said: str) -> None:
+def test_unusable_names_of_a_user_module_are_rejected(module: str, name: str, said: str) -> None:
     with pytest.raises(PlantError, match=said.replace("wrong", f"{module}:WRONG:1")):
         find_plant(f"{module}:{name}", modules=True)
 
 
 @pytest.mark.parametrize("text", ["meter", "held-out", "foreign+meter:7", "meter:7", "my_machines:STICKY"])
-def test_a_name_without_a_seed_is_that_of_as_many_machines_as_there_are_seeds(module: str, text: str) -> None:
+def test_a_name_without_a_seed_stands_for_one_machine_per_seed(module: str, text: str) -> None:
     plants = find_plants(text, modules=True)
     one = plants.seeded(5)
     assert one.first == find_plant(text, seed=5, modules=True) and one.text == one.first.name and one.one
@@ -173,18 +173,18 @@ def test_a_name_without_a_seed_is_that_of_as_many_machines_as_there_are_seeds(mo
     assert one.text == {"foreign+meter:7": "foreign:5+meter:7", "meter:7": "meter:7"}.get(text, f"{text}:5")
 
 
-def test_a_machine_of_ones_own_has_no_seed(module: str) -> None:
+def test_a_user_defined_plant_has_no_seed(module: str) -> None:
     plants = find_plants(f"{module}:MINE", modules=True)
     assert plants.one and plants.seeded(3) is plants and plants.text == f"{module}:MINE"
 
 
-def test_a_module_that_fails_is_told(module: str) -> None:
+def test_an_import_failure_of_a_user_module_is_reported(module: str) -> None:
     for name, said in (("my_mistake", "division by zero"), ("nowhere", "No module named"), ("my_end", "good bye")):
         with pytest.raises(PlantError, match=said):
             find_plant(f"{name}:MINE", modules=True)
 
 
-def test_a_machine_needs_a_number_for_all_that_it_remembers() -> None:
+def test_a_plant_needs_one_number_per_remembered_field() -> None:
     assert Plant(name="ours").own == tuple(PROCESS.own())
     with pytest.raises(
         PlantError, match=r"own has 2 numbers, but .* remember 4: give one for each of dT_1, dT_2, dT_3"
@@ -192,7 +192,7 @@ def test_a_machine_needs_a_number_for_all_that_it_remembers() -> None:
         Plant(name="ours", own=(0.0, 1.0))
 
 
-def test_what_a_family_remembers_has_its_name() -> None:
+def test_remembered_fields_begin_with_the_name_of_their_family() -> None:
     for family in FAMILIES:
         fields = mixed(family.name, (family,), {}).remembers._fields
         assert all(name.startswith(f"{family.name}_") for name in fields if name not in PROCESS.own._fields)

@@ -1,4 +1,4 @@
-"""Strokes of the two families that replace what grinds: neutral numbers, limits, and what the laws say."""
+"""Strokes of the two families that replace the process: neutral numbers, limits, and their laws."""
 
 import math
 from itertools import pairwise
@@ -29,12 +29,12 @@ def bursting(**numbers: float) -> Plant:
 
 
 def bare(**changes: float) -> StrokeParameters:
-    """Of a stiff machine, and a wheel that neither breaks nor loses what a dress has loosened."""
+    """Return parameters of a stiff machine with a wheel that neither fractures nor has early wear."""
     return parameters(ke=1e12, power=1e9, kf=0.0, wi=0.0, **changes)
 
 
 def first(plant: Plant, depth: float = DEPTH, speed: float = SPEED, **state: float) -> StrokeResult:
-    """A stroke of just that depth, mm, and speed, mm/s."""
+    """Return a stroke of exactly this depth, mm, and speed, mm/s."""
     shop = Shop(plant, bare(), table_speed=0.06 * speed)
     shop.wheel = shop.wheel._replace(**state)
     return shop.stroke(depth)
@@ -64,7 +64,7 @@ def test_the_depth_of_cut_solves_its_balance(kappa: float, f: float) -> None:
 
 @pytest.mark.parametrize("A", [0.008, 0.03])
 @pytest.mark.parametrize("factor", [0.75, 1.35])
-def test_at_the_nominal_point_the_laws_give_ours_times_their_factors(factor: float, A: float) -> None:
+def test_foreign_factors_scale_force_roughness_and_wear_at_the_nominal_point(factor: float, A: float) -> None:
     ours = first(OURS, A=A)
     theirs = first(foreign(force=factor, ra=factor, wear=factor), A=A)
     assert theirs.ae == pytest.approx(DEPTH, rel=1e-6)
@@ -82,11 +82,11 @@ def test_force_roughness_and_wear_are_powers_of_the_chip_thickness(depth: float)
     assert math.log(other.Ft / at.Ft) / thicker == pytest.approx(0.75)
     assert math.log(other.Rg / at.Rg) / thicker == pytest.approx(0.4)
     assert math.log(other.G / at.G) / thicker == pytest.approx(-0.6)
-    faster = first(plant, DEPTH * SPEED / 400.0, 400.0)  # as thick
+    faster = first(plant, DEPTH * SPEED / 400.0, 400.0)  # chips of equal thickness
     assert (faster.Ft, faster.Rg) == pytest.approx((at.Ft, at.Rg))
 
 
-def test_flats_grow_as_a_power_of_the_volume_and_at_our_rate_at_the_nominal_one() -> None:
+def test_flats_grow_as_a_power_of_volume_and_at_our_rate_at_nominal_volume() -> None:
     ours, theirs = (Shop(plant, bare(Amax=1e9, dr=1e9)) for plant in (OURS, foreign()))
     grown, volume = [], []
     start = theirs.wheel.A
@@ -98,11 +98,11 @@ def test_flats_grow_as_a_power_of_the_volume_and_at_our_rate_at_the_nominal_one(
     assert [A / grown[-1] for A in grown] == pytest.approx([power / powers[-1] for power in powers], rel=1e-4)
     k = next(k for k, V in enumerate(volume) if V > VOLUME)
     ours.wheel = ours.wheel._replace(V=VOLUME)
-    heat = math.exp(0.002 * (ours.stroke(DEPTH).T - 200.0))  # of which theirs has nothing
+    heat = math.exp(0.002 * (ours.stroke(DEPTH).T - 200.0))  # the foreign law leaves heat out
     assert (grown[k] - grown[k - 1]) * heat == pytest.approx(ours.wheel.A - start, rel=0.01)
 
 
-def test_the_loop_gives_under_the_force_of_the_law() -> None:
+def test_the_machine_deflects_under_the_force_of_the_law() -> None:
     shop = Shop(foreign())
     for downfeed in (0.01, 0.01, 0.01, 0.0, 0.0):
         u = shop.Z + downfeed - shop.wheel.W - shop.S
@@ -112,7 +112,7 @@ def test_the_loop_gives_under_the_force_of_the_law() -> None:
     assert nothing.Q == nothing.Ft == nothing.dw == 0.0
 
 
-def test_dull_or_more_forceful_laws_take_more_power() -> None:
+def test_dull_flats_and_higher_force_factors_take_more_power() -> None:
     sharp, dull = (first(foreign(), A=A).power for A in (0.008, 0.04))
     assert sharp < dull
     assert first(foreign(force=0.75)).power < sharp < first(foreign(force=1.35)).power
@@ -126,7 +126,7 @@ def test_dull_or_more_forceful_laws_take_more_power() -> None:
 
 
 def dulled(plant: Plant, strokes: int) -> list[float]:
-    """Flats after each stroke, of a wheel that is dull as it begins and dulls no more."""
+    """Return the flats after each stroke of a wheel that begins dull and dulls no further."""
     shop = Shop(plant, bare(kA=0.0))
     shop.wheel = shop.wheel._replace(A=0.05, V=1e4)
     found = []
@@ -136,7 +136,7 @@ def dulled(plant: Plant, strokes: int) -> list[float]:
     return found
 
 
-def test_a_face_pulls_out_in_bursts_and_in_between_not_at_all() -> None:
+def test_grains_pull_out_in_bursts_and_not_between_them() -> None:
     flats = dulled(bursting(share=1.0, threshold=0.01), 60)
     steps = {round(after / before, 9) for before, after in pairwise(flats)}
     assert 1.0 in steps and min(steps) < 0.995
@@ -144,7 +144,7 @@ def test_a_face_pulls_out_in_bursts_and_in_between_not_at_all() -> None:
     assert all(b < a for a, b in pairwise(smooth))
 
 
-def test_bursts_take_in_the_long_run_what_smooth_wear_takes_or_more() -> None:
+def test_bursts_renew_flats_as_smooth_wear_does_times_their_factor() -> None:
     smooth, bursts, more = (
         dulled(plant, 300)[-1]
         for plant in (OURS, bursting(share=1.0, threshold=0.01), bursting(share=1.0, threshold=0.01, takes=4.0))
@@ -154,7 +154,7 @@ def test_bursts_take_in_the_long_run_what_smooth_wear_takes_or_more() -> None:
     assert math.log((0.05 - Af) / (more - Af)) == pytest.approx(4.0 * math.log((0.05 - Af) / (bursts - Af)))
 
 
-def test_a_dress_forgives_what_is_owed_and_thresholds_scatter() -> None:
+def test_a_dress_clears_owed_wear_and_burst_thresholds_scatter() -> None:
     shop = Shop(bursting(seed=2.0, share=1.0, at=0.2, spread=0.3))
     shop.strokes(3, 0.01)
     assert shop.own.bursts_owed > 0.0

@@ -1,4 +1,4 @@
-"""Strokes of the machines with textbook laws: what is kept, exponents found again by regression, limits, the sets."""
+"""Strokes of machines with textbook laws: conservation, exponents by regression, limits, and sets of machines."""
 
 import math
 
@@ -27,12 +27,12 @@ def textbook(**numbers: float) -> Plant:
 
 
 def slope(xs: list[float], ys: list[float]) -> float:
-    """Exponent of y over x, by least squares."""
+    """Return the exponent of y over x, by least squares."""
     return float(np.polyfit(np.log(xs), np.log(ys), 1)[0])
 
 
 @pytest.mark.parametrize("factor", [0.6, 1.7])
-def test_at_the_nominal_point_the_laws_give_ours_times_their_factors(factor: float) -> None:
+def test_textbook_factors_scale_force_roughness_and_wear_at_the_nominal_point(factor: float) -> None:
     ours, theirs = first(OURS), first(textbook(force=factor, ra=factor, wear=factor))
     assert theirs.ae == pytest.approx(DEPTH, rel=1e-6)
     assert theirs.Ft / ours.Ft == pytest.approx(factor, rel=1e-4)
@@ -41,7 +41,7 @@ def test_at_the_nominal_point_the_laws_give_ours_times_their_factors(factor: flo
 
 
 @pytest.mark.parametrize("name", ["textbook:1", "laws:2", "held-out-laws:3"])
-def test_energy_and_volume_are_kept(name: str) -> None:
+def test_strokes_conserve_energy_and_volume(name: str) -> None:
     shop = Shop(find_plant(name))
     for downfeed in (0.01, 0.015, 0.01, 0.0, 0.0):
         before, warm = shop.wheel, shop.own
@@ -57,7 +57,7 @@ def test_energy_and_volume_are_kept(name: str) -> None:
         assert before.ds - shop.wheel.ds == pytest.approx(2.0 * done.dw)
 
 
-def test_the_loop_gives_under_the_force_of_the_law() -> None:
+def test_the_machine_deflects_under_the_force_of_the_law() -> None:
     shop, nominal = Shop(textbook(a=0.45)), first(OURS)
     for downfeed in (0.01, 0.01, 0.002, 0.0, 0.0):
         u, A = shop.Z + downfeed - shop.wheel.W - shop.S, shop.wheel.A
@@ -77,7 +77,7 @@ def test_force_roughness_and_wear_are_powers_of_the_chip_thickness() -> None:
         assert slope(thickness, [cut.Rg for cut in cuts]) == pytest.approx(0.35, abs=1e-3)
 
 
-def test_sliding_is_a_power_of_the_flats_times_the_contact() -> None:
+def test_sliding_power_follows_power_laws_of_flats_and_depth() -> None:
     flats = [0.005, 0.01, 0.02, 0.04]
     cuts = [first(textbook(slides=1.0), A=A) for A in flats]
     assert slope(flats, [cut.power for cut in cuts]) == pytest.approx(1.2, abs=1e-3)
@@ -85,8 +85,8 @@ def test_sliding_is_a_power_of_the_flats_times_the_contact() -> None:
     assert slope([depth + 0.00025 for depth in DEPTHS], [cut.power for cut in deep]) == pytest.approx(0.5, abs=1e-3)
 
 
-def grown(A: float, depth: float = DEPTH, plant: Plant | None = None) -> float:
-    """Growth of the flats per length that a grain slides, 1/mm."""
+def flat_growth(A: float, depth: float = DEPTH, plant: Plant | None = None) -> float:
+    """Return the growth of the flats per sliding length of a grain, 1/mm."""
     shop = Shop(plant or textbook(slides=0.0), bare())
     shop.wheel = shop.wheel._replace(A=A)
     done = shop.stroke(depth)
@@ -94,15 +94,17 @@ def grown(A: float, depth: float = DEPTH, plant: Plant | None = None) -> float:
     return (shop.wheel.A - A) / slid
 
 
-def test_flats_grow_more_slowly_as_they_are_larger_and_chips_thicker() -> None:
+def test_large_flats_and_thick_chips_slow_the_growth_of_flats() -> None:
     flats = [0.006, 0.012, 0.025, 0.05]
-    assert slope(flats, [grown(A) for A in flats]) == pytest.approx(-0.6, abs=0.01)
+    assert slope(flats, [flat_growth(A) for A in flats]) == pytest.approx(-0.6, abs=0.01)
     cuts = [first(textbook(slides=0.0), depth) for depth in DEPTHS]
-    assert slope([cut.heq for cut in cuts], [grown(0.05, depth) for depth in DEPTHS]) == pytest.approx(-0.25, abs=0.01)
-    assert grown(0.008, plant=textbook(slides=0.0, n=0.0, m=0.0)) == pytest.approx(bare().kA, rel=1e-6)
+    assert slope([cut.heq for cut in cuts], [flat_growth(0.05, depth) for depth in DEPTHS]) == pytest.approx(
+        -0.25, abs=0.01
+    )
+    assert flat_growth(0.008, plant=textbook(slides=0.0, n=0.0, m=0.0)) == pytest.approx(bare().kA, rel=1e-6)
 
 
-def test_the_flats_of_a_shift_follow_their_law_in_closed_form() -> None:
+def test_flats_after_many_strokes_match_the_closed_form_of_their_law() -> None:
     shop, slid = Shop(textbook(slides=0.0, m=0.0), bare(Amax=1e9)), 0.0
     A = shop.wheel.A
     for _ in range(300):
@@ -119,13 +121,13 @@ def test_roughness_falls_after_a_dress_and_rises_with_the_volume() -> None:
     assert worn / fresh == pytest.approx(0.7 * 2.5, rel=1e-6)
 
 
-def test_a_face_just_dressed_wears_faster() -> None:
+def test_a_freshly_dressed_wheel_wears_faster() -> None:
     plant = textbook(loose=4.0, settles=10.0)
     fresh, half, settled = (first(plant, V=V).dw for V in (0.0, 10.0, 1e6))
     assert (fresh / settled, half / settled) == (pytest.approx(4.0, rel=1e-4), pytest.approx(2.5, rel=1e-4))
 
 
-def test_temperature_is_the_heat_share_times_the_flux() -> None:
+def test_temperature_is_proportional_to_the_heat_share() -> None:
     half, whole = (first(textbook(heat=share)) for share in (0.3, 0.6))
     assert (whole.T, whole.heat) == (pytest.approx(2.0 * half.T), pytest.approx(2.0 * half.heat))
     assert whole.power == half.power
@@ -138,7 +140,7 @@ def test_temperature_is_the_heat_share_times_the_flux() -> None:
 
 
 @pytest.mark.bits
-def test_compiled_strokes_have_the_bits_of_plain_ones() -> None:
+def test_compiled_strokes_equal_plain_python_strokes_bit_for_bit() -> None:
     plant = find_plant("laws:7")
     grind, plain = plant.process.stroke, written(plant.process.stroke)
     shop = Shop(plant)
@@ -151,11 +153,11 @@ def test_compiled_strokes_have_the_bits_of_plain_ones() -> None:
         shop.S += done.ae
 
 
-# --- the sets
+# --- sets of machines
 
 
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(["laws", "held-out-laws"]))
-def test_a_machine_of_the_sets_has_textbook_laws_and_some_other_family(seed: int, name: str) -> None:
+def test_machines_of_the_laws_sets_mix_textbook_laws_with_other_families(seed: int, name: str) -> None:
     plant = find_plant(f"{name}:{seed}")
     families = differing(plant)
     assert plant == find_plant(f"{name}:{seed}")
@@ -166,7 +168,7 @@ def test_a_machine_of_the_sets_has_textbook_laws_and_some_other_family(seed: int
     assert {field: numbers[field] for field in drawn} == drawn
 
 
-def test_machines_to_train_on_are_those_of_public_and_of_laws() -> None:
+def test_training_machines_come_from_the_public_and_laws_sets() -> None:
     found = []
     for seed in range(60):
         plant = find_plant(f"training:{seed}")
@@ -179,7 +181,7 @@ def test_machines_to_train_on_are_those_of_public_and_of_laws() -> None:
     assert not find_plants("training").one and find_plant("laws:3").name == "laws:3"
 
 
-def test_exponents_of_machines_that_judge_lie_outside_those_to_train_on() -> None:
+def test_held_out_exponents_lie_outside_the_public_ranges() -> None:
     ranges = {each.field.removeprefix("textbook_"): each for each in TEXTBOOK.ranges}
     for name in EXPONENTS:
         low, high = ranges[name].ends(HELD_OUT)

@@ -1,4 +1,4 @@
-"""A job of a machine that is not the model: what grinds is that machine, what advises and fits holds the model."""
+"""Jobs on an out-of-model machine: this machine grinds, but advice and search use the model."""
 
 from pathlib import Path
 
@@ -32,15 +32,15 @@ def jobs(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.nightly
-def test_a_sweep_names_the_machine_that_it_grinds_on(jobs: tuple[Path, Path]) -> None:
+def test_a_sweep_reports_its_out_of_model_machine(jobs: tuple[Path, Path]) -> None:
     on_model, on_plant = (sweep(PLATE, job, SweepRanges(E=(14_000.0, 16_000.0)), parts=2) for job in jobs)
-    said = f"simulated on {PLANT}, an out-of-model machine"
-    assert said in sentences(on_plant) and as_data(on_plant)["plant"] == PLANT
-    assert said not in sentences(on_model) and "plant" not in as_data(on_model)
+    sentence = f"simulated on {PLANT}, an out-of-model machine"
+    assert sentence in sentences(on_plant) and as_data(on_plant)["plant"] == PLANT
+    assert sentence not in sentences(on_model) and "plant" not in as_data(on_model)
     assert on_model.own.cost != on_plant.own.cost
 
 
-def test_an_adviser_holds_the_model(jobs: tuple[Path, Path]) -> None:
+def test_an_adviser_uses_the_model_instead_of_the_plant(jobs: tuple[Path, Path]) -> None:
     advisers = []
     for job in jobs:
         request = AdviceRequest(
@@ -63,7 +63,7 @@ def test_an_adviser_holds_the_model(jobs: tuple[Path, Path]) -> None:
 
 @pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.nightly
-def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
+def test_optimise_searches_on_the_model_and_computes_costs_on_the_plant() -> None:
     on_model, on_plant = optimise(PLATE, **WISHES), optimise(PLATE, **WISHES, plant=PLANT)
     assert (on_model.plant, on_plant.plant) == ("", PLANT)
     assert [word.after for word in on_model.words] == [word.after for word in on_plant.words]

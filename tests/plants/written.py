@@ -1,4 +1,4 @@
-"""Compiled functions of the process as they are written, with all that they call: for few strokes without compiling."""
+"""Compiled functions of the process and all their callees in plain Python: few strokes run without compiling."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,20 +14,20 @@ _WRITTEN: dict[int, tuple[Any, Any]] = {}
 
 
 def written(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function in plain Python, down to the bottom."""
+    """Return the function and all its callees in plain Python."""
     plain = getattr(function, "py_func", None)
     if plain is None:
         return function
     if id(plain) not in _WRITTEN:
-        cells = tuple(CellType(_turned(cell.cell_contents)) for cell in plain.__closure__ or ())
+        cells = tuple(CellType(_plain(cell.cell_contents)) for cell in plain.__closure__ or ())
         made = FunctionType(plain.__code__, {}, plain.__name__, plain.__defaults__, cells)
         _WRITTEN[id(plain)] = plain, made
         names = {name: plain.__globals__[name] for name in plain.__code__.co_names if name in plain.__globals__}
-        made.__globals__.update({name: _turned(value) for name, value in names.items()})
+        made.__globals__.update({name: _plain(value) for name, value in names.items()})
     return _WRITTEN[id(plain)][1]
 
 
-def _turned(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     if isinstance(value, ModuleType) and value.__name__.startswith("grind_env"):
         return SimpleNamespace(**{name: written(each) for name, each in vars(value).items()})
     return written(value)
@@ -35,7 +35,7 @@ def _turned(value: Any) -> Any:
 
 @dataclass
 class Shop:
-    """A machine with one part, stroke by stroke in plain Python: mm, s, table speed in m/min."""
+    """Machine with one part, driven stroke by stroke in plain Python; mm, s, table speed in m/min."""
 
     plant: Plant
     p: StrokeParameters = field(default_factory=parameters)
@@ -69,7 +69,7 @@ class Shop:
         self.wheel, self.own, _ = dress(self.wheel, self.own, 2.0, 0.1, 0.02, self.p)
 
     def begin(self, number: int = 0, seconds: float = 0.0, place: float = 0.0, E: float = 12_000.0) -> StrokeParameters:
-        """A block begins: what then holds in it."""
+        """Begin a block and return its stroke parameters."""
         if self.plant.process.before is None:
             return self.p
         moment = Moment(number=float(number), seconds=seconds, place=place, E=E)
