@@ -1,4 +1,4 @@
-"""A grinder to experiment with: one wheel over one part, driven stroke by stroke."""
+"""Grinder for experiments: one wheel over one part, driven stroke by stroke."""
 
 from dataclasses import dataclass, field
 
@@ -40,7 +40,7 @@ def parameters(
 
 @dataclass
 class Grinder:
-    """Default part and wheel of the reference cases; table speed m/min, depths and lengths mm."""
+    """Grinder with part and wheel of the reference cases; table speed m/min, depths and lengths mm."""
 
     p: StrokeParameters
     table_speed: float
@@ -75,7 +75,7 @@ class Grinder:
         return [self.stroke(downfeed) for _ in range(count)]
 
     def dress(self, passes: float = 2.0, lead: float = 0.10, depth: float = 0.020) -> float:
-        """One dress execution; the wheel volume it takes off, mm3."""
+        """Dress once and return the removed wheel volume, mm3."""
         self.wheel, removed = dress_wheel(self.wheel, passes, lead, depth, self.p)
         return removed
 
@@ -90,20 +90,20 @@ def grinder(
     depth: float = 0.020,
     **state: float,
 ) -> Grinder:
-    """A grinder with a freshly dressed wheel, of whose state some fields are then set."""
+    """Return a grinder with a freshly dressed wheel; `state` overrides fields of the wheel."""
     wheel = dressed_wheel(diameter, 0.0, lead, depth, p)._replace(**state)
     return Grinder(p, table_speed, wheel, width)
 
 
 @dataclass
 class WarmGrinder(Grinder):
-    """One whose part warms up, grows and cools down: the process of the package, as the loops run it."""
+    """Grinder with a part that warms up, grows and cools, by the process that the loops run."""
 
     own: PartHeat = field(default_factory=PartHeat)
 
     @property
     def grown(self) -> float:
-        """By how much the part stands higher than when it was cold, mm."""
+        """Height by which the warm part has grown, mm."""
         return float(PROCESS.grown(self.own, self.constants))
 
     def stroke(self, downfeed: float = 0.0, seconds: float = 1.8) -> StrokeResult:
@@ -125,12 +125,12 @@ class WarmGrinder(Grinder):
 
 
 def warm_grinder(p: StrokeParameters, table_speed: float = 12.0, **state: float) -> WarmGrinder:
-    """The same as `grinder`, of a part that is as warm as the hall."""
+    """Return a grinder with a part that begins at the temperature of the hall."""
     return WarmGrinder(p, table_speed, grinder(p, table_speed, **state).wheel)
 
 
 def cut(depth: float, at: Grinder) -> StrokeResult:
-    """The stroke that removes just `depth` mm; the interference it needs is found by bisection."""
+    """Return the stroke that removes exactly `depth` mm; bisection finds its interference."""
     low, high = 0.0, 100.0 * depth + 10.0
     for _ in range(200):
         middle = 0.5 * (low + high)

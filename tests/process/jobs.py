@@ -19,7 +19,7 @@ def dress_seconds(p: StrokeParameters, passes: float) -> float:
 
 
 def small_parts(p: StrokeParameters, table_speed: float, interval: int, passes: float = 2.0, parts: int = 240) -> float:
-    """Parts of 0.1 mm stock, 10 strokes and 2 spark-out; a dress before every `interval`-th part."""
+    """Return the cost per good part of parts of 10 strokes and 2 spark-outs, dressed before every `interval`-th one."""
     limits = Limits(rise=450.0, power=7500.0, roughness=0.40, size=8.0)
     machine = grinder(p, table_speed)
     cost = good = 0.0
@@ -45,9 +45,9 @@ def small_parts(p: StrokeParameters, table_speed: float, interval: int, passes: 
 def deep_cycles(
     p: StrokeParameters, table_speed: float, stock: float, executions: int, size: float, rise: float
 ) -> float:
-    """Cycles of `stock` mm in strokes of 10 um, 4 spark-out; dresses even in depth, each after a stroke.
+    """Return the mean cost per good part of cycles 5 to 12: `stock` mm in strokes of 10 um and 4 spark-outs.
 
-    The mean of cycles 5 to 12. Heat counts in the last 50 um, `size` (um) and `rise` (K) are limits.
+    Dresses are spaced evenly in depth. Heat counts in the last 50 um. `size` (um) and `rise` (K) are limits.
     """
     limits = Limits(rise=rise, power=7500.0, roughness=0.45, size=size)
     machine = grinder(p, table_speed)

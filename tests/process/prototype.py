@@ -1,8 +1,8 @@
-"""The process model once more: plain scalar Python, written from its specification and not from the package's code.
+"""Second implementation of the process model in plain scalar Python, from its specification and not from the package.
 
-It searches where the package has closed forms, for the depth of cut and for the speed of an overloaded spindle, and
-takes nothing from the package but the numbers of the catalogue. Units are mm, s, N, W, J, K; roughness and chips um,
-wheel speeds m/s. Forces, powers and removal rates are per mm of width.
+It searches where the package has closed forms: for the depth of cut and the speed of an overloaded spindle. From the
+package it takes only the catalogue. Units are mm, s, N, W, J, K; roughness and chips um, wheel speeds m/s. Forces,
+powers and removal rates are per mm of width.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
 
 @dataclass(frozen=True)
 class Setup:
-    """What is ground with what, and how fast."""
+    """Material, wheel, dresser, fluid and machine of a cut, with its speeds and sizes."""
 
     material: Material
     wheel: Wheel
@@ -25,10 +25,10 @@ class Setup:
     fluid: Fluid
     machine: Machine
     wheel_speed: float
-    """Of the new wheel, at constant rpm."""
+    """Speed of the new wheel; the rpm are constant."""
     table_speed: float
     width: float = 20.0
-    """Engaged, and of the part."""
+    """Width of the part, all of it engaged."""
     height: float = 20.0
     length: float = 200.0
 
@@ -40,7 +40,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class State:
-    """The wheel, its diamond, the part and where the two stand; `dT` is what each mode has of the part's rise."""
+    """State of wheel, diamond and part with their positions; `dT` is the part's rise by mode."""
 
     ds: float
     A: float = 0.0
@@ -57,7 +57,7 @@ class State:
 
 
 def zero_of(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Where a falling function passes zero, by bisection down to neighbouring numbers; an end where it does not."""
+    """Return the zero of a falling function by bisection to neighbouring floats, or an end if there is none."""
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if falling(middle) > 0.0 else (low, middle)
     return high if falling(high) >= 0.0 else low
@@ -67,7 +67,7 @@ def clip(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)
 
 
-# --- what material, wheel and fluid are together --------------------------------------------------------------
+# --- combinations of material, wheel and fluid ----------------------------------------------------------------
 
 
 def fineness(wheel: Wheel) -> float:
@@ -79,22 +79,22 @@ def structure(wheel: Wheel) -> float:
 
 
 def grains(wheel: Wheel) -> float:
-    """After a medium dress, 1/mm2."""
+    """Return the grain density after a medium dress, 1/mm2."""
     return 0.36 * wheel.grain_fraction / wheel.grit_size**2
 
 
 def smoothness(wheel: Wheel) -> float:
-    """The scale of its roughness."""
+    """Return the scale of the roughness."""
     return wheel.roughness * fineness(wheel) ** -0.7 * structure(wheel) ** -0.3
 
 
 def hardness(wheel: Wheel) -> float:
-    """Of its grade, over that of the reference."""
+    """Return the hardness of the grade relative to the reference grade."""
     return wheel.fracture_force / (1.2 if wheel.abrasive == "alumina" else 4.0)
 
 
 def durability(at: Setup) -> float:
-    """What the wheel makes of this material, over hardened steel."""
+    """Return the G-ratio factor of this material relative to hardened steel."""
     return at.material.g_ratio_factor if at.wheel.abrasive == "alumina" else at.material.g_ratio_factor_cbn
 
 
@@ -124,12 +124,12 @@ def dressed(state: State, at: Setup, passes: float, lead: float, depth: float) -
 
 
 def dressed_off(state: State, at: Setup, passes: float, depth: float) -> float:
-    """Wheel volume, mm3."""
+    """Return the wheel volume that a dress removes, mm3."""
     return passes * depth * pi * state.ds * at.wheel.width
 
 
 def fresh(at: Setup, lead: float = 0.10, depth: float = 0.020, *, diameter: float = 300.0, wd: float = 0.0) -> State:
-    """A wheel that has been dressed until nothing is left of what it was."""
+    """Return a wheel dressed until nothing of its old face is left."""
     wheel = dressed(State(diameter, wd=wd), at, 1e9, lead, depth)
     return replace(wheel, ds=diameter, wd=wd)
 
@@ -138,17 +138,17 @@ def fresh(at: Setup, lead: float = 0.10, depth: float = 0.020, *, diameter: floa
 
 
 def faded(state: State, wheel: Wheel) -> float:
-    """What is left of the topography that the dress made."""
+    """Return the share of the dressed topography that is left."""
     return exp(-state.V / wheel.settling_volume)
 
 
 def density(state: State, wheel: Wheel) -> float:
-    """Active grains, 1/mm2."""
+    """Return the density of active grains, 1/mm2."""
     return 1.1 * grains(wheel) + (state.Cd - 1.1 * grains(wheel)) * faded(state, wheel)
 
 
 def pressures(state: State, at: Setup, speed: float) -> tuple[float, float]:
-    """Tangential and normal force for each mm2 of contact, of all but chips: flats, and grains that plough."""
+    """Return tangential and normal force per mm2 of contact by flats and ploughing grains, without chips."""
     mat, wheel, fluid = at.material, at.wheel, at.fluid
     difference = 4.0 * at.table_speed / (state.ds * speed * 1000.0)
     flats = mat.pressure_factor * (wheel.pressure_base + wheel.pressure_slope * difference)
@@ -163,7 +163,7 @@ def normal_force_ratio(at: Setup) -> float:
 
 
 def heated(state: State, at: Setup, Q: float, power: float, length: float, lc: float, vs: float) -> dict[str, float]:
-    """Rise of the surface, the share of the power that enters the part, and the burn ratio."""
+    """Return the rise of the surface, the share of power entering the part, and the burn ratio."""
     mat, wheel, vw = at.material, at.wheel, at.table_speed
     if power <= 0.0:
         return {"T": 0.0, "eps": 0.0, "burn_ratio": 0.0}
@@ -190,7 +190,7 @@ def thickened(at: Setup, heq: float) -> float:
 
 
 def worn(state: State, at: Setup, dV: float, heq: float, fg: float) -> tuple[float, float]:
-    """Radius that the wheel loses steadily, and what it loses early."""
+    """Return the steady and the early loss of wheel radius."""
     wheel = at.wheel
     G = wheel.g_ratio * sqrt(hardness(wheel)) * durability(at) * at.fluid.g_ratio_factor**wheel.g_ratio_fluid
     steady = dV * fractured(at, fg) * thickened(at, max(heq, 0.001)) / G / (pi * state.ds)
@@ -200,7 +200,7 @@ def worn(state: State, at: Setup, dV: float, heq: float, fg: float) -> tuple[flo
 
 
 def grown(state: State, at: Setup, length: float, vs: float, T: float) -> float:
-    """By how much the flats do, before any are renewed."""
+    """Return the growth of the flats before renewal."""
     wheel = at.wheel
     rate = at.material.wear_flat_growth * at.fluid.wear_flat_factor
     rate *= wheel.wear_flat_rate * fineness(wheel) * structure(wheel)
@@ -209,7 +209,7 @@ def grown(state: State, at: Setup, length: float, vs: float, T: float) -> float:
 
 
 def generated(state: State, at: Setup, Q: float, vs: float, fg: float) -> float:
-    """Roughness that the wheel generates."""
+    """Return the roughness that the wheel generates."""
     wheel, scale = at.wheel, smoothness(at.wheel)
     texture = 0.9 * scale + (state.Rd - 0.9 * scale) * faded(state, wheel)
     nr, x = wheel.roughness_wear_exponent, 0.5 * (fractured(at, fg) - 1.0)
@@ -220,7 +220,7 @@ def generated(state: State, at: Setup, Q: float, vs: float, fg: float) -> float:
 
 
 def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[State, dict[str, float]]:
-    """The state after one stroke of some seconds, and the quantities of the stroke by the names of a record."""
+    """Return the state after one stroke of `seconds`, and the quantities of the stroke by their record names."""
     wheel, de, b, vw = at.wheel, state.ds, at.width, at.table_speed
     Z = state.Z + downfeed
     u = Z + at.material.thermal_expansion * at.height * sum(state.dT) - state.W - state.S
@@ -228,12 +228,12 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     Kt, Kn = pressures(state, at, speed)
 
     def slack(ae: float) -> float:
-        """What the deflection at that depth does not take up."""
+        """Return the interference that the deflection at this depth does not take up."""
         chips = normal_force_ratio(at) * at.material.chip_energy * ae * vw / speed
         return u - ae - b / at.machine.stiffness * (chips + Kn * sqrt(de * (ae + wheel.threshold_depth)))
 
     ae = zero_of(slack, 0.0, max(u, 0.0))
-    # of a wheel that only rubs, what carries the deflection that all of the interference is
+    # contact of a wheel that only rubs: all of the interference is deflection
     rubs = max(u, 0.0) * at.machine.stiffness / (b * Kn)
     length = sqrt(de * (ae + wheel.threshold_depth)) if ae > 0.0 else rubs
     Q, limit = ae * vw, at.machine.power_limit - at.machine.idle_power
@@ -288,27 +288,27 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     }
 
 
-# --- a while without one --------------------------------------------------------------------------------------
+# --- heat of the part -----------------------------------------------------------------------------------------
 
 
 def capacity(at: Setup) -> float:
-    """Heat that each mm2 of the part seen from above holds, J/K."""
+    """Return the heat capacity per mm2 of the part seen from above, J/K."""
     return 1e-9 * at.material.density * at.material.specific_heat * at.height
 
 
 def mean_transform(s: float, at: Setup) -> float:
-    """Laplace transform of the mean rise after a pulse on top, over that right after it: by its two ends."""
+    """Return the Laplace transform of the mean rise after a pulse on top, relative to the initial rise."""
     k, H = at.material.conductivity, 0.001 * at.height
     q = sqrt(1e9 * capacity(at) / at.height * s / k)
     top, chuck, far = at.fluid.part_cooling, at.machine.chuck_conductance, exp(-q * H)
-    # a exp(-q z) + b exp(-q (H - z)), of which a flux of 1 enters on top
+    # profile a exp(-q z) + b exp(-q (H - z)); a flux of 1 enters on top
     ends = [[k * q + top, (top - k * q) * far], [(chuck - k * q) * far, k * q + chuck]]
     a, b = np.linalg.solve(ends, [1.0, 0.0])
     return float(1e6 * capacity(at) * (a + b) * (1.0 - far) / (q * H))
 
 
 def modes_of(at: Setup) -> tuple[list[float], list[float]]:
-    """Shares and time constants: least squares over the transforms, with the sum and the steady state held."""
+    """Return shares and time constants by least squares over the transforms, with sum and steady state fixed."""
     k, H, top, chuck = at.material.conductivity, 0.001 * at.height, at.fluid.part_cooling, at.machine.chuck_conductance
     Bt, Bb = top * H / k, chuck * H / k
     b = zero_of(lambda b: b * (Bt + Bb) * cos(b) - (b * b - Bt * Bb) * sin(b), 0.0, pi)
@@ -318,22 +318,22 @@ def modes_of(at: Setup) -> tuple[list[float], list[float]]:
     s = np.array([0.03, 0.072, 0.173, 0.416, 1.0])
     exact = np.array([mean_transform(each, at) for each in s])
     seen = times / (1.0 + np.outer(s, times)) / exact[:, None]
-    # Lagrange: the shares, and what the two conditions pull
+    # Lagrange: the shares and the multipliers of the two conditions
     surface = 1.0 / (top + 1.0 / (H / k + 1.0 / chuck))
     lower = surface * (1.0 - H / k / (H / k + 1.0 / chuck))
-    held = np.array([np.ones(4), times])
-    system = np.block([[seen.T @ seen, held.T], [held, np.zeros((2, 2))]])
+    conditions = np.array([np.ones(4), times])
+    system = np.block([[seen.T @ seen, conditions.T], [conditions, np.zeros((2, 2))]])
     wanted = np.concatenate([seen.sum(0), [1.0, 1e6 * capacity(at) * 0.5 * (surface + lower)]])
     return np.linalg.solve(system, wanted)[:4].tolist(), times.tolist()
 
 
 def heated_by(dT: tuple[float, ...], warmer: float, at: Setup) -> tuple[float, ...]:
-    """The modes after a stroke that would make the part so much warmer if nothing cooled it."""
+    """Return the modes after a stroke that would warm an uncooled part by `warmer`."""
     return tuple(rise + share * warmer for rise, share in zip(dT, at.modes[0], strict=True))
 
 
 def cooled(dT: tuple[float, ...], at: Setup, seconds: float) -> tuple[float, ...]:
-    """What fluid and chuck leave of the part's heat."""
+    """Return the modes after cooling by fluid and chuck."""
     return tuple(rise * exp(-seconds / time) for rise, time in zip(dT, at.modes[1], strict=True))
 
 
@@ -342,5 +342,5 @@ def waited(state: State, at: Setup, seconds: float) -> State:
 
 
 def loaded(state: State) -> State:
-    """The next part, touched off; it is as warm as the hall."""
+    """Return the state after touching off on the next part, which is as warm as the hall."""
     return replace(state, Z=0.0, S=0.0, Rs=1.6, W=0.0, dT=(0.0,) * 4)

@@ -1,4 +1,4 @@
-"""Nothing is NaN, negative or out of its bounds, whatever the state (model.md, section 12, trend 10)."""
+"""Strokes and dresses from any state stay finite, non-negative and in bounds (model.md, section 12, trend 10)."""
 
 import math
 
@@ -22,7 +22,7 @@ SETUPS = [
 
 @st.composite
 def wheels(draw: st.DrawFn) -> WheelState:
-    """Any wheel, up to its limits and down to the least diameter."""
+    """Draw any wheel, up to its limits and down to the least diameter."""
     return WheelState(
         ds=draw(st.sampled_from([20.0, 200.0, 300.0]) | st.floats(20.0, 400.0)),
         A=draw(st.sampled_from([0.0, 1e-9, 0.15]) | st.floats(1e-6, 0.15)),
@@ -36,7 +36,7 @@ def wheels(draw: st.DrawFn) -> WheelState:
 
 
 ROUNDING = 1.0 + 1e-15
-"""Of a dress that takes little or nothing off: it mixes what was there with what it would leave."""
+"""Rounding of a shallow dress, which mixes old and dressed values."""
 
 
 def assert_within_bounds(wheel: WheelState, p: StrokeParameters) -> None:
@@ -72,7 +72,7 @@ def test_a_stroke_from_any_state_stays_finite_and_within_bounds(
 
 
 @pytest.mark.parametrize("setup", [("ti_6al_4v", "dry"), ("inconel_718", "dry")], ids="-".join)
-def test_a_stroke_that_would_clog_more_than_all_of_the_face_clogs_all_of_it(setup: tuple[str, str]) -> None:
+def test_a_heavily_clogging_stroke_stays_within_bounds(setup: tuple[str, str]) -> None:
     material, fluid = setup
     p = parameters(material, fluid=fluid, ke=2e5, dr=1e9)
     wheel = grinder(p).wheel
@@ -99,7 +99,7 @@ def test_a_dress_from_any_state_stays_within_bounds(
     assert after.V <= wheel.V
 
 
-def test_a_dress_of_no_pass_leaves_the_wheel_as_it_was() -> None:
+def test_a_dress_without_passes_or_depth_leaves_the_wheel_unchanged() -> None:
     p = parameters()
     wheel = grinder(p, A=0.05, lam=0.3, V=300.0).wheel
     for passes, depth in ((0.0, 0.020), (2.0, 0.0)):
@@ -117,7 +117,7 @@ def test_a_dress_of_no_pass_leaves_the_wheel_as_it_was() -> None:
         max_size=100,
     ),
 )
-def test_wear_flats_stay_within_their_limit_whatever_is_ground_and_dressed(
+def test_any_sequence_of_strokes_and_dresses_stays_within_bounds(
     p: StrokeParameters, events: list[float | tuple[int, float, float]]
 ) -> None:
     machine = grinder(p)

@@ -58,11 +58,11 @@ BATCH = HEAD + f"{GENTLE}M00\n{DEEP}M00\n{TOO_MUCH}M30\n"
 
 USUAL: dict[str, Entry] = {
     "material": BUILT_IN.material("aisi_52100"),
-    "wheel": changed(BUILT_IN.wheel("a60j"), {"maximum_speed": 23.0}),  # a little more than it has
+    "wheel": changed(BUILT_IN.wheel("a60j"), {"maximum_speed": 23.0}),  # slightly exceeded
     "dresser": changed(BUILT_IN.dresser("rotary"), {"speed_ratio": 0.7}),
-    "fluid": changed(BUILT_IN.fluid("oil"), {"boiling_rise": 200.0}),  # which it does in the second part
+    "fluid": changed(BUILT_IN.fluid("oil"), {"boiling_rise": 200.0}),  # exceeded in the second part
     "machine": changed(
-        BUILT_IN.machine("default"),  # and one that is asked for more than it makes
+        BUILT_IN.machine("default"),  # all maxima are exceeded
         {
             "maximum_table_speed": 29_000,
             "maximum_plunge_feed": 50,
@@ -71,11 +71,11 @@ USUAL: dict[str, Entry] = {
         },
     ),
 }
-"""An entry of each kind, none of which stands at what the others' numbers are stated for."""
+"""One entry of each kind, away from the reference conditions of the other entries."""
 
 
-def made(**entries: Entry) -> tuple[object, ...]:
-    """All that comes of that batch: strokes, dresses, times, costs, chances of being good, and what is told of it."""
+def run_batch(**entries: Entry) -> tuple[object, ...]:
+    """Return all results of the batch: strokes, dresses, parts with times and costs, and warnings."""
     setup = USUAL | entries
     material = setup.pop("material")
     # a wheel just above the diameter at which the operator changes it
@@ -89,22 +89,21 @@ def made(**entries: Entry) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("kind", USUAL)
-def test_every_number_of_an_entry_does_something(kind: str) -> None:
-    entry, before = USUAL[kind], made()
+def test_every_number_of_an_entry_affects_the_results(kind: str) -> None:
+    entry, before = USUAL[kind], run_batch()
     without_effect = []
     for key, quantity in quantities(type(entry)).items():
-        # what alumina wears does not depend on the factor of CBN; a maximum is told where a program exceeds it; the
-        # scale of a meter is for those who read it
+        # alumina does not use the factor of CBN; a maximum only causes warnings; meter_scale only scales readings
         elsewhere = key in ("g_ratio_factor_cbn", "meter_scale") or key.startswith("maximum_")
         if isinstance(quantity, Quantity) and not elsewhere:
             value = getattr(entry, key)
             other = 0.9 * value if value else -0.01 if quantity.low < 0.0 else 100.0
-            after = made(**{kind: changed(entry, {key: other})})
+            after = run_batch(**{kind: changed(entry, {key: other})})
             without_effect += [key] if after == before else []
     assert without_effect == []
 
 
-def test_the_abrasive_decides_which_factor_of_the_material_and_which_reference_grade_hold() -> None:
+def test_the_abrasive_selects_material_factor_and_reference_grade() -> None:
     def of(abrasive: str, fracture_force: float) -> StrokeParameters:
         change = {"abrasive": abrasive, "fracture_force": fracture_force}
         return stroke_parameters(
@@ -132,7 +131,7 @@ def test_the_abrasive_decides_which_factor_of_the_material_and_which_reference_g
 
 
 @pytest.mark.parametrize("value", ["diamond", "CBN", "", 1.0, True, None])
-def test_the_abrasive_is_one_of_two_words(value: object) -> None:
+def test_an_unknown_abrasive_is_rejected(value: object) -> None:
     with pytest.raises(CatalogueError, match=r"^wheel 'a60j': abrasive is .*, but must be 'alumina' or 'cbn'\.$"):
         dataclasses.replace(BUILT_IN.wheel("a60j"), abrasive=value)
 
@@ -193,7 +192,7 @@ def test_numbers_are_stored_as_floats(value: float) -> None:
         (BUILT_IN.machine("default"), {"idle_power": 7500}, "idle_power is 7500, but must be below power_limit, 7500"),
     ],
 )
-def test_fields_that_must_ascend(entry: Entry, change: dict[str, float], message: str) -> None:
+def test_fields_out_of_ascending_order_are_rejected(entry: Entry, change: dict[str, float], message: str) -> None:
     with pytest.raises(CatalogueError, match=message):
         changed(entry, change)
 
@@ -231,7 +230,7 @@ def test_user_entry_inherits_from_its_base(tmp_path: Path) -> None:
     assert catalogue.wheels == BUILT_IN.wheels
 
 
-def test_user_entry_can_be_complete_without_what_has_a_default(tmp_path: Path) -> None:
+def test_user_entry_may_omit_fields_with_a_default(tmp_path: Path) -> None:
     path = write(tmp_path, "[fluid.mist]\nconvection = 2e4\nboiling_rise = 250")
     mist = load_catalogue(str(path)).fluid("mist")
     assert (mist.name, mist.convection, mist.boiling_rise) == ("mist", 2e4, 250.0)
@@ -289,7 +288,7 @@ def test_refusals_name_file_entry_key_value_and_range(tmp_path: Path, text: str,
     assert refusal(tmp_path, text) == f"{tmp_path / 'shop.toml'}: {message}"
 
 
-def test_unreadable_files(tmp_path: Path) -> None:
+def test_unreadable_catalogue_files_are_reported(tmp_path: Path) -> None:
     with pytest.raises(CatalogueError, match=r"none\.toml: the catalogue cannot be read: No such file"):
         load_catalogue(tmp_path / "none.toml")
     assert re.search(r"shop\.toml: the catalogue is not valid TOML: .*line 1", refusal(tmp_path, "[fluid.oil\n"))
@@ -333,7 +332,7 @@ def test_materials_are_found_by_the_names_of_standards() -> None:
         known.material("SUJ3")
 
 
-def test_an_alias_is_of_one_entry_and_a_name_of_ones_own_comes_first(tmp_path: Path) -> None:
+def test_user_names_precede_aliases_of_other_entries(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     path.write_text(
         '[material.aisi_52100]\nbase = "SUJ2"\n[material.lot]\nbase = "100Cr6"\naliases = ["LOT 7"]\n'

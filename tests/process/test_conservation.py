@@ -1,4 +1,4 @@
-"""What strokes and dresses may neither create nor lose, over ten thousand random strokes."""
+"""Conservation of energy, volumes and positions over ten thousand random strokes and dresses."""
 
 import math
 import random
@@ -15,11 +15,11 @@ from tests.process.harness import CATALOGUE, INSULATED, cut, grinder, parameters
 
 STROKES = 10_000
 POWER = 3000.0
-"""W; a spindle weak enough to be overloaded often."""
+"""Power limit, W, low enough to overload the spindle often."""
 
 
 class Event(NamedTuple):
-    """A stroke, or a dress that took off `removed` mm3 in `passes` of `depth` mm."""
+    """Stroke, or dress that removed `removed` mm3 in `passes` of `depth` mm."""
 
     before: WheelState
     after: WheelState
@@ -36,12 +36,12 @@ class Event(NamedTuple):
 
 
 def random_history(p: StrokeParameters, seed: int) -> list[Event]:
-    """Random feeds (also none, also upwards), speeds, widths and lengths; parts and dresses in between."""
+    """Return strokes of random feeds (zero and upward, too), speeds and sizes, with new parts and dresses between."""
     draw = random.Random(seed)
     machine = grinder(p)
     history = []
     for _ in range(STROKES):
-        # a dress moves the wheel forward by W; parts end before that is a cut beyond the model's validity
+        # a dress moves the wheel forward by W; a new part begins before this cut exceeds the model
         if machine.wheel.W > 0.05 or draw.random() < 0.02:
             machine.new_part()
         before, S = machine.wheel, machine.S
@@ -78,7 +78,7 @@ def set_speed(event: Event) -> float:
 
 
 def slowed(event: Event, stroke: StrokeResult) -> bool:
-    """Whether the spindle has; the speed that is set is known to rounding."""
+    """Return whether the spindle has slowed by more than rounding of the set speed."""
     return stroke.vs < 0.999999 * set_speed(event)
 
 
@@ -92,10 +92,10 @@ def test_histories_cut_rub_lift_dress_and_overload(history: list[Event]) -> None
 
 
 def test_position_is_wear_stock_and_deflection(history: list[Event]) -> None:
-    """Exactly at the speed that is set.
+    """The balance is exact at the set speed.
 
-    Where the spindle slows, depth and balance are still those at the speed that is set, but the force is that of the
-    slower wheel, whose thicker chips press harder; its further deflection is left to the next stroke.
+    Where the spindle slows, the depth still holds for the set speed, but thicker chips press harder. The next stroke
+    takes up this further deflection.
     """
     ke = parameters().ke
     for event, stroke in strokes(history):
@@ -104,14 +104,14 @@ def test_position_is_wear_stock_and_deflection(history: list[Event]) -> None:
         if slowed(event, stroke):
             assert deflection > left
         elif stroke.Fn > 0.0:
-            # how far the loop gives way; Z and S are of the order of 1 mm, with roundings of 1e-16 mm
+            # deflection of the machine; Z and S are about 1 mm, with roundings of 1e-16 mm
             assert deflection == pytest.approx(left, rel=1e-9, abs=1e-14)
         else:
             assert left <= 0.0
             assert stroke.ae == stroke.Ft == stroke.power == 0.0
 
 
-def test_diameter_goes_into_wear_and_dressing(history: list[Event]) -> None:
+def test_lost_diameter_is_wear_plus_dressing(history: list[Event]) -> None:
     worn = math.fsum(2.0 * stroke.dw for _, stroke in strokes(history))
     dressed = math.fsum(2.0 * event.passes * event.depth for event in history)
     lost = history[0].before.ds - history[-1].after.ds
@@ -143,12 +143,12 @@ def test_wear_counts_from_the_last_measurement_of_the_wheel_face(history: list[E
             assert math.isclose(event.after.W, math.fsum(wear), rel_tol=1e-12)
 
 
-def test_worn_and_dressed_volumes_are_the_rings_that_are_missing(history: list[Event]) -> None:
+def test_worn_and_dressed_volumes_equal_the_missing_rings(history: list[Event]) -> None:
     p = parameters()
     for event in history:
         before, after = event.before, event.after
         section = math.pi / 4.0 * (before.ds - after.ds) * (before.ds + after.ds)
-        # the ring, and the little that its circumference shrinks meanwhile, which the model leaves out
+        # the model neglects that the circumference shrinks within the ring
         thickness = 0.5 * (before.ds - after.ds)
         section /= 1.0 - thickness / before.ds
         if event.stroke is None:
@@ -176,7 +176,7 @@ def test_power_is_force_times_speed_and_energy_times_removal_rate(history: list[
             assert stroke.u_s * stroke.Q * event.width == pytest.approx(stroke.power, rel=1e-12)
 
 
-def test_a_stroke_that_does_not_touch_changes_nothing(history: list[Event]) -> None:
+def test_a_stroke_without_contact_changes_nothing(history: list[Event]) -> None:
     idle = [(event, stroke) for event, stroke in strokes(history) if event.before.W + event.S_before >= event.Z]
     for event, stroke in idle:
         assert event.after == event.before
@@ -194,7 +194,7 @@ def test_a_stroke_that_only_rubs_removes_nothing_but_dulls(history: list[Event])
     assert len(rubbing) > 50
 
 
-def test_a_rubbing_wheel_dulls_as_hard_as_it_presses() -> None:
+def test_a_rubbing_wheel_dulls_in_proportion_to_its_pressing_force() -> None:
     def dulling(share: float) -> float:
         machine = grinder(parameters())
         threshold = cut(1e-12, machine).Fn * machine.width / machine.p.ke
@@ -203,13 +203,13 @@ def test_a_rubbing_wheel_dulls_as_hard_as_it_presses() -> None:
         assert stroke.ae == 0.0
         return machine.wheel.A - before
 
-    # but for the little that the hotter one dulls faster
+    # the hotter wheel dulls slightly faster
     assert dulling(0.25) == pytest.approx(0.5 * dulling(0.5), rel=0.02)
 
 
 @pytest.mark.parametrize("material", ["aisi_52100", "inconel_718"])
-def test_the_part_stores_the_heat_that_enters_it(material: str) -> None:
-    """Energy in is mass times specific heat times rise, where no fluid cools it; over strokes of any kind."""
+def test_an_uncooled_part_stores_all_heat_and_a_new_part_is_cold(material: str) -> None:
+    """Heat into an uncooled part equals mass times specific heat times rise, over strokes of any kind."""
     work, draw = CATALOGUE.material(material), random.Random(4)
     machine = warm_grinder(parameters(material, power=POWER, **INSULATED))
     mass = 1e-9 * work.density * machine.length * machine.width * 20.0  # kg
@@ -217,7 +217,7 @@ def test_the_part_stores_the_heat_that_enters_it(material: str) -> None:
     for _ in range(500):
         machine.table_speed = draw.uniform(3.0, 40.0)
         stroke = machine.stroke(draw.choice([0.0, 0.002, 0.010, -0.004]), draw.uniform(0.3, 6.0))
-        passing = machine.length / machine.speed  # s that the wheel is over each mm of it, all in all
+        passing = machine.length / machine.speed  # s
         assert stroke.heat == pytest.approx(stroke.eps * stroke.Ft * stroke.vs * machine.width, rel=1e-12)
         heat.append(stroke.heat * passing)
         if draw.random() < 0.1:
@@ -243,22 +243,22 @@ def test_a_stroke_in_the_air_and_a_wait_cool_the_part_alike() -> None:
 
 
 @pytest.mark.parametrize("downfeed", [0.001, 0.003, 0.010, 0.030])
-def test_a_dressed_wheel_loses_its_loose_grains_once_however_it_is_fed(downfeed: float) -> None:
-    machine = grinder(parameters(Gref=1e12, wi=0.0045))  # steady wear is nothing beside
+def test_early_wear_of_a_dressed_wheel_is_independent_of_the_downfeed(downfeed: float) -> None:
+    machine = grinder(parameters(Gref=1e12, wi=0.0045))  # steady wear is negligible
     while machine.wheel.V < 60.0:
         machine.stroke(downfeed)
     left = (1.0 + machine.wheel.V / machine.p.Vi) ** -2
     assert pytest.approx(0.0045 * (1.0 - left), rel=1e-6) == machine.wheel.W
 
 
-def test_a_while_is_as_long_from_whatever_sum_its_time_comes() -> None:
+def test_rounding_to_ms_gives_one_duration_at_any_clock_time() -> None:
     # an infeed of 10 um at F30 with 1 m/s2 takes 20.5 ms, which a clock shows as a little less or more
     infeed = 0.01 / 0.5 + 0.5 / 1000.0
     began = [k * 4.0 / 3.0 for k in range(1000)]
     assert {whole_ms((time + infeed) - time) for time in began} == {0.021}
 
 
-def test_numbers_to_compare_cycles_by_are_those_worked_out_by_hand() -> None:
+def test_speed_ratio_and_aggressiveness_match_values_by_hand() -> None:
     # 0.01 mm deep at 12 m/min, wheel of 400 mm at 32 m/s; then a fourth as deep
     ae, vw, vs, ds = np.array([0.01, 0.0025]), np.full(2, 200.0), np.full(2, 32.0), np.full(2, 400.0)
     assert kinematic_numbers.speed_ratio(vs, vw) == pytest.approx([160.0, 160.0])

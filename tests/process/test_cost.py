@@ -1,4 +1,4 @@
-"""Costs against numbers worked out by hand, and what must hold for any wheel."""
+"""Costs against numbers by hand, and properties of costs for any wheel."""
 
 import math
 
@@ -54,7 +54,7 @@ def test_survival(rise: float, torque: float, roughness: float, size_error: floa
     assert found == pytest.approx(probability, rel=2e-5)
 
 
-def test_a_limit_of_zero_is_none() -> None:
+def test_a_limit_of_zero_means_no_limit() -> None:
     free = cost.Limits(rise=450.0, power=7500.0, roughness=cost.NO_LIMIT, size=cost.NO_LIMIT)
     assert cost.survival(100.0, 0.3, 50.0, 5000.0, free) == pytest.approx(1.0, abs=1e-9)
     assert cost.survival(450.0, 0.3, 50.0, 5000.0, free) == pytest.approx(0.5, abs=1e-9)
@@ -64,7 +64,7 @@ def test_a_limit_of_zero_is_none() -> None:
     assert cost.survival(100.0, 0.3, 50.0, 9.0, free._replace(size=9.0)) == pytest.approx(0.5, abs=1e-9)
 
 
-def test_the_limits_passed() -> None:
+def test_passed_limits_lists_the_exceeded_limits() -> None:
     assert cost.passed_limits(450.0, 0.99, 0.50, -9.0, LIMITS) == ()  # each value at its limit, the torque below
     assert cost.passed_limits(451.0, 1.0, 0.51, -9.1, LIMITS) == ("rise", "power", "roughness", "size")
     free = LIMITS._replace(roughness=cost.NO_LIMIT, size=cost.NO_LIMIT)
@@ -73,7 +73,7 @@ def test_the_limits_passed() -> None:
 
 @settings(deadline=None)
 @given(st.floats(0.0, 2000.0), st.floats(0.0, 3.0), st.floats(0.0, 10.0), st.floats(-1e4, 1e4), st.floats(0.0, 5.0))
-def test_survival_is_a_probability_that_falls(
+def test_survival_is_a_probability_and_falls_with_worse_results(
     rise: float, torque: float, roughness: float, size_error: float, worse: float
 ) -> None:
     here = cost.survival(rise, torque, roughness, size_error, LIMITS)
@@ -97,7 +97,7 @@ def test_handing_over_a_dressed_wheel_costs_nothing() -> None:
     assert handover(wheel._replace(A=0.5 * wheel.A)) == 0.0
 
 
-def test_handing_over_a_dull_or_a_loaded_wheel() -> None:
+def test_handing_over_a_dull_or_loaded_wheel_costs_the_dresses_it_needs() -> None:
     wheel = grinder(parameters()).wheel
     # Ad = 0.008; ln(0.022/0.0008) = 3.314186; one dress does 4/(1 + 0.6) = 2.5
     assert handover(wheel._replace(A=0.03)) == pytest.approx(3.314186 / 2.5 * ONE_DRESS, rel=1e-6)
@@ -119,7 +119,7 @@ def test_handing_over_costs_at_most_four_dresses() -> None:
     depth=st.floats(0.005, 0.030),
     passes=st.floats(1.0, 6.0),
 )
-def test_the_dresses_that_are_charged_restore_the_wheel(
+def test_the_charged_dresses_restore_the_wheel(
     A: float, lam: float, wd: float, lead: float, depth: float, passes: float
 ) -> None:
     p = parameters()

@@ -40,7 +40,7 @@ def test_depth_of_cut_balances_the_loop(u: float, b: float, Kn: float, a0: float
     assert eq.depth_of_cut(x, sa) == pytest.approx(low, rel=1e-9, abs=1e-13)
 
 
-def test_a_wheel_only_rubs_below_the_interference_that_the_threshold_takes_up() -> None:
+def test_a_wheel_only_rubs_below_the_threshold_interference() -> None:
     # a contact of sqrt(300*3e-4) = 0.3 mm at 5 N/mm2: 1.5 N/mm, which over 20 mm deflect 20 N/um by 1.5 um
     sd, sa, give = math.sqrt(300.0), math.sqrt(3e-4), 20.0 / 2e4
     F0 = eq.threshold_force(5.0, sd, sa)
@@ -60,7 +60,7 @@ def test_a_wheel_only_rubs_below_the_interference_that_the_threshold_takes_up() 
     assert eq.rubbing_length(*away, sd, sa) == 0.0
 
 
-def test_depth_of_cut_of_a_rigid_machine_and_of_a_perfectly_sharp_wheel() -> None:
+def test_depth_of_cut_matches_a_rigid_machine_and_a_perfectly_sharp_wheel() -> None:
     sd, sa = math.sqrt(300.0), math.sqrt(3e-4)
     rigid = eq.cut_root(0.010, 1e-15, 1.5, 5.0, sd, sa, 92.0, 2.0)
     assert eq.depth_of_cut(rigid, sa) == pytest.approx(0.010, rel=1e-9)
@@ -74,7 +74,7 @@ def test_depth_of_cut_of_a_rigid_machine_and_of_a_perfectly_sharp_wheel() -> Non
 
 @settings(deadline=None)
 @given(chip=st.floats(0.0, 20_000.0), rubbing=st.floats(1.0, 20_000.0), rs=st.floats(0.2, 0.98))
-def test_a_spindle_slows_until_it_has_the_power_that_is_asked_for(chip: float, rubbing: float, rs: float) -> None:
+def test_an_overloaded_spindle_slows_until_its_power_suffices(chip: float, rubbing: float, rs: float) -> None:
     def asked(kept: float) -> float:
         return chip + rubbing * kept
 
@@ -98,7 +98,7 @@ def test_wheel_speed() -> None:
     assert eq.wheel_speed(406.0, 1410.0 / 60.0, 45.0) == 45.0
 
 
-def test_contact_length_of_a_rigid_and_of_an_elastic_contact() -> None:
+def test_contact_length_matches_a_rigid_and_a_hertzian_contact() -> None:
     def flattening(Rr: float, E_star: float) -> float:
         return 8.0 * Rr * Rr / (math.pi * E_star)
 
@@ -116,9 +116,6 @@ def test_wear_flat_pressure_is_linear_in_the_curvature_difference() -> None:
     slope = 7e5 * eq.curvature_difference(200.0)
     assert eq.wear_flat_pressure(1.0 / (300.0 * 30.0), 68.0, slope) == pytest.approx(130.222, rel=1e-5)
     assert eq.wear_flat_pressure(0.0, 68.0, slope) == 68.0
-
-
-# --- grit and structure -------------------------------------------------------------------------------------
 
 
 # --- energy and heat ----------------------------------------------------------------------------------------
@@ -145,7 +142,7 @@ def test_the_constant_of_the_burn_threshold_is_the_chip_energy_that_enters_the_w
         (355.0, 10.5, 17.549, 61.79703),
     ],
 )
-def test_burn_threshold(de: float, ae: float, vw: float, threshold: float) -> None:
+def test_burn_threshold_matches_published_values(de: float, ae: float, vw: float, threshold: float) -> None:
     p = parameters()
     depth, speed = ae / 1000.0, vw / 0.06
     # for grains that take 12 % of the heat, a sharp alumina wheel; 7.18 is 1.76 (vw in m/min) to three digits
@@ -168,7 +165,7 @@ def test_work_partition_is_higher_for_alumina_than_for_cbn() -> None:
 
 
 @pytest.mark.parametrize("L", [0.1, 0.3, 1.0, 3.2, 10.0, 31.0])
-def test_jaeger_factor_falls_as_the_greatest_temperature_of_a_moving_band(L: float) -> None:
+def test_jaeger_factor_matches_the_peak_temperature_of_a_moving_band(L: float) -> None:
     """The rise at a point is the integral of exp(-u) K0|u| over the band, from u = -r behind it to 2 L - r."""
     r = np.geomspace(1e-9, 2.0 * L, 20_000)
     behind, ahead = (cumulative_trapezoid(k0e(r) * np.exp(-s * r), r, initial=0.0) for s in (0.0, 2.0))
@@ -177,20 +174,20 @@ def test_jaeger_factor_falls_as_the_greatest_temperature_of_a_moving_band(L: flo
     assert eq.jaeger_factor(L, 1.0) == pytest.approx(1.16 / (4.0 / math.pi) * C**2, rel=0.02)
 
 
-def test_jaeger_factor_is_that_of_rowe_on_a_usual_table_and_needs_no_contact() -> None:
+def test_jaeger_factor_matches_rowe_and_stays_positive_without_contact() -> None:
     assert eq.jaeger_factor(14.0, 1.0) == pytest.approx(1.06**2, rel=0.01)
     assert 0.0 < eq.jaeger_factor(0.0, 2.5) < 1e-9
 
 
-def test_work_conductance_is_that_of_a_half_space() -> None:
+def test_work_conductance_equals_a_half_space() -> None:
     # Jaeger's band source at high speed: rise = 1.06 (q/beta) sqrt(lc/vw), here 1.06*1e7/11646*sqrt(2.4/200); 24 W/mm
     work, sink = eq.conductances(2.4, 200.0, 11646.0, 1.06**2, 0.03, 30.0, 0.0)
-    assert sink == 0.0  # of grains that conduct nothing
+    assert sink == 0.0  # grains without conduction
     rise = 1e6 * 24.0 / work
     assert rise == pytest.approx(99.71, rel=1e-3)
 
 
-def test_film_conductance_is_that_of_a_fluid_that_the_wheel_carries() -> None:
+def test_film_conductance_equals_rowes_fluid_wheel() -> None:
     # Rowe's fluid wheel: h = 1.13 beta_f sqrt(vs/lc), in SI, with 1590 J/(m2 K s^0.5) of water
     def carried(vs: float, lc: float) -> float:
         return 1.13 * 1590.0 * math.sqrt(vs / (lc / 1000.0))
@@ -208,13 +205,13 @@ def test_film_conductance_is_that_of_a_fluid_that_the_wheel_carries() -> None:
 # --- heat of the part ---------------------------------------------------------------------------------------
 
 
-def test_heat_that_enters_the_part_warms_it_as_its_mass_and_specific_heat_say() -> None:
+def test_heat_warms_the_part_by_its_mass_and_specific_heat() -> None:
     # 1 kW while the wheel passes over 200 mm at 200 mm/s: 1000 J into 0.6252 kg of 506 J/(kg K)
     mass = 7815e-9 * 200.0 * 20.0 * 20.0
     warmer = eq.part_heating(1000.0, 1.0 / 200.0, 1.0 / (7815e-9 * 506.0 * 20.0 * 20.0))
     assert warmer == pytest.approx(1000.0 / (mass * 506.0), rel=1e-12)
     assert warmer == pytest.approx(3.161, rel=1e-3)
-    # the same of a set-up, whose part is 20 mm wide and as high
+    # parameters of a set-up whose part is 20 mm wide and high
     assert parameters().per_capacity == pytest.approx(1.0 / (7815e-9 * 506.0 * 20.0 * 20.0), rel=1e-12)
 
 
@@ -241,7 +238,7 @@ def test_wear_flats_grow_as_in_the_problem_of_wen_tay_and_nee() -> None:
     assert growth * aw / ap == pytest.approx(area, rel=3e-3)
 
 
-def test_the_g_ratio_of_an_entry_is_that_of_a_worn_in_wheel_at_the_reference_chip() -> None:
+def test_a_worn_in_wheel_has_its_catalogue_g_ratio_at_the_reference_chip() -> None:
     p = parameters(kf=0.0)
     # 3 mm2/s over 30 m/s
     stroke = cut(0.015, grinder(p, 12.0, V=1e9))
@@ -251,7 +248,7 @@ def test_the_g_ratio_of_an_entry_is_that_of_a_worn_in_wheel_at_the_reference_chi
 
 @settings(deadline=None)
 @given(volumes=st.lists(st.floats(0.0, 20.0), min_size=1, max_size=30), Vi=st.floats(1.0, 100.0))
-def test_strokes_lose_the_same_in_all_however_a_volume_is_divided_among_them(volumes: list[float], Vi: float) -> None:
+def test_early_wear_does_not_depend_on_how_strokes_divide_a_volume(volumes: list[float], Vi: float) -> None:
     worn = V = 0.0
     for volume in volumes:
         wear = eq.early_wear(0.0045, V, volume, 1.0 / Vi)
@@ -265,8 +262,8 @@ def test_strokes_lose_the_same_in_all_however_a_volume_is_divided_among_them(vol
 
 
 @pytest.mark.parametrize("nr", [0.1, 0.2, 0.3])
-def test_fracture_roughens_nearly_as_the_same_power_of_the_wear(nr: float) -> None:
-    """Within 1 % up to twice the wear and within 5.1 % up to four times; less than that power, and ever more so."""
+def test_fracture_roughens_nearly_by_a_power_of_the_wear(nr: float) -> None:
+    """The factor is below the power: by at most 1 % up to twice the wear, and 5.1 % up to four times."""
     breakings = [1.0 + 0.05 * step for step in range(200)]
     factors = [eq.roughening(breaking, 0.0, -1.0, 0.0, nr) for breaking in breakings]
     assert all(low < high for low, high in pairwise(factors))
@@ -275,9 +272,9 @@ def test_fracture_roughens_nearly_as_the_same_power_of_the_wear(nr: float) -> No
         assert -1e-12 < off < (0.01 if breaking <= 2.0 else 0.051 if breaking <= 4.0 else 0.2)
 
 
-def test_the_roughness_of_an_entry_is_that_of_hardened_steel_at_the_reference_chip() -> None:
+def test_hardened_steel_has_the_catalogue_roughness_at_the_reference_chip() -> None:
     wheel = CATALOGUE.wheel("a60j")
-    # 0.9 of the scale, when the dress is forgotten; 3 mm2/s over 30 m/s
+    # a worn-in topography has 0.9 of the scale; 3 mm2/s over 30 m/s
     stroke = cut(0.015, grinder(parameters(kf=0.0), V=1e9))
     expected = 0.9 * wheel.roughness * (wheel.roughness_floor + wheel.roughness_rate)
     assert stroke.Rg == pytest.approx(expected, rel=1e-9)
@@ -288,7 +285,7 @@ def test_a_touch_of_a_nanometre_leaves_the_roughness() -> None:
     before = machine.Rs
     assert machine.stroke(1e-6).Ra == pytest.approx(before, rel=1e-3)
     assert machine.Rs < before
-    # and one at which the wheel hangs above the face to the bit
+    # above the face, the roughness stays the same to the bit
     assert grinder(parameters()).stroke(-1e-6).Ra == before
 
 
@@ -308,7 +305,7 @@ def test_dress_width_of_a_published_example() -> None:
     assert eq.dress_width(0.5, 0.5, 0.0) == pytest.approx(1.0, rel=1e-12)
 
 
-def test_severity_is_malkin_and_murrays_over_that_of_a_medium_dress() -> None:
+def test_severity_equals_malkin_and_murray_relative_to_a_medium_dress() -> None:
     def malkin_and_murray(ad: float, fd: float) -> float:
         return 2.0 * ad * math.sqrt(fd / 0.25)
 

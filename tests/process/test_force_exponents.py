@@ -1,4 +1,4 @@
-"""The free term of a calibration: exponents and a factor on the forces of the model."""
+"""Calibrated corrections of the forces: a factor, and exponents of depth, speed and volume."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ PLATE = "plate_g82"
 
 
 def job_of(program, **material):
-    # the table has its E over the whole part
+    # this table reaches E over the whole part
     return with_entries(
         load_job(EXAMPLES / f"{program}.toml"), {"material": material, "machine": {"acceleration": 2000.0}}
     )
@@ -33,14 +33,14 @@ def strokes(program, parts=2, **material):
     return grind(repeated(read_file(EXAMPLES / f"{program}.nc"), parts), job_of(program, **material)).strokes
 
 
-def test_without_exponents_the_process_is_that_of_the_package():
+def test_a_job_without_exponents_has_the_standard_process():
     assert job_of(PLATE).process is PROCESS
     corrected = job_of(PLATE, power_volume_exponent=0.1)
     assert corrected.process is CORRECTED
     assert with_entries(corrected, {"material": {"power_volume_exponent": 0.0}}).process is PROCESS
 
 
-def test_a_factor_is_one_on_chips_ploughing_and_flats():
+def test_the_power_factor_scales_chips_ploughing_and_flats():
     material = job_of(PLATE).part.material
     by_hand = {key: 1.2 * getattr(material, key) for key in ("chip_energy", "ploughing_pressure", "pressure_factor")}
     np.testing.assert_allclose(
@@ -48,8 +48,8 @@ def test_a_factor_is_one_on_chips_ploughing_and_flats():
     )
 
 
-def test_a_speed_exponent_is_a_factor_of_each_block():
-    """The plate is roughed at 15 and finished at 9 m/min: to each block its factor, given by hand, is the same."""
+def test_a_speed_exponent_acts_as_one_factor_per_block():
+    """The plate is roughed at 15 and finished at 9 m/min; the factor by hand is that of roughing."""
     corrected, plain = (
         strokes(PLATE, 1, **each) for each in ({"power_speed_exponent": 0.3}, {"power_factor": (250.0 / 200.0) ** 0.3})
     )
@@ -60,11 +60,11 @@ def test_a_speed_exponent_is_a_factor_of_each_block():
 
 @pytest.mark.parametrize("u", [0.0001, 0.004, 0.010, 0.3])
 @pytest.mark.parametrize("V", [0.0, 300.0, 2000.0])
-def test_a_stroke_is_one_of_the_model_with_forces_by_a_power_law(u, V):
+def test_a_corrected_stroke_equals_one_with_forces_scaled_by_a_power_law(u, V):
     job = job_of(PLATE)
     k = stroke_constants(job.parameters, 300.0, 200.0)
     wheel = dressed_wheel(300.0, 0.0, 0.1, 0.02, job.parameters)._replace(V=V, A=0.01)
-    depth = min(max(u, 0.0005), 0.1)  # beyond, no log tells
+    depth = min(max(u, 0.0005), 0.1)  # the power law ends at these depths
     factor = (depth / 0.010) ** 0.2 * (300.0 / 200.0) ** -0.3 * ((V + 10.0) / 310.0) ** 0.1
     by_hand = k._replace(u_ch=factor * k.u_ch, kp=factor * k.kp, pa=factor * k.pa, pb=factor * k.pb)
     surface = (0.0, 0.5, u, 20.0)
@@ -73,7 +73,7 @@ def test_a_stroke_is_one_of_the_model_with_forces_by_a_power_law(u, V):
     np.testing.assert_allclose(found, right, rtol=1e-12)
 
 
-def test_the_text_of_a_job_keeps_the_free_term(tmp_path):
+def test_a_job_file_preserves_factor_and_exponents(tmp_path):
     corrected = job_of(PLATE, power_depth_exponent=0.1, power_factor=1.1)
     (tmp_path / "job.toml").write_text(job_text(corrected), encoding="utf-8")
     again = load_job(tmp_path / "job.toml")
@@ -81,25 +81,25 @@ def test_the_text_of_a_job_keeps_the_free_term(tmp_path):
     assert again == corrected
 
 
-def test_parts_of_one_job_have_the_same_exponents():
+def test_a_job_rejects_parts_with_different_exponents():
     plain = job_of(PLATE)
     other = job_of(PLATE, power_depth_exponent=0.1).part
     with pytest.raises(JobError, match="give both the same"):
         replace(plain, parts=(PartConditions(part=other),))
 
 
-def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
+def test_machines_with_uncertain_exponents_share_the_corrected_process():
     job = load_job(EXAMPLES / "plate_g82.toml")
     names = ("material.power_depth_exponent", "machine.stiffness")
-    left = Uncertainty(names=names, spread=(0.1, 0.2), correlation=((1.0, 0.0), (0.0, 1.0)))
-    held = replace(job, uncertainty=left)
-    assert job.process is PROCESS and held.process is CORRECTED and not any(exponents_of(held.part.material))
-    some = drawn_machines(held, left, 1, 4)
+    spreads = Uncertainty(names=names, spread=(0.1, 0.2), correlation=((1.0, 0.0), (0.0, 1.0)))
+    uncertain = replace(job, uncertainty=spreads)
+    assert job.process is PROCESS and uncertain.process is CORRECTED and not any(exponents_of(uncertain.part.material))
+    some = drawn_machines(uncertain, spreads, 1, 4)
     assert {each.process for each in some} == {CORRECTED} and len({each.own for each in some}) == 4
-    assert replace(held, uncertainty=None).process is PROCESS
+    assert replace(uncertain, uncertainty=None).process is PROCESS
 
 
-def test_a_heat_factor_is_one_on_temperature_and_growth_alone():
+def test_the_heat_factor_scales_temperature_burn_ratio_and_growth_only():
     plain, cooler = (strokes(PLATE, 1, heat_factor=each) for each in (1.0, 0.4))
     first = int(np.argmax(plain["power"] > 0.0))
     assert cooler["power"][first] == plain["power"][first] and plain["T"][first] > 10.0

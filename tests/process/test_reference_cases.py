@@ -1,7 +1,7 @@
-"""Package and prototype through the same strokes, dresses and waits, number by number.
+"""Package and prototype, compared number by number through the same strokes, dresses and waits.
 
-The prototype (`prototype.py`) is the process model written a second time, from its specification; see there. The cases
-are those of model-2.md, section 10.
+The prototype (`prototype.py`) is a second implementation of the process model from its specification. The cases are
+those of model-2.md, section 10.
 """
 
 import dataclasses
@@ -21,9 +21,9 @@ from tests.process.harness import CATALOGUE, grinder, parameters
 from tests.process.prototype import Setup, State
 
 NEAR = 1e-9
-"""Relative; a depth of cut by bisection and in closed form, after a thousand strokes of which each builds on all."""
+"""Relative tolerance between bisection and closed form, after a thousand strokes that build on each other."""
 ROUNDING = 1e-12
-"""Of positions of the order of 1 mm, and so of what is cut and worn where that is next to nothing."""
+"""Absolute tolerance: rounding of positions of about 1 mm."""
 
 CASES = {
     # material, wheel, fluid, wheel speed m/s, table speed m/min, downfeed mm
@@ -71,14 +71,14 @@ def assert_alike(found: dict[str, float], expected: dict[str, float]) -> None:
 
 @dataclass
 class Both:
-    """The package and the prototype, each on its own way; they are compared after every step."""
+    """Package and prototype side by side, compared after every step."""
 
     at: Setup
     lead: float = 0.10
     depth: float = 0.020
     diamond_flat: float = 0.0
     p: StrokeParameters = field(init=False)
-    held: Any = field(init=False)
+    constants: Any = field(init=False)
     wheel: WheelState = field(init=False)
     own: Any = field(default_factory=PROCESS.own)
     Z: float = 0.0
@@ -90,7 +90,7 @@ class Both:
         at = self.at
         entries = (at.material, at.wheel, at.dresser, at.fluid, at.machine)
         self.p = stroke_parameters(*entries, wheel_speed=at.wheel_speed, width=at.width, height=at.height)
-        self.held = PROCESS.constants(self.p, at.table_speed, at.length)
+        self.constants = PROCESS.constants(self.p, at.table_speed, at.length)
         diameter = at.wheel.diameter
         self.wheel = dressed_wheel(diameter, self.diamond_flat, self.lead, self.depth, self.p)
         self.second = prototype.fresh(at, self.lead, self.depth, diameter=diameter, wd=self.diamond_flat)
@@ -105,13 +105,13 @@ class Both:
 
     def stroke(self, downfeed: float = 0.0, seconds: float = 1.8) -> StrokeResult:
         self.Z += downfeed
-        risen = self.Z + PROCESS.grown(self.own, self.held)
+        risen = self.Z + PROCESS.grown(self.own, self.constants)
         self.wheel, self.own, stroke = PROCESS.stroke(
-            self.wheel, self.own, self.S, self.Rs, risen, self.at.width, self.held, seconds
+            self.wheel, self.own, self.S, self.Rs, risen, self.at.width, self.constants, seconds
         )
         self.S, self.Rs = self.S + stroke.ae, stroke.Ra
         self.second, expected = prototype.ground(self.second, self.at, downfeed, seconds)
-        if stroke.torque < 1.0:  # no other number of a spindle that has stalled holds
+        if stroke.torque < 1.0:  # a stalled spindle has no other valid number
             assert stroke._asdict().keys() == expected.keys()
             assert_alike(stroke._asdict(), expected)
             self.compare()
@@ -141,17 +141,17 @@ class Both:
         self.compare()
 
     def dull(self, A: float) -> None:
-        """Hold the flats at an area."""
+        """Set the flats to an area."""
         self.wheel, self.second = self.wheel._replace(A=A), dataclasses.replace(self.second, A=A)
 
     def meet(self) -> None:
-        """Go on together, from where the package is."""
+        """Set the prototype to the state of the package."""
         self.second = State(**self.wheel._asdict(), Z=self.Z, S=self.S, Rs=self.Rs, dT=tuple(self.own))
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_long_cut_with_a_dressed_wheel(case: str) -> None:
-    """Up to 2000 mm3/mm of stock, with a part of a tenth of a millimetre before, and spark-out after."""
+def test_both_agree_in_a_long_cut_with_a_dressed_wheel(case: str) -> None:
+    """Grind a part of a tenth of a millimetre, then up to 2000 mm3/mm of stock, then spark out."""
     both = Both(setup_of(case))
     both.strokes(10, 0.010)
     both.strokes(4)
@@ -162,7 +162,7 @@ def test_a_long_cut_with_a_dressed_wheel(case: str) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_wheel_that_is_held_dull(case: str) -> None:
+def test_both_agree_with_a_dull_wheel(case: str) -> None:
     both = Both(setup_of(case))
     for _ in range(25):
         both.dull(0.04)
@@ -171,7 +171,7 @@ def test_a_wheel_that_is_held_dull(case: str) -> None:
 
 
 @pytest.mark.parametrize("depth", [0.1, 0.5, 3.0])
-def test_a_deep_pass_at_a_slow_feed(depth: float) -> None:
+def test_both_agree_in_a_deep_pass_at_a_slow_feed(depth: float) -> None:
     at = setup_of("R1")
     strong = dataclasses.replace(at.machine, power_limit=500_000)
     for table_speed in (0.02, 0.3, 1.5):
@@ -180,8 +180,8 @@ def test_a_deep_pass_at_a_slow_feed(depth: float) -> None:
 
 
 @pytest.mark.parametrize("table_speed", [4.0, 12.0, 30.0])
-def test_parts_of_a_tenth_of_a_millimetre(table_speed: float) -> None:
-    """Ten strokes of 10 um and two of spark-out; the part warms up and grows, the next one is cold."""
+def test_both_agree_on_parts_of_a_tenth_of_a_millimetre(table_speed: float) -> None:
+    """Grind ten strokes of 10 um and two spark-outs. The part warms up and grows; the next part is cold."""
     both = Both(dataclasses.replace(setup_of("R1"), table_speed=table_speed / 0.06))
     for part in range(40):
         both.load()
@@ -199,7 +199,7 @@ def test_parts_of_a_tenth_of_a_millimetre(table_speed: float) -> None:
 @pytest.mark.parametrize("dresser", CATALOGUE.dressers)
 @pytest.mark.parametrize("lead", [0.04, 0.10, 0.20])
 @pytest.mark.parametrize("depth", [0.005, 0.020, 0.040])
-def test_strokes_after_any_dress(dresser: str, lead: float, depth: float) -> None:
+def test_both_agree_in_strokes_after_any_dress(dresser: str, lead: float, depth: float) -> None:
     at = dataclasses.replace(setup_of("R1"), dresser=CATALOGUE.dresser(dresser))
     for diamond_flat in (0.0, 0.3):
         both = Both(at, lead, depth, diamond_flat)
@@ -209,8 +209,8 @@ def test_strokes_after_any_dress(dresser: str, lead: float, depth: float) -> Non
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_anything_in_any_set_up(seed: int) -> None:
-    """Feeds down, up and none, dresses and waits; spindles that slow and stall, and wheels that only rub."""
+def test_both_agree_on_random_strokes_dresses_and_waits_in_any_set_up(seed: int) -> None:
+    """Feeds go down, up or nowhere; spindles slow and stall; some wheels only rub."""
     draw = random.Random(seed)
     entries = (CATALOGUE.materials, CATALOGUE.wheels, CATALOGUE.dressers, CATALOGUE.fluids)
     machine = dataclasses.replace(
@@ -239,7 +239,7 @@ def test_anything_in_any_set_up(seed: int) -> None:
         both.stroke(draw.choice([0.0, 1e-4, 0.001, 0.005, 0.010, 0.030, -0.005]), draw.uniform(0.3, 6.0))
 
 
-def test_the_comparison_is_of_spindles_that_slow_and_stall_wheels_that_rub_and_lift_and_films_that_boil() -> None:
+def test_both_agree_in_rubbing_lifting_slowing_stalling_and_boiling() -> None:
     at = setup_of("R1")
     both = Both(dataclasses.replace(at, machine=dataclasses.replace(at.machine, power_limit=1500)))
     both.dull(0.02)
@@ -254,17 +254,17 @@ def test_the_comparison_is_of_spindles_that_slow_and_stall_wheels_that_rub_and_l
     assert wet.strokes(3, 0.010)[-1].T < at.fluid.boiling_rise - 10.0 < 200.0 < boiled.strokes(3, 0.010)[-1].T
 
 
-# A over that after a medium dress, by hand: s = ad/.02 sqrt(fd/.1), (0.25 + 0.75/sqrt(s))
+# flats relative to a medium dress, by hand: s = ad/.02 sqrt(fd/.1), (0.25 + 0.75/sqrt(s))
 DRESSES = [(0.10, 0.005, 1.75), (0.10, 0.080, 0.625), (0.40, 0.020, 0.25 + 0.75 / math.sqrt(2.0)), (0.025, 0.040, 1.0)]
 
 
 @pytest.mark.parametrize(("lead", "depth", "flats"), DRESSES)
-def test_wear_flats_of_a_dressed_wheel(lead: float, depth: float, flats: float) -> None:
+def test_wear_flats_of_a_dressed_wheel_match_values_by_hand(lead: float, depth: float, flats: float) -> None:
     machine = grinder(parameters(), lead=lead, depth=depth)
     assert pytest.approx(flats * CATALOGUE.wheel("a60j").dressed_wear_flat, rel=1e-12) == machine.wheel.A
 
 
-def test_constant_surface_speed_is_held_as_the_wheel_shrinks() -> None:
+def test_constant_surface_speed_does_not_fall_as_the_wheel_shrinks() -> None:
     p = parameters(constant_surface_speed=True)
     new, used = (grinder(p, diameter=diameter).stroke(0.020) for diameter in (300.0, 220.0))
     assert new == grinder(parameters()).stroke(0.020)

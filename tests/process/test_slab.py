@@ -1,4 +1,4 @@
-"""Heat in the part: a few modes against the slab cut into thin layers, and against the limits of a slab."""
+"""Heat in the part: four modes against a slab of thin layers, and against analytic limits."""
 
 import math
 from functools import cached_property
@@ -23,15 +23,15 @@ SLABS = [
 ]
 """Height, conductivity, heat capacity of a volume, conductances into fluid and chuck; SI."""
 TIMES = np.geomspace(0.1, 300.0, 60)
-"""s after a pulse or after the last one of a train."""
+"""Times after a pulse or after the last pulse of a train, s."""
 LEFT = 0.01
-"""Of the growth by a pulse; where less is left, 5 % of that are no more than 0.05 % of the pulse."""
+"""Share of the growth by a pulse; below it the tolerance is absolute, 0.05 % of the pulse."""
 
 Slab = tuple[float, float, float, float, float]
 
 
 class Layers:
-    """A slab of layers which are thin near its upper face, each of one temperature; exact in time."""
+    """Slab of isothermal layers, thin near the upper face; exact in time."""
 
     def __init__(self, height: float, conductivity: float, capacity: float, top: float, bottom: float) -> None:
         thickness = np.geomspace(1.0, 300.0, 240)
@@ -49,20 +49,20 @@ class Layers:
         self.rates, self.shapes = eigh_tridiagonal(leaves / holds, -between / (root[:-1] * root[1:]))
 
     def growth(self, after: Array) -> Array:
-        """Heat of a pulse that is left `after` s later, and with it the growth, over that right after it."""
+        """Return the share of a pulse's heat, and so of its growth, that is left `after` s later."""
         amplitudes = self.shapes[0] / self.root[0] * np.exp(-np.outer(after, self.rates))
         return np.asarray((amplitudes @ self.shapes.T * self.root).sum(1))
 
 
 class Modes:
-    """The package's."""
+    """Modes of the package for a slab."""
 
     def __init__(self, *slab: float) -> None:
         self.shares, self.rates = (np.array(each) for each in slab_modes(*slab))
 
     @cached_property
     def lasting(self) -> float:
-        """Mean rise under a steady flux, over that which the flux would give an insulated part in 1 s, s."""
+        """Mean rise under a steady flux, relative to the rise of an insulated part in 1 s, s."""
         return float((self.shares / self.rates).sum())
 
     def growth(self, after: Array) -> Array:
@@ -70,20 +70,20 @@ class Modes:
 
 
 def train(of: Layers | Modes, pulses: int, period: float, after: Array) -> Array:
-    """Growth by pulses of which the last one came `after` s before."""
+    """Return the growth by a train of pulses, `after` s past the last one."""
     return np.sum([of.growth(after + period * number) for number in range(pulses)], axis=0)
 
 
 @pytest.mark.parametrize("slab", SLABS)
-def test_the_growth_after_a_pulse_is_that_of_the_slab(slab: Slab) -> None:
-    """Within 5 % of itself, at any time at which 1 % of the pulse is left."""
+def test_growth_after_a_pulse_matches_the_layered_slab(slab: Slab) -> None:
+    """The tolerance is 5 % of the growth while 1 % of the pulse is left, and absolute after that."""
     exact, found = Layers(*slab).growth(TIMES), Modes(*slab).growth(TIMES)
     assert (np.abs(found - exact) <= 0.05 * np.maximum(exact, LEFT)).all()
 
 
 @pytest.mark.parametrize("slab", SLABS[::3])
 @pytest.mark.parametrize("period", [0.2, 1.0, 5.0])
-def test_the_growth_in_a_train_of_pulses_is_that_of_the_slab(slab: Slab, period: float) -> None:
+def test_growth_in_a_train_of_pulses_matches_the_layered_slab(slab: Slab, period: float) -> None:
     layers, modes = Layers(*slab), Modes(*slab)
     for pulses in (5, 50):
         exact, found = (train(each, pulses, period, TIMES[::4]) for each in (layers, modes))
@@ -91,11 +91,11 @@ def test_the_growth_in_a_train_of_pulses_is_that_of_the_slab(slab: Slab, period:
 
 
 @pytest.mark.parametrize("slab", SLABS)
-def test_right_after_a_pulse_nothing_is_lost_and_a_steady_flux_ends_in_a_straight_profile(slab: Slab) -> None:
+def test_modes_begin_without_loss_and_end_in_a_straight_profile(slab: Slab) -> None:
     height, conductivity, capacity, top, bottom = slab
     modes = Modes(*slab)
     assert modes.shares.sum() == pytest.approx(1.0, rel=1e-12)
-    # of a flux of 1 the part rises by `upper` and `lower` at its faces; the chuck takes what the fluid leaves
+    # a flux of 1 raises the faces by `upper` and `lower`; the chuck takes the heat that the fluid leaves
     lower = 1.0 / (top * (1.0 + bottom * height / conductivity) + bottom)
     upper = lower * (1.0 + bottom * height / conductivity)
     assert top * upper + bottom * lower == pytest.approx(1.0, rel=1e-12)
@@ -105,7 +105,7 @@ def test_right_after_a_pulse_nothing_is_lost_and_a_steady_flux_ends_in_a_straigh
 @given(
     height=st.floats(1e-4, 0.1), conductivity=st.floats(6.0, 500.0), top=st.floats(0.0, 1e5), bottom=st.floats(0.0, 1e5)
 )
-def test_no_part_grows_by_more_than_the_heat_in_it(
+def test_growth_after_a_pulse_stays_between_minus_0_1_and_1_1(
     height: float, conductivity: float, top: float, bottom: float
 ) -> None:
     modes = Modes(height, conductivity, CAPACITY, top, bottom)
@@ -116,7 +116,7 @@ def test_no_part_grows_by_more_than_the_heat_in_it(
 
 
 @pytest.mark.parametrize(("top", "bottom"), [(30.0, 0.0), (0.0, 30.0), (20.0, 10.0)])
-def test_a_part_that_conducts_well_cools_as_a_lump(top: float, bottom: float) -> None:
+def test_a_well_conducting_part_cools_as_a_lump(top: float, bottom: float) -> None:
     """At a Biot number of 0.001, by Newton's law."""
     shares, rates = slab_modes(0.010, 300.0, CAPACITY, top, bottom)
     assert shares[0] == pytest.approx(1.0, abs=0.001)
@@ -130,8 +130,8 @@ def test_an_insulated_part_keeps_its_heat() -> None:
 
 
 @pytest.mark.parametrize(("bottom", "seconds"), [(0.0, 43.0), (1000.0, 26.0), (3000.0, 17.2)])
-def test_the_slowest_decay_of_20_mm_of_bearing_steel(bottom: float, seconds: float) -> None:
-    """Under 3000 W/(m2 K): by the roots of the series; a lump would say 26, 20 and 13 s."""
+def test_the_slowest_decay_of_20_mm_of_bearing_steel_matches_the_series(bottom: float, seconds: float) -> None:
+    """Under 3000 W/(m2 K), by the roots of the series. A lump would give 26, 20 and 13 s."""
     _, rates = slab_modes(0.020, STEEL.conductivity, CAPACITY, 3000.0, bottom)
     assert 1.0 / rates[0] == pytest.approx(seconds, rel=0.005)
     b = math.sqrt(rates[0] * CAPACITY / STEEL.conductivity) * 0.020
@@ -139,7 +139,7 @@ def test_the_slowest_decay_of_20_mm_of_bearing_steel(bottom: float, seconds: flo
     assert (b * b - top * below) * math.tan(b) == pytest.approx(b * (top + below), rel=1e-9)
 
 
-def test_fluid_and_chuck_of_a_set_up_cool_its_part() -> None:
+def test_parameters_contain_the_modes_of_fluid_and_chuck() -> None:
     p, fluid, machine = parameters(), CATALOGUE.fluid("emulsion"), CATALOGUE.machine("default")
     modes = slab_modes(0.020, STEEL.conductivity, CAPACITY, fluid.part_cooling, machine.chuck_conductance)
     assert ((p.w_1, p.w_2, p.w_3, p.w_4), (p.r_1, p.r_2, p.r_3, p.r_4)) == modes

@@ -1,8 +1,8 @@
-"""A process, a hook and a gauge that the package does not have, in one file: what they say is ground and shown.
+"""A user-defined process, hooks and a gauge in one file: grinding and readings follow them.
 
-The head of the machine warms up with the power that it gives, grows towards the part and cools down again; grains pull
-out in bursts, as the flats have grown by so much. Through the shift the wheel dulls faster, and the table falls behind
-its E and rests longer. The meter lags.
+The head of the machine warms up with the spindle power, grows towards the part and cools down again. Grains pull out in
+bursts once the flats have grown enough. Through the shift the wheel dulls faster, and the table lags behind its E and
+rests longer. The meter lags.
 """
 
 from collections.abc import Sequence
@@ -37,32 +37,32 @@ from grind_env.process.stroke import dress_wheel, grind_stroke
 from tests.machine.harness import DRESS, job, machine_after
 
 WARMS, COOLS, GROWS = 2e-6, 1.0 / 600.0, 2e-4  # K/J, 1/s, mm/K
-BURST, PULLED = 0.001, 0.5  # of the wheel surface, and what of it is left
+BURST, PULLED = 0.001, 0.5  # threshold, fraction of the wheel surface; share that pulls out
 SLOWER, RESTS, DULLS, LAGS = 0.03, 0.02, 0.5, 200.0  # share, s, 1/h, s
 
 
 class Warm(NamedTuple):
-    """What the process remembers besides the wheel."""
+    """Memory of the process besides the wheel."""
 
     heat: float = 0.0
-    """Of the head above the hall, K."""
+    """Temperature of the head above the hall, K."""
     grown: float = 0.0
-    """Flats since grains have pulled out, fraction of the wheel surface."""
+    """Growth of the flats since grains last pulled out, fraction of the wheel surface."""
 
 
 class Dulling(NamedTuple):
-    """What the hook remembers."""
+    """Memory of the hook."""
 
     blocks: float = 0.0
 
 
 class Lag(NamedTuple):
-    """What the meter remembers."""
+    """Memory of the meter."""
 
     showed: float = 0.0
-    """W."""
+    """Last reading, W."""
     at: float = 0.0
-    """s."""
+    """Time of the last reading, s."""
 
 
 remember, dull, showing = replacer(None, "heat", "grown"), replacer(None, "blocks"), replacer(None, "showed", "at")
@@ -72,7 +72,7 @@ faster, shown_as = replacer(StrokeParameters, "kA"), replacer(GaugeReadings, "pe
 
 @inlined
 def toy_idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
-    """The head cools down."""
+    """Cool the head down."""
     heat = own.heat * exp(-COOLS * seconds)
     return nearer(wheel, (wheel.W - GROWS * (heat - own.heat),)), remember(own, (heat, own.grown))
 
@@ -81,7 +81,7 @@ def toy_idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, l
 def toy_stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
-    """That of the package, with bursts and a head that warms up."""
+    """Grind a stroke of the package, with bursts and a head that warms up."""
     after, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
     grown = own.grown + max(after.A - wheel.A, 0.0)
     bursts = grown > BURST
@@ -95,7 +95,7 @@ def toy_stroke(
 def toy_dress(
     wheel: WheelState, own: Any, passes: float, lead: float, depth: float, p: StrokeParameters
 ) -> tuple[WheelState, Any, float]:
-    """That of the package; the grains are fresh."""
+    """Dress as the package does; the grains are fresh afterwards."""
     wheel, removed = dress_wheel(wheel, passes, lead, depth, p)
     return wheel, remember(own, (own.heat, 0.0)), removed
 
@@ -104,7 +104,7 @@ def toy_dress(
 def worn_table(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """It reaches less of a high E, and rests longer towards the end of the table."""
+    """Reach less of a high E, and rest longer towards the end of the table."""
     share = drive.share * (1.0 - SLOWER * moment.E / 30_000.0)
     return wheel, own, p, Drive(share=share, dwell=drive.dwell + RESTS * moment.place / 100.0)
 
@@ -113,14 +113,14 @@ def worn_table(
 def dulling(
     wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
 ) -> tuple[WheelState, Any, StrokeParameters, Drive]:
-    """The wheel dulls faster through the shift, and from block to block."""
+    """Dull the wheel faster through the shift and from block to block."""
     factor = 1.0 + DULLS * moment.seconds / 3600.0 + 0.01 * own.blocks
     return wheel, dull(own, (own.blocks + 1.0,)), faster(p, (p.kA * factor,)), drive
 
 
 @inlined
 def lagging(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
-    """That of the package, with a peak that lags behind the true one; not noisy."""
+    """Read as the package does, but with a lagging peak without noise."""
     kept = exp((own.at - seconds) / LAGS)
     peak = truth.peak_power + kept * (own.showed - truth.peak_power)
     shown, own = GAUGE.read(truth, own, seconds, noise)
@@ -168,35 +168,35 @@ PROGRAMS: dict[str, tuple[str, float, float]] = {
     "a script in zones": (WIDE.replace("G82", "G83").replace("F100.", "F1500."), 40.0, NEAR),
     "a program that the control executes": (GROOVE + MIXED, 20.0, NEAR),
 }
-"""Each with the width of the part, mm, and how near its replay comes: nearer than the package's own does with none."""
+"""Program text, width of the part, mm, and relative tolerance of its replay."""
 
 
 def toy_job(**part: float) -> Job:
-    """The job of the programs, on the toy."""
+    """Return the job of the programs on the toy process."""
     return replace(job(stock=0.1, **part), process=TOY)
 
 
 def ground(written: Written, *, whole: bool = True) -> GrindingRun:
-    """The machine after a program, the cycles of which the control gives as a whole or stroke by stroke."""
+    """Return the machine after a program; the control passes cycles whole or stroke by stroke."""
     programs, shop = read(written.program), written.job
     control = replace(shop.control, operator_dress_at=written.requests, whole_cycles=whole)
     return machine_after(programs, shop, control)
 
 
 class Played(NamedTuple):
-    """An episode of which some blocks have been run."""
+    """Episode after some blocks."""
 
     wheel: Array
-    """With what is remembered besides."""
+    """The wheel and the memory besides it."""
     memory: History
     written: Written
     outcomes: Outcome
-    """Each of shape (blocks,), like the next one."""
+    """Fields of shape (blocks,), also in `tallies`."""
     tallies: Tally
 
 
 def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: int = 3) -> Played:
-    """An episode with these E (mm/min) and D, beside another one."""
+    """Play an episode with these E (mm/min) and D beside another episode."""
     episodes = simulation.start([np.random.default_rng(seed), np.random.default_rng(seed + 1)])
     blocks, outcomes, tallies = [], [], []
     for E, D in choices:
@@ -209,7 +209,7 @@ def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: i
 
 
 def assert_ground_alike(played: Played, run: GrindingRun, within: float) -> None:
-    """What an episode has left is what the machine has."""
+    """Assert that episode and machine end with equal wheel and memory."""
     assert run.wheel is not None
     found = played.wheel[: OWN_FROM + len(FIELDS)]
     np.testing.assert_allclose(found, [*run.wheel, *run.mount.own[0]], rtol=within, atol=0.01 * within)
@@ -217,7 +217,7 @@ def assert_ground_alike(played: Played, run: GrindingRun, within: float) -> None
 
 @pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize(("text", "width", "within"), PROGRAMS.values(), ids=list(PROGRAMS))
-def test_the_machine_grinds_a_program_as_its_replay(text: str, width: float, within: float, whole: bool) -> None:
+def test_the_interpreter_grinds_a_program_as_its_replay(text: str, width: float, within: float, whole: bool) -> None:
     simulation = JobSimulation(read(text + DRESS), toy_job(width=width), 0.0, gauge=METER)
     assert (simulation.script is None) == ("G77" in text)
     choices = [(18_000.0, 2.0), *([(9000.0, 0.0)] if "G81" in text else []), (24_000.0, 1.0)]
@@ -244,7 +244,7 @@ CHOICES = [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_0
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: str) -> None:
+def test_the_interpreter_grinds_the_program_of_an_episode_as_the_environment(name: str) -> None:
     played = play(simulation_of(name), CHOICES)
     run = ground(played.written)
     assert_ground_alike(played, run, NEAR)
@@ -254,7 +254,7 @@ def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: s
 
 @pytest.mark.nightly
 @pytest.mark.bits
-def test_its_lanes_do_not_touch_each_other() -> None:
+def test_lanes_of_the_toy_process_do_not_affect_each_other() -> None:
     simulation, n = simulation_of("power_limited"), 19
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
     each = [episodes.pick([i]) for i in range(n)]
@@ -277,7 +277,7 @@ G00 Y20.
 SIX_PARTS = "G71 G94 G90 G19\n" + "M00\n".join([PLUNGE] * 6) + "M30\n"
 
 
-def test_what_it_says_is_felt() -> None:
+def test_each_effect_of_the_toy_process_shows_in_the_run() -> None:
     def machine(process: Process) -> GrindingRun:
         return ground(Written(SIX_PARTS + DRESS, replace(job(stock=0.08), process=process)))
 
@@ -308,7 +308,7 @@ def test_time_alone_cools_the_head() -> None:
     assert 0.0 < heat(3600.0) < heat(20.0)
 
 
-def test_a_meter_that_lags_shows_later_what_is_ground_alike() -> None:
+def test_a_lagging_meter_delays_readings_but_does_not_change_grinding() -> None:
     choices = [(8000.0, 0.0), (24_000.0, 0.0), (24_000.0, 0.0)]
     shown, true = [], []
     for blocks in range(1, 4):
@@ -323,11 +323,11 @@ def test_a_meter_that_lags_shows_later_what_is_ground_alike() -> None:
 
 
 def room_of(process: Process) -> int:
-    """Numbers that a lane has for the wheel and for what is remembered besides."""
+    """Return how many numbers a lane has for the wheel and the memory besides it."""
     return int(simulation_of("power_limited", process, GAUGE).empty_episodes(1).wheels.shape[1])
 
 
-def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_made_anew() -> None:
+def test_the_standard_process_remembers_part_heat_only_and_loops_are_cached() -> None:
     assert composed(PROCESS) is PROCESS and PROCESS.own() == PartHeat(0.0, 0.0, 0.0, 0.0)
     assert room_of(PROCESS) == OWN_FROM + 4
     assert composed(PROCESS, Hook(worn_table)).own() == PROCESS.own()  # a hook that remembers nothing adds no room
@@ -341,12 +341,12 @@ def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_
 def forgetful_stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
-    """That of the package, of a part that stays cold."""
+    """Grind a stroke of the package on a part that stays cold."""
     after, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
     return after, own, stroke
 
 
-def test_a_process_that_remembers_the_wheel_alone_has_room_for_it_alone_and_grinds_a_part_that_stays_cold() -> None:
+def test_a_process_without_memory_needs_no_room_and_grinds_a_cold_part() -> None:
     forgetful = Process(Nothing, StrokeConstants, PROCESS.constants, forgetful_stroke, PROCESS.dress)
     assert room_of(forgetful) == OWN_FROM
     choices = [(9000.0, 0.0), (12_000.0, 1.0)]
@@ -358,6 +358,6 @@ def test_a_process_that_remembers_the_wheel_alone_has_room_for_it_alone_and_grin
     np.testing.assert_allclose(found.outcomes, cold.outcomes, rtol=NEAR)
 
 
-def test_two_that_remember_something_under_one_name_are_refused() -> None:
+def test_two_hooks_with_an_equal_field_name_are_rejected() -> None:
     with pytest.raises(ValueError, match=r"names of their own, but here they are .*'blocks', 'blocks'"):
         composed(TOY, Hook(dulling, Dulling))

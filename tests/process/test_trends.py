@@ -1,7 +1,7 @@
-"""The trends that an implementation of the process model has to show (model.md, sections 12 and 14).
+"""Trends that an implementation of the process model has to show (model.md, sections 12 and 14).
 
-Those of dress, grit, grade, spark-out roughness and G-ratio are rows of `grind_env.validation`, which
-tests/validation/test_rows.py holds. That states stay finite and within their bounds is the subject of test_bounds.py.
+Trends of dress, grit, grade, spark-out roughness and G-ratio are rows of `grind_env.validation`, tested in
+tests/validation/test_rows.py. Finite states within bounds are tested in test_bounds.py.
 """
 
 import dataclasses
@@ -18,18 +18,18 @@ from tests.process.harness import CATALOGUE, INSULATED, Grinder, WarmGrinder, cu
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 
 UNLIMITED = 1e12
-"""W; a spindle that never slows."""
+"""Power limit of a spindle that never slows, W."""
 ALUMINA, CBN = parameters(power=UNLIMITED), parameters(wheel="b126", power=UNLIMITED)
 RS = parameters().rs
 
 
 def settled(p: StrokeParameters, table_speed: float = 12.0, **state: float) -> Grinder:
-    """A grinder whose dressed topography has worn in."""
+    """Return a grinder with a worn-in topography."""
     return grinder(p, table_speed, **{"V": 400.0, "A": 0.015, **state})
 
 
 def changed(kind: str, height: float = 20.0, **values: float) -> StrokeParameters:
-    """The default set-up with other values in one of its entries."""
+    """Return parameters of the default set-up with other values in one of its entries."""
     names = {"material": "aisi_52100", "wheel": "a60j", "dresser": "rotary", "fluid": "emulsion", "machine": "default"}
     entries = {each: getattr(CATALOGUE, each)(name) for each, name in names.items()}
     entries[kind] = dataclasses.replace(entries[kind], **values)
@@ -82,7 +82,7 @@ def test_depth_of_cut_converges_within_three_strokes_and_slower_in_a_softer_or_w
     assert third() > third(stiffness=15_000.0) > third(stiffness=10_000.0)
 
 
-def test_a_freshly_dressed_wheel_cuts_less_deep_by_what_the_stroke_before_has_worn_off_it() -> None:
+def test_a_freshly_dressed_wheel_cuts_less_by_the_wear_of_the_last_stroke() -> None:
     fresh, settled = grinder(parameters()).strokes(6, 0.010), grinder(parameters(), V=400.0).strokes(6, 0.010)
     assert 0.0095 < fresh[2].ae + fresh[1].dw < 0.010
     assert fresh[5].ae + fresh[4].dw == pytest.approx(0.010, rel=0.01)
@@ -106,7 +106,7 @@ def test_spark_out_ends_at_the_threshold_force_which_grows_with_the_flats(A: flo
     machine = settled(parameters(kA=0.0), A=A)
     machine.strokes(5, 0.010)
     last = machine.strokes(200)[-1]
-    # nothing more is cut, and what the threshold deflects stays on the part
+    # nothing more is cut, and the deflection at the threshold stays on the part
     threshold = cut(1e-12, machine)
     assert last.ae < 1e-6
     assert last.Fn == pytest.approx(threshold.Fn, rel=1e-3)
@@ -163,7 +163,7 @@ def test_roughness_rises_with_the_removal_rate_and_falls_with_the_wheel_speed() 
     assert -0.7 < slope() < unbroken
 
 
-def test_what_wears_the_wheel_roughens_the_part_of_alumina_more_than_of_cbn() -> None:
+def test_abrasive_materials_raise_roughness_more_with_alumina_than_with_cbn() -> None:
 
     def over_steel(material: str, wheel: str, depth: float) -> float:
         hard, steel = (
@@ -174,14 +174,14 @@ def test_what_wears_the_wheel_roughens_the_part_of_alumina_more_than_of_cbn() ->
     for material in ("inc751", "inconel_718", "aisi_d2"):
         for depth in (0.010, 0.015, 0.030):
             assert 1.0 < over_steel(material, "b126", depth) < over_steel(material, "a60j", depth)
-    # cast iron wears it less
+    # cast iron wears the wheel less
     assert over_steel("grey_cast_iron", "a60j", 0.010) < 0.95
 
 
 # --- wear ---------------------------------------------------------------------------------------------------
 
 
-def test_a_freshly_dressed_wheel_wears_faster_of_cbn_by_much() -> None:
+def test_a_freshly_dressed_wheel_wears_faster_especially_cbn() -> None:
     alumina, cbn = ([cut(0.010, settled(p, V=V)).G for V in (0.0, 20.0, 80.0, 320.0)] for p in (ALUMINA, CBN))
     assert rising(alumina)
     assert rising(cbn)
@@ -195,7 +195,7 @@ def test_cbn_outlasts_alumina(material: str) -> None:
         assert cut(depth, settled(cbn)).G > 5.0 * cut(depth, settled(alumina)).G
 
 
-def test_a_slow_table_dulls_more_per_volume() -> None:
+def test_a_slow_table_dulls_the_wheel_more_per_volume() -> None:
     def grown(table_speed: float) -> float:
         machine = grinder(ALUMINA, table_speed)
         machine.strokes(50, 0.010)
@@ -215,7 +215,7 @@ def test_a_wheel_that_shrinks_at_constant_rpm_acts_softer() -> None:
 # --- fluids -------------------------------------------------------------------------------------------------
 
 
-def test_what_a_fluid_lubricates() -> None:
+def test_better_lubrication_lowers_friction_energy_wear_and_loading() -> None:
     for wheel in ("a60j", "b126"):
         machines = [grinder(parameters(wheel=wheel, fluid=fluid)) for fluid in ("dry", "synthetic", "emulsion", "oil")]
         strokes = [cut(0.010, machine) for machine in machines]
@@ -239,7 +239,7 @@ def test_temperature_and_burn_ratio_rise_with_the_wear_flats() -> None:
 
 def test_oil_boils_at_more_power_than_emulsion_and_nothing_boils_without_fluid() -> None:
     def flats_that_boil(fluid: str) -> float:
-        """Where the energy partition jumps by a tenth."""
+        """Return the flats at which the energy partition jumps by a tenth."""
         areas = np.linspace(0.005, 0.12, 47)
         shares = np.array([cut(0.010, settled(parameters(fluid=fluid), A=A)).eps for A in areas])
         jumps = np.diff(shares) > 0.1
@@ -257,7 +257,7 @@ def test_deep_cuts_are_hotter_at_the_same_removal_rate() -> None:
 
 
 def ground_warm(p: StrokeParameters, wait: float = 0.0, **state: float) -> WarmGrinder:
-    """Ten strokes of roughing, a wait, and four of finishing, with a wheel that does not wear: only heat tells."""
+    """Rough in ten strokes, wait, and finish in four, with a wheel that does not wear: only heat has an effect."""
     machine = warm_grinder(p._replace(wi=0.0, Gref=1e12, kA=0.0), V=400.0, **state)
     machine.strokes(10, 0.010)
     machine.wait(wait)
@@ -266,11 +266,11 @@ def ground_warm(p: StrokeParameters, wait: float = 0.0, **state: float) -> WarmG
 
 
 def size_error(machine: Grinder) -> float:
-    """Of the cold part, mm: what is left on it."""
+    """Return the stock that is left on the cold part, mm."""
     return machine.Z - machine.S
 
 
-def test_a_hot_part_is_ground_too_thin_and_less_so_the_longer_it_cools_before_the_last_cuts() -> None:
+def test_a_hot_part_is_ground_too_thin_and_less_so_after_a_longer_wait() -> None:
     cold = ground_warm(ALUMINA._replace(swell=0.0))
     errors = [size_error(ground_warm(ALUMINA, wait)) for wait in (0.0, 10.0, 30.0, 600.0)]
     assert rising(errors)
@@ -278,7 +278,7 @@ def test_a_hot_part_is_ground_too_thin_and_less_so_the_longer_it_cools_before_th
     assert size_error(cold) - errors[0] == pytest.approx(ground_warm(ALUMINA).grown, rel=0.25)
 
 
-def test_what_heats_the_part_makes_it_thinner() -> None:
+def test_flats_and_poorly_cooling_fluids_heat_the_part() -> None:
     over_flats = [ground_warm(ALUMINA, A=A) for A in (0.008, 0.02, 0.04, 0.08)]
     assert rising([sum(machine.own) for machine in over_flats])
     assert rising([machine.grown for machine in over_flats])
@@ -300,20 +300,20 @@ def test_a_higher_part_warms_up_less_grows_as_much_and_cools_slower() -> None:
 
 
 def heavy(limit: float, constant_surface_speed: bool = False) -> StrokeResult:
-    """30 um at 250 mm/s over 40 mm."""
+    """Return a cut of 30 um at 250 mm/s over 40 mm of width."""
     p = parameters(power=limit, constant_surface_speed=constant_surface_speed)
     return cut(0.030, settled(p, 15.0, width=40.0))
 
 
 CHIPS = 13.8 * 0.030 * 250.0 * 40.0
-"""W; its power of chip formation, which does not depend on the wheel speed."""
+"""Power of chip formation in this cut, W; independent of the wheel speed."""
 
 
 def test_an_overloaded_spindle_slows_at_its_power_limit() -> None:
     free = heavy(UNLIMITED)
     assert free.power > 9000.0
     stroke = heavy(7500.0)
-    # all power but that of the chips goes with the speed
+    # all power but the chip power is proportional to the speed
     assert stroke.vs == pytest.approx(30.0 * (7500.0 - CHIPS) / (free.power - CHIPS), rel=1e-6)
     assert stroke.power == pytest.approx(7500.0, rel=1e-12)
     assert (stroke.ae, stroke.Q) == pytest.approx((free.ae, free.Q), rel=1e-9)
@@ -329,7 +329,7 @@ def test_the_spindle_stalls_where_it_has_slowed_to_its_stall_speed() -> None:
     assert at.torque == pytest.approx(1.0, rel=1e-6)
     assert at.vs == pytest.approx(0.6 * 30.0, rel=1e-6)
     assert heavy(0.5 * limit).vs == pytest.approx(0.6 * 30.0, rel=1e-12)  # no slower before it has stalled
-    # torque at the power limit and the speed that is set is rs of that at stall, and rises without a jump
+    # at the power limit and the set speed, the torque is rs of the stall torque and rises without a jump
     asked = heavy(UNLIMITED).power
     assert heavy(asked).torque == pytest.approx(RS, rel=1e-6)
     assert rising([heavy(share * asked).torque for share in (4.0, 2.0, 1.01, 0.99, 0.9, 0.8, 0.5)])
@@ -351,14 +351,14 @@ def best(costs: dict[int, float]) -> int:
 
 
 def inside(costs: dict[int, float]) -> bool:
-    """Whether the best choice is neither the least nor the most that was tried."""
+    """Return whether the best choice is neither the least nor the greatest tried one."""
     return min(costs) < best(costs) < max(costs)
 
 
 def test_there_is_a_best_dress_interval_which_shifts_with_table_speed_and_material() -> None:
-    """Dresses cost time and wheel, a dull wheel burns; slow tables and quick dulling bring that forward.
+    """Dresses cost time and wheel; a dull wheel burns, sooner with a slow table or quick dulling.
 
-    At 4 m/min the fluid boils after few parts already: the short contact of a slow table is hot for long.
+    At 4 m/min the fluid boils after few parts: a slow table keeps its short contact hot for long.
     """
 
     def best_interval(p: StrokeParameters, table_speed: float) -> int:
@@ -372,10 +372,10 @@ def test_there_is_a_best_dress_interval_which_shifts_with_table_speed_and_materi
 
 
 def test_there_is_a_best_number_of_dress_passes_which_shifts_with_the_interval() -> None:
-    """One pass leaves damage, many waste wheel; the damage is deeper the duller the wheel has become.
+    """One pass leaves damage, many passes waste wheel. A duller wheel has deeper damage.
 
-    Of intervals at which it still pays: at 40 parts the last ones are at the temperature that scraps them, and what
-    many passes waste makes the wheel smaller and so cooler, which there is worth more than the wheel.
+    The intervals end where dressing still pays. At 40 parts the last parts reach the scrap temperature, and many passes
+    help there only because they make the wheel smaller and so cooler.
     """
 
     def costs(interval: int) -> dict[int, float]:
@@ -387,11 +387,11 @@ def test_there_is_a_best_number_of_dress_passes_which_shifts_with_the_interval()
     assert best(often) < best(seldom)
 
 
-def test_there_is_a_best_number_of_dresses_in_a_deep_cycle_which_shifts_with_speed_depth_material() -> None:
-    """Wear that is not compensated costs size: it grows with depth, with chip thickness and with what wears the wheel.
+def test_the_best_number_of_dresses_in_a_deep_cycle_shifts_with_speed_depth_material() -> None:
+    """Uncompensated wear costs size. It grows with depth, with chip thickness and with abrasive materials.
 
-    Of a material that dulls quickly the wheel burns the part, too. A dress costs size itself, by the early wear that
-    follows it: it takes more depth to pay for another one.
+    With a quickly dulling material the wheel burns the part, too. A dress also costs size by early wear, so another
+    dress pays only in a deeper cycle.
     """
 
     def best_executions(material: str, table_speed: float, stock: float, rise: float = 450.0) -> int:
