@@ -1,4 +1,4 @@
-"""Short ways to describe a job and to run a program text on it."""
+"""Helpers that describe a job and run a program text on it."""
 
 from dataclasses import replace
 from typing import Any
@@ -24,7 +24,7 @@ HEAD = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
 
 CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
 STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
-"""s; a stroke of that cycle."""
+"""Time of a stroke of this cycle, s."""
 
 DRESS = """
 O9100
@@ -42,14 +42,14 @@ N10 M99
 """Two passes of 0.02 mm at 191 mm/min."""
 
 LONG_AFTER = (1e12,)
-"""s; an operator who asks for a dress at such a time has every stroke stepped."""
+"""Time of a dress request, s; such a request makes the machine step every stroke."""
 
 DRESS_NUMBERS = {"dress_passes": 2.0, "dress_feed": 191.0 / 60.0, "dress_depth": 0.02}
-"""The same for the compiled loops."""
+"""Numbers of this dress for the compiled loops."""
 
 
 def stroking(speed: float, bottom: float, **changes: float) -> Stroking:
-    """The strokes of 260 mm over a covered part down to a depth, mm, at a speed of the table, mm/s."""
+    """Return strokes of 260 mm over a covered part down to a depth, mm, at a table speed, mm/s."""
     seconds = motion_time(260.0, speed, 1000.0) + 0.15
     times = dict.fromkeys(("first_seconds", "stroke_seconds", "set_out"), seconds)
     none = dict.fromkeys(("start", "surface", "cross_start", "cross_end"), 0.0)
@@ -59,7 +59,7 @@ def stroking(speed: float, bottom: float, **changes: float) -> Stroking:
 
 
 def start_wheel(p: StrokeParameters, diamond_flat: float = 0.0) -> WheelState:
-    """The wheel with which a job begins, dressed so."""
+    """Return the dressed wheel with which a job begins."""
     wheel = dressed_wheel(300.0, diamond_flat, 0.1, 0.02, p)
     return dressed_wheel(300.0, diamond_flat, dress_lead(wheel, 191.0 / 60.0, p), 0.02, p)
 
@@ -74,7 +74,7 @@ def job(
     wheel_start: WheelStart | None = None,
     **part: Any,
 ) -> Job:
-    """The job of model.md, 200 mm x 20 mm of hardened 52100, with changes."""
+    """Return the job of model.md, 200 mm x 20 mm of hardened 52100, with changes."""
     values = {"length": 200.0, "width": 20.0, "height": 20.0, "stock": 0.1, "scrap_cost": 40.0, **part}
     return Job(
         part=Part(material=CATALOGUE.material(material), **values),
@@ -95,12 +95,12 @@ def job(
 
 
 STILL = replace(CATALOGUE.material("aisi_52100"), thermal_expansion=0.0)
-"""A material that does not grow: what a stroke does then depends on no time."""
+"""Material without thermal growth: its strokes do not depend on time."""
 TIMELESS = {
     "fluid": replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0),
     "machine": replace(CATALOGUE.machine("default"), chuck_conductance=0.0),
 }
-"""A set-up in which a part stays as warm as it is, however long it waits."""
+"""Set-up without cooling: a waiting part keeps its heat."""
 
 
 def run(
@@ -110,7 +110,7 @@ def run(
 
 
 def machine_after(programs: Programs, job: Job, control: Control | None = None) -> GrindingRun:
-    """The machine after a program, told every stroke unless the control gives cycles as a whole."""
+    """Return the machine after a program; the control passes strokes or whole cycles."""
     control = control or job.control
     machine, execution = GrindingRun(programs, job, control), execute(programs, control)
     machine.tell(execution)
@@ -124,8 +124,8 @@ def drawn_machines(job: Job, uncertainty: Uncertainty, seed: int, count: int) ->
     return tuple(draw_machine(job, uncertainty, uncertainty.root, seed, k) for k in range(count))
 
 
-def told_stepped(record: GrindingRecord) -> tuple[str, ...]:
-    """The warnings of a record with a dress asked for `LONG_AFTER`, but that this one is not made."""
+def warnings_when_stepped(record: GrindingRecord) -> tuple[str, ...]:
+    """Return the warnings of a stepped record, without the one on the late dress request."""
     late = [warning for warning in record.warnings if f"asked for at {LONG_AFTER[0]:g} s is not made" in warning]
     assert len(late) == 1
     return tuple(warning for warning in record.warnings if warning not in late)

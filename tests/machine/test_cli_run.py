@@ -26,7 +26,7 @@ PROGRAMS = Path(__file__).parents[1] / "behaviour" / "programs"
 PLATE = str(EXAMPLES / "plate_g82.nc")
 
 
-def test_the_table_of_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_prints_the_table_of_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", PLATE) == 0
     out = capsys.readouterr().out
     assert "plate_g82.nc" in out
@@ -35,7 +35,7 @@ def test_the_table_of_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     assert max(map(len, out.splitlines())) <= 80
 
 
-def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", PLATE, "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert found["parts"][0]["strokes"] == 29
@@ -77,7 +77,7 @@ def test_every_cause_of_scrap_is_named(tmp_path: Path, capsys: pytest.CaptureFix
     assert "not ground everywhere: part 5\n" in out
 
 
-def test_the_size_that_is_shown_is_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_shows_the_worst_size_error(capsys: pytest.CaptureFixture[str]) -> None:
     rail = str(EXAMPLES / "rail_g83.nc")
     assert grind("run", rail, "--json") == 0
     part = json.loads(capsys.readouterr().out)["parts"][0]
@@ -90,12 +90,12 @@ def test_the_size_that_is_shown_is_the_worst(capsys: pytest.CaptureFixture[str])
 
 
 def write_parts(path: Path, parts: int) -> None:
-    """The example plate, again and again, with a dress so shallow that the wheel lasts."""
+    """Write a program of `parts` example plates with a dress so shallow that the wheel lasts."""
     text = Path(PLATE).read_text().split("%\n")[1].replace("N100 M30\n", "N100 M00\nM99\n")
     path.write_text(f"M98 P2001 L{parts}\nM30\n" + text.replace("Y-.02 F60.", "Y-.005 F60."))
 
 
-def test_parts_that_are_alike_have_one_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_similar_parts_share_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "parts.nc"
     write_parts(program, 40)
     (tmp_path / "parts.toml").write_text((EXAMPLES / "plate_g82.toml").read_text())
@@ -113,7 +113,7 @@ def part_numbers(row: str) -> range:
     return range(int(found[1]), int(found[2] or found[1]) + 1)
 
 
-def test_of_very_many_rows_the_first_and_the_last_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_of_very_many_rows_is_shortened(capsys: pytest.CaptureFixture[str]) -> None:
     settings = load_job(Path(PLATE).with_suffix(".toml"))
     one = run_grind(read_file(PLATE), settings)
     parts = np.repeat(one.parts, 1000)
@@ -122,12 +122,10 @@ def test_of_very_many_rows_the_first_and_the_last_are_printed(capsys: pytest.Cap
     print_record(many, settings, "many.nc", Console())
     out = capsys.readouterr().out
     assert "... 940 more rows, which --json has" in out
-    assert len(out.splitlines()) < 75 + 8  # of the table of blocks and the dress
+    assert len(out.splitlines()) < 75 + 8  # table of blocks, and the dress
 
 
-def test_what_puts_parts_beyond_a_limit_has_its_block_and_stroke(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cause_of_scrap_names_its_block_and_stroke(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program, job = tmp_path / "weak.nc", tmp_path / "weak.toml"
     program.write_text(HEAD + "N50 G82 X230. I-30. Y-.2 J-.04 F60. E15000.\nM30\n")
     job.write_text((EXAMPLES / "plate_g82.toml").read_text() + "\n[setup.machine_overrides]\npower_limit = 2000\n")
@@ -160,13 +158,13 @@ def test_the_shares_of_the_size_error_add_up(name: str, capsys: pytest.CaptureFi
     assert wear > 0.0 and growth < 0.0 and deflection > 0.0 and rest == pytest.approx(0.0, abs=1e-9)
 
 
-def test_part_numbers_in_a_row_are_joined() -> None:
+def test_consecutive_part_numbers_are_joined() -> None:
     assert runs([1]) == "1"
     assert runs([1, 2]) == "1, 2"
     assert runs([1, 3, 4, 5, 6, 9]) == "1, 3 to 6, 9"
 
 
-def test_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_skips_blocks_with_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "deleted.nc"
     text = HEAD + "{}G82 X230. I-30. Y-.02 J-.01 F60. E12000.\nM30\n"
     program.write_text(text.format("/G04 P60.\n"))
@@ -180,7 +178,7 @@ def test_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 ALL = [path for folder in (EXAMPLES, PROGRAMS) for path in sorted(folder.glob("*.nc"))]
 RETRACT = {"grooving_wheel": ["--groove-retract", "0.01"]}
-"""Options of a program whose steps are as small as the usual retract amount."""
+"""Options of a program with steps as small as the usual retract amount."""
 
 
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
@@ -208,7 +206,7 @@ def test_run_and_report_take_the_retract_that_the_error_recommends(
         times[retract] = json.loads(capsys.readouterr().out)["seconds"]
     grind("report", program, "-o", page, "--groove-retract", retract)
     assert f"{times[retract]:.1f} s" in page.read_text("utf-8")
-    # 12 retracts at F6 and 2 at F3: so much less to infeed again, and rapids from rest to rest
+    # 12 retracts at F6 and 2 at F3: a shorter infeed after each, and rapids from rest to rest
     rapid = 2.0 * ((0.01 / 1000.0) ** 0.5 - (0.005 / 1000.0) ** 0.5)
     saved = 12 * 0.005 / (6.0 / 60.0) + 2 * 0.005 / (3.0 / 60.0) + 14 * rapid
     assert times[0.01] - times[0.005] == pytest.approx(saved, abs=1e-6)
@@ -228,7 +226,7 @@ def test_check_and_trace_count_the_strokes_and_motions_of_a_run(name: str, capsy
     assert len(motions) == report["motions"]
 
 
-def test_pages_say_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_names_the_pages_that_explain_stops_dresses_and_columns(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", "--help") == 0
     out, docs = capsys.readouterr().out, Path(__file__).parents[2] / "docs"
     pages = [docs / "howto" / "shop.md", docs / "howto" / "job-file.md", docs / "reference" / "columns.md"]
@@ -253,7 +251,7 @@ def test_pages_say_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixt
     assert not {*(STROKE_ROW.names or ())} - {name for each in named[1] for name in each.split(", ")}
 
 
-def test_plot_and_record(tmp_path: Path) -> None:
+def test_run_writes_a_plot_and_a_record(tmp_path: Path) -> None:
     plot, record = tmp_path / "plate.png", tmp_path / "plate.csv"
     assert grind("run", PLATE, "--plot", plot, "--record", record) == 0
     assert plot.read_bytes().startswith(b"\x89PNG")
@@ -283,7 +281,7 @@ def test_bad_input_is_one_line_and_exit_status_2(
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("command", ["run", "check", "trace"])
-def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_path: Path) -> None:
+def test_the_garbage_of_a_command_does_not_grow_with_the_parts(command: str, tmp_path: Path) -> None:
 
     def left(parts: int) -> int:
         program, job = tmp_path / "parts.nc", Path(PLATE).with_suffix(".toml")
@@ -296,5 +294,5 @@ def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_p
         finally:
             gc.enable()
 
-    left(4)  # what is made once
+    left(4)  # fills the caches
     assert left(24) < left(4) + 20  # less than an object a part

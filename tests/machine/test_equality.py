@@ -1,4 +1,4 @@
-"""A G82 block means the same to the interpreter with `machine.grind` and to the batched kernel."""
+"""A G82 block gives equal results in the interpreter (`machine.grind`) and in the batched kernel."""
 
 import dataclasses
 import importlib.util
@@ -32,12 +32,12 @@ from tests.batches import CYCLE, PARAMETERS, PART, WHEEL, cold, grind_cycles
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, job, run, start_wheel, stroking
 
-MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
+MICRONS = 1000.0  # per mm; the quotient is exactly the number in a word such as Y.009
 
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A G82 block and the job it runs on; depths and picks in whole um, as the control reads them."""
+    """G82 block and its job; depths and picks in whole um, as the control reads them."""
 
     material: str
     wheel: str
@@ -140,7 +140,7 @@ def records(kind: type[Any], dtype: np.dtype[np.void], rows: list[Any]) -> Any:
 
 
 def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, Any, Any]:
-    """The arguments of `grind_cycles`, spelled out from the cases and not from the interpreter."""
+    """Return the arguments of `grind_cycles`, computed from the cases without the interpreter."""
     cycles: list[tuple[float, ...]] = []
     parameters: list[StrokeParameters] = []
     wheels: list[WheelState] = []
@@ -188,7 +188,7 @@ def batched(case: Case, dress_seconds: float) -> Batched:
 
 
 def strokes_and_dresses(case: Case) -> tuple[Array, list[int]]:
-    """The depth of every stroke in um, and after which stroke each dress runs (PD-10), in whole numbers of um."""
+    """Return the depth of every stroke, um, and the strokes made before each dress (PD-10), by whole numbers."""
     H, h, heights, places = case.depth + case.above, 0, list[int](), [0] * case.pre_dress
     done = 0
     while h < H:
@@ -223,7 +223,7 @@ EVERY_SECOND = Case(
     pre_dress=False,
     coverage=True,
 )
-"""Ten full plunges, each followed by one that is not."""
+"""Ten full plunges, each followed by a smaller one."""
 
 
 @examples(200)
@@ -243,7 +243,7 @@ def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     assert list(record.dresses["after"]) == places
     assert_same_times(case, record)
     assert_same_plunges(case, record, batch.result)
-    if n not in places:  # else the wheel has been dressed since its last stroke
+    if n not in places:  # otherwise a dress follows the last stroke
         for name in WHEEL_FIELDS:
             assert_close(record.strokes[name][-1], batch.wheel[name], name)
 
@@ -269,7 +269,7 @@ def assert_same_times(case: Case, record: GrindingRecord) -> None:
 
 
 def assert_same_plunges(case: Case, record: GrindingRecord, tally: Any) -> None:
-    """The powers of full plunges and the heat of all are those that the depths of the strokes tell."""
+    """Assert the powers of full plunges and the heat of all, as the depths of the strokes imply."""
     strokes, (depths, places) = record.strokes, strokes_and_dresses(case)
     gain, stalled = np.diff(np.maximum.accumulate([0, *depths])), strokes["torque"] >= 1.0
     # up to a stall, after which the wheel passes above the part
@@ -283,16 +283,16 @@ def assert_same_plunges(case: Case, record: GrindingRecord, tally: Any) -> None:
 
 
 def window(tally: Any) -> list[float]:
-    """Powers of the latest full plunges, newest first."""
+    """Return the powers of the latest full plunges, newest first."""
     return [float(tally[f"power_{number}"]) for number in range(1, 7)]
 
 
 def assert_close(found: Any, expected: Any, name: str) -> None:
-    # the floor is for cuts of some pm, which show how the coordinates were rounded
+    # atol is for cuts of a few pm, which show the rounding of coordinates
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13, err_msg=name)
 
 
-def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
+def test_a_tally_continues_from_cycle_to_cycle() -> None:
     short = dataclasses.replace(EVERY_SECOND, depth=30, L=0, coverage=False)
     cycles, parameters, wheels, parts = tables([EVERY_SECOND])
     before = grind_cycles(cycles, parameters, wheels, parts)
@@ -338,7 +338,7 @@ MANY = [
 
 
 def outcome(cases: list[Case], grind: Callable[..., Array]) -> tuple[bytes, ...]:
-    """Results, wheels and parts of each case as bytes."""
+    """Return results, wheels and parts of each case as bytes."""
     cycles, parameters, wheels, parts = tables(cases)
     results = grind(cycles, parameters, wheels, parts)
     return tuple(results[i].tobytes() + wheels[i].tobytes() + parts[i].tobytes() for i in range(len(cases)))
@@ -346,7 +346,7 @@ def outcome(cases: list[Case], grind: Callable[..., Array]) -> tuple[bytes, ...]
 
 @pytest.fixture(scope="module")
 def alone() -> tuple[bytes, ...]:
-    """Of each case without another machine beside it."""
+    """Return the outcome of each case without another machine beside it."""
     found = tuple(outcome([case], grind_cycles)[0] for case in MANY)
     assert len(set(found)) == len(MANY)
     return found
@@ -354,7 +354,7 @@ def alone() -> tuple[bytes, ...]:
 
 @pytest.mark.bits
 @pytest.mark.parametrize("threads", [1, 2, 5])
-def test_machines_side_by_side_have_the_bits_that_each_has_alone(alone: tuple[bytes, ...], threads: int) -> None:
+def test_machines_of_a_batch_have_the_bits_of_each_alone(alone: tuple[bytes, ...], threads: int) -> None:
     assert outcome(MANY, partial(grind_cycles, threads=threads)) == alone
 
 

@@ -26,7 +26,7 @@ def example(name: str) -> GrindingRecord:
 
 
 def cutting(record: GrindingRecord) -> Any:
-    """The strokes that cut at least 3 um, away from spark-out."""
+    """Return the strokes that cut at least 3 um, without spark-out."""
     return record.strokes[record.strokes["ae"] >= 0.003]
 
 
@@ -42,14 +42,14 @@ def test_examples_lie_in_the_orders_of_magnitude_of_the_literature(name: str) ->
     assert ((strokes["u_s"] > 20.0) & (strokes["u_s"] < 130.0)).all()
     power_per_width = strokes["power"] / strokes["b"]
     assert ((power_per_width > 30.0) & (power_per_width < 200.0)).all()
-    # the film may boil, but nothing tempers; what the dress has loosened lowers the first G-ratios
+    # the film may boil, but nothing tempers; early wear lowers the first G-ratios
     assert ((strokes["T"] > 50.0) & (strokes["T"] < 450.0)).all()
     assert ((strokes["G"] > 2.0) & (strokes["G"] < 100.0)).all()
     assert 0.2 < part["Ra"] < 0.8
     assert abs(part["size_error"]) < 6.0  # ground warm, a part may be too thin
 
 
-def test_example_dresses_and_strokes() -> None:
+def test_examples_make_the_expected_dresses_and_strokes() -> None:
     # plate: 17 picks, coverage; an idle stroke to the secondary; 6 picks, coverage, 4 spark-out strokes
     plate = example("plate_g82")
     assert plate.parts[0]["strokes"] == 17 + 1 + 0 + 6 + 1 + 4
@@ -62,7 +62,7 @@ def test_example_dresses_and_strokes() -> None:
 # --- depth ----------------------------------------------------------------------------------------
 
 
-def test_depth_of_a_stroke_is_that_at_its_middle() -> None:
+def test_a_stroke_has_the_depth_at_its_middle() -> None:
     # 260 mm at 200 mm/s take 1.5 s; a feed of 0.01 mm/s runs beside, from 0 at time 0
     text = HEAD + "G81 X230. I-30. E12000.\nG01 Y-.1 F.6\nG80\nM30\n"
     control = Control(acceleration=1000.0, rapid_feed=1e6, reversal_dwell=0.0)
@@ -107,7 +107,7 @@ def test_a_stroke_beside_the_part_grinds_nothing() -> None:
 # --- dresses --------------------------------------------------------------------------------------
 
 
-def test_dress_causes_and_counts() -> None:
+def test_dresses_are_recorded_with_cause_count_and_cost() -> None:
     text = HEAD + CYCLE.replace("G82", "G82.1").replace("P9100", "P9100 D2") + "M30\n"
     control = dataclasses.replace(job().control, operator_dress_at=(3.0,))
     record = run(text, job(), control=control)
@@ -124,7 +124,7 @@ def test_dress_causes_and_counts() -> None:
 INCH = "G70 G94 G90 G19\nG00 X-2. Y0 Z0\nG82 X9. I-2. Y-.002 J-.001 F6. E400. P9200 D1\nM30\n"
 
 
-def test_a_dress_program_has_the_modes_of_its_caller() -> None:
+def test_a_dress_program_inherits_the_modes_of_its_caller() -> None:
     inherited = "\nO9200\nG91 G01 Y-.001 F6.\nZ1.2 F7.5\nM99\n"
     own = inherited.replace("G91", "G70 G94 G91")
     found, expected = run(INCH + inherited, job()), run(INCH + own, job())
@@ -134,7 +134,7 @@ def test_a_dress_program_has_the_modes_of_its_caller() -> None:
 
 
 @pytest.mark.parametrize("shift", ["G10 L2 P1 X100. Z7.", "G52 X100. Z7.", "G92 X-100. Z-7."])
-def test_the_diamond_is_met_where_the_shifted_origin_takes_the_dress(shift: str) -> None:
+def test_a_shifted_origin_moves_the_dress_relative_to_the_diamond(shift: str) -> None:
     text = f"G71 G94 G90 G19\nG00 X0. Y0. Z0.\n{shift}\nG00 X-130. Z-7.\n"
     text += CYCLE.replace("X230. I-30.", "X130. I-130.").replace("P9100", "P9100 D1") + "M30\n"
     for tip, warnings in ((Diamond(x=-20.0, y=10.0, z=-3.0), 0), (Diamond(x=-120.0, y=10.0, z=-10.0), 1)):
@@ -145,13 +145,13 @@ def test_the_diamond_is_met_where_the_shifted_origin_takes_the_dress(shift: str)
         assert ("misses the diamond" in str(why)) == bool(warnings)
 
 
-def test_what_a_dress_program_calls_is_part_of_it() -> None:
+def test_a_dress_program_includes_the_subprograms_it_calls() -> None:
     passes = "O9101\nG91 G01 Y-.02 F60.\nZ35. F191.\nY-.02 F60.\nZ-35. F191.\nG90\nM99\n"
     dress = f"O9100\nG71 G90 G94\nG00 Y20.\nG00 X-120. Z-40.\nG00 Y10.\nM98 P9101\nG00 Y20.\nM99\n{passes}"
     text = HEAD + CYCLE.replace("P9100", "P9100 D1") + "M30\n"
     record = grind(read(text + dress, "test.nc"), job())
     assert record.parts[0]["dresses"] == 1 and record.warnings == ()
-    # called by the main program it is one that dresses nothing
+    # called by the main program, it dresses nothing
     text = text.replace("M30", "G80\nG00 Y20.\nM98 P9101\nM30")
     (warning,) = grind(read(text + dress, "test.nc"), job()).warnings
     assert "test.nc:6: M98 P9101" in warning and "dresses nothing" in warning
@@ -168,7 +168,7 @@ def test_a_dress_program_that_depends_on_its_caller_is_refused() -> None:
         run(text + absolute, job())
 
 
-def test_a_bad_dress_program_or_program_is_refused() -> None:
+def test_invalid_programs_and_dress_programs_are_rejected() -> None:
     with pytest.raises(DressProgramError, match="O9300"):
         run(HEAD + CYCLE.replace("9100", "9300") + "M30\nO9300\nG00 Y20.\nM99\n", job())
     with pytest.raises(ControlError):
@@ -186,7 +186,7 @@ TRAVERSE = HEAD + "G83 X230. I-30. Y-.04 J-.01 Z35. K10. L1 F1500. E12000. P9100
 @pytest.mark.parametrize(
     ("text", "width"), [(HEAD + CYCLE.replace("P9100", "P9100 D3") + "M30\n", 20.0), (TRAVERSE, 60.0)]
 )
-def test_nothing_is_lost(text: str, width: float, wheel: str) -> None:
+def test_grinding_conserves_stock_wheel_energy_and_cost(text: str, width: float, wheel: str) -> None:
     record = run(text, job(wheel=wheel, width=width))
     strokes, part = record.strokes, record.parts[0]
     removed = (strokes["ae"] * strokes["b"] * strokes["Lw"]).sum()
@@ -228,7 +228,7 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     assert run(text, wide, parts=hard).parts[0]["taper"] < 0.02 * lost
 
 
-def test_a_traversed_part_is_judged_where_it_is_farthest_from_its_size() -> None:
+def test_a_traversed_part_is_judged_by_its_largest_size_error() -> None:
     text = HEAD + "G83 X230. I-30. Y-.05 J-.025 Z75. K25. L0 F1500. E12000. P9100\nM30\n"
 
     def traversed(tolerance: float) -> Any:
@@ -243,7 +243,7 @@ def test_a_traversed_part_is_judged_where_it_is_farthest_from_its_size() -> None
 
 
 @pytest.mark.parametrize("width", [7.0, 19.3, 23.0])
-def test_a_plunged_part_is_judged_by_its_mean_to_the_last_bit(width: float) -> None:
+def test_a_plunged_part_has_equal_mean_and_worst_size_error_to_the_last_bit(width: float) -> None:
     for stock in (0.0513, 0.0677, 0.0731):
         text = HEAD + CYCLE.replace("Y-.05", f"Y-{stock}") + "M30\n"
         part = run(text, job(width=width, stock=stock, tolerance=5.0)).parts[0]
@@ -276,7 +276,7 @@ def test_limits_decide_survival() -> None:
     assert run(text, job(stock=0.05, setup={"machine": weak})).parts[0]["survival"] < 0.01
 
 
-def test_a_stop_in_a_dress_program_is_no_new_part() -> None:
+def test_a_stop_in_a_dress_program_begins_no_new_part() -> None:
     text = HEAD + CYCLE.replace("P9100", "P9400 D1") + "M30\n"
     dress = DRESS.replace("O9100", "O9400")
     stops = dress.replace("N9", "M01\nM00\nN9")
@@ -296,14 +296,14 @@ def test_a_stroke_that_destroys_the_wheel_warns_once(feed: str) -> None:
     assert record.parts["survival"][0] < 0.01
 
 
-def test_numbers_beyond_the_model_are_refused() -> None:
+def test_non_finite_results_of_a_cut_are_rejected() -> None:
     beyond = (PartConditions(factors={"RaRef": 1e300, "ra_scale": 1e200}),)
     with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers; give "):
         run(HEAD + CYCLE + "M30\n", job(), parts=beyond)
 
 
 def test_the_control_knows_the_wheel_radius_at_any_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under G96 the speed of the spindle tells which radius entry 33 holds (12-41, 15-11)."""
+    """Under G96 the spindle speed shows the radius in entry 33 (12-41, 15-11)."""
     speeds = []
 
     def listening(programs: Programs, control: Control) -> Execution:

@@ -24,7 +24,7 @@ NEAR = Control(acceleration=1000.0, rapid_feed=18_000.0, groove_retract=0.01)
 
 
 def groove_job(*, wheel: bool = True, stiffness: float = 20_000.0, **changes: Any) -> Job:
-    """A part of 100 mm that the tool touches at X25, five infeeds of 0.02 mm deep."""
+    """Return the job of a part 100 mm long, touched at X25, with stock for five infeeds of 0.02 mm."""
     machine = dataclasses.replace(CATALOGUE.machine("default"), stiffness=stiffness)
     setup = {"grooving_wheel": wheel, "machine": machine}
     values = {"length": LENGTH, "width": WIDTH, "surface": 25.0, "stock": 0.1, "load": 20.0, **changes}
@@ -32,7 +32,7 @@ def groove_job(*, wheel: bool = True, stiffness: float = 20_000.0, **changes: An
 
 
 def motion(length: float, speed: float) -> float:
-    """Time of a motion from rest to rest at 1000 mm/s2, s."""
+    """Return the time of a motion from rest to rest at 1000 mm/s2, s."""
     return length / speed + speed / 1000.0 if length > speed**2 / 1000.0 else 2.0 * math.sqrt(length / 1000.0)
 
 
@@ -76,7 +76,7 @@ def test_a_turning_tool_takes_time_and_nothing_else() -> None:
     assert record.warnings == ()
 
 
-def test_a_turning_tool_leaves_the_wheel_to_the_dress_of_the_cycle_after_it() -> None:
+def test_grooves_of_a_turning_tool_do_not_affect_the_wheel_of_a_later_cycle() -> None:
     cycle = "G00 X-130. Y0 Z0\nG19 G82 X130. I-130. Y-.02 J-.01 F60. E12000. P9100\nM30\n"
     grooved = run(START + G1 + cycle, groove_job(wheel=False, surface=0.0), control=CONTROL)
     plain = run(START + cycle, groove_job(wheel=False, surface=0.0), control=CONTROL)
@@ -88,7 +88,7 @@ def test_a_turning_tool_leaves_the_wheel_to_the_dress_of_the_cycle_after_it() ->
 # --- the process model ----------------------------------------------------------------------------
 
 
-def test_an_infeed_is_the_stroke_of_the_same_removal_rate() -> None:
+def test_an_infeed_equals_a_stroke_of_the_same_removal_rate() -> None:
     # a pick of 0.02 mm at E12000 over 100 mm removes 4 mm2/s, as an infeed at 0.04 mm/s over 100 mm does
     stroke = run(
         "G71 G94 G90 G19\nG00 X-30. Y0 Z0\nG82 X130. I-30. Y-.02 J-.02 F60. E12000.\nM30\n", groove_job(surface=0.0)
@@ -99,7 +99,7 @@ def test_an_infeed_is_the_stroke_of_the_same_removal_rate() -> None:
     assert stroke["ae"] > 0.005
 
 
-def test_removal_rate_is_that_of_plunge_grinding() -> None:
+def test_infeeds_have_the_removal_rate_of_plunge_grinding() -> None:
     # Q' = pi dw vf: a part of 100 mm circumference at 6 mm/min, on the stiffest machine
     rows = run(START + FINE + "M30\n", groove_job(stiffness=500_000.0), control=NEAR).strokes
     assert (rows["ae"] + rows["dw"])[1:] - np.diff(rows["grown"]) == pytest.approx([0.02] * 4, rel=1e-2)
@@ -107,7 +107,7 @@ def test_removal_rate_is_that_of_plunge_grinding() -> None:
     assert (rows["Lw"] == LENGTH).all() and (rows["b"] == WIDTH).all()
 
 
-def test_nothing_is_lost() -> None:
+def test_grooving_conserves_stock_wheel_and_cost() -> None:
     record = run(START + "G77 X24.9 Z-70. I.02 K30. D0 F6.\nM30\n", groove_job(), control=NEAR)
     rows, part = record.strokes, record.parts[0]
     assert len(rows) == part["infeeds"] == 15
@@ -118,13 +118,13 @@ def test_nothing_is_lost() -> None:
     assert part["worn"] == pytest.approx(rows["worn"].sum())
     assert part["peak_power"] == rows["power"].max()
     assert part["burn_ratio"] == rows["burn_ratio"].max() > 0.0
-    # Q' times the time in which the feed covers 0.02 mm is the volume, were it not for the machine that yields
+    # Q' times the time of the feed over 0.02 mm is the volume
     assert rows["Q"] * 0.02 / 0.1 == pytest.approx(rows["ae"] * LENGTH)
     total = sum(part[name] for name in ("time_cost", "wheel_cost", "dress_cost", "scrap_cost"))
     assert part["total_cost"] == pytest.approx(total)
 
 
-def test_a_groove_lags_by_what_the_machine_yields_and_the_wheel_wears() -> None:
+def test_a_groove_lags_by_deflection_wheel_wear_and_growth() -> None:
     record = run(START + FINE + "M30\n", groove_job(), control=NEAR)
     rows = record.strokes
     residual = rows["Z"] - np.cumsum(rows["ae"])
@@ -135,7 +135,7 @@ def test_a_groove_lags_by_what_the_machine_yields_and_the_wheel_wears() -> None:
     assert record.parts[0]["Ra"] == rows["Ra"][-1]
 
 
-def test_grooves_of_the_outside_and_the_inside_are_alike() -> None:
+def test_outer_and_inner_grooves_are_alike() -> None:
     outer = run(START + "G77 X24.9 Z-50. I.02 K40. D0 F6.\nM30\n", groove_job(), control=NEAR).strokes
     inner = run(START + "G77 X25.1 Z-50. I.02 K40. D0 F6.\nM30\n", groove_job(), control=NEAR).strokes
     assert outer["ae"].min() > 0.0
@@ -143,7 +143,7 @@ def test_grooves_of_the_outside_and_the_inside_are_alike() -> None:
         assert list(inner[name]) == pytest.approx(list(outer[name])), name
 
 
-def test_face_grooves() -> None:
+def test_face_grooves_remove_as_much_as_outer_grooves() -> None:
     text = "G71 G94 G90 G18\nG00 X10. Z2.\nG76 X90. Z1.9 I80. K.02 D0 F6.\nM30\n"
     face = run(text, groove_job(surface=2.0), control=NEAR).strokes
     outer = run(START + "G77 X24.9 Z-90. I.02 K80. D0 F6.\nM30\n", groove_job(), control=NEAR).strokes
@@ -151,13 +151,13 @@ def test_face_grooves() -> None:
 
 
 @pytest.mark.parametrize(("spacing", "width"), [("40.", 25.0), ("25.", 25.0), ("10.", 10.0), ("2.5", 2.5)])
-def test_a_groove_beside_another_is_as_wide_as_what_is_left(spacing: str, width: float) -> None:
+def test_a_groove_beside_another_cuts_only_the_remaining_width(spacing: str, width: float) -> None:
     text = START + f"G91 G77 X-.1 Z-{spacing} I.02 K{spacing} D0 F6.\nM30\n"
     rows = run(text, groove_job(), control=NEAR).strokes
     assert list(rows["b"]) == pytest.approx([WIDTH] * 5 + [width] * 5)
 
 
-def test_only_what_lies_below_the_bottom_of_the_neighbour_takes_the_whole_width() -> None:
+def test_infeeds_below_the_neighbouring_groove_cut_the_whole_width() -> None:
     text = START + "G77 X24.96 I.02 D0 F6.\nG00 Z-20.\nG77 X24.9 I.02 D0 F6.\nM30\n"
     rows = run(text, groove_job(), control=NEAR).strokes
     assert list(rows["b"]) == pytest.approx([25.0, 25.0, 10.0, 10.0, 25.0, 25.0, 25.0])
@@ -197,7 +197,7 @@ def test_heat_counts_near_the_bottom_of_each_groove() -> None:
     control = dataclasses.replace(NEAR, groove_retract=0.005)
     record = run(START + blocks, groove_job(), control=control)
     rows = record.strokes
-    # the second block to X24.7 goes 0.2 mm through the groove that is there
+    # the second block to X24.7 goes 0.2 mm through the existing groove
     cutting = rows["ae"] > 0.0
     depth = np.where(rows["line"] == 3, 0.1, 0.3)
     counts = cutting & (rows["Z"] >= depth - 0.05 - 1e-9)
@@ -218,7 +218,7 @@ def test_the_heat_of_a_groove_counts_in_its_own_stage() -> None:
     assert staged.parts[0]["rise"] == gentle
 
 
-def test_grooves_alone_are_judged_by_their_depth_and_ground_surfaces_by_themselves() -> None:
+def test_groove_depth_counts_only_for_a_part_without_ground_surfaces() -> None:
     demands = {"tolerance": 30.0, "roughness_limit": 1.0}
     grooved = run(START + FINE + "M30\n", groove_job(**demands), control=NEAR).parts[0]
     assert abs(grooved["size_error"]) < 30.0
@@ -242,7 +242,7 @@ def test_parts_are_divided_at_m00() -> None:
     assert first["time"] == pytest.approx([20.0, record.parts["seconds"][0] + 20.0])
 
 
-# --- what a user is told --------------------------------------------------------------------------
+# --- warnings and errors --------------------------------------------------------------------------
 
 
 def test_an_infeed_beyond_the_model_warns_once_per_block() -> None:
@@ -281,7 +281,7 @@ def test_a_program_without_stroke_or_groove_is_refused() -> None:
         run(START + "M30\n", groove_job())
 
 
-def test_a_wheel_that_stalls_in_a_groove_loses_time_and_is_told_as_in_a_stroke() -> None:
+def test_a_spindle_stall_in_a_groove_costs_time_and_the_part_and_warns() -> None:
     text = START + "G77 X24.4 I.2 D0 F60.\nG77 X24. I.2 D0 F60.\nM30\n"
     strong, weak = (groove_job(), groove_job())
     machine = dataclasses.replace(weak.setup.machine, power_limit=900.0, stall_time=450.0)
@@ -298,6 +298,6 @@ def test_a_wheel_that_stalls_in_a_groove_loses_time_and_is_told_as_in_a_stroke()
     (part,), (plain,) = stalled.parts, usual.parts
     assert part["seconds"] - plain["seconds"] == pytest.approx(450.0)
     assert part["survival"] == 0.0
-    (told,) = (each for each in stalled.warnings if "the spindle stalls" in each)
-    assert told.startswith("test.nc:3: in an infeed the spindle stalls, which has 0.9 kW")
-    assert "450 s are lost; take smaller steps or a lower F" in told
+    (warning,) = (each for each in stalled.warnings if "the spindle stalls" in each)
+    assert warning.startswith("test.nc:3: in an infeed the spindle stalls, which has 0.9 kW")
+    assert "450 s are lost; take smaller steps or a lower F" in warning

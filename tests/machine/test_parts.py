@@ -39,17 +39,17 @@ def test_gauging_covers_the_time_from_m01_until_the_next_cycle() -> None:
     later = slow.strokes["time"] - way.strokes["time"]
     assert later == pytest.approx(np.where(np.arange(len(later)) < 8, 0.0, 28.0 - 2.0 * math.sqrt(20.05 / 1000.0)))
     assert slow.parts[0]["seconds"] - way.parts[0]["seconds"] == pytest.approx(later[-1])
-    # and the part cools in it
+    # and the part cools meanwhile
     assert slow.strokes["grown"][8] < way.strokes["grown"][8] < way.strokes["grown"][7]
 
 
 @pytest.mark.parametrize("stop", ["M01\nG80\n", "G80\nM00\nM01\n"], ids=["table goes on", "no part"])
-def test_where_the_table_goes_on_or_no_part_lies_gauging_takes_no_time(stop: str) -> None:
+def test_gauging_takes_no_time_without_a_part_or_on_a_moving_table(stop: str) -> None:
     text = HEAD + CYCLE + stop + "G00 Y20.\nG00 X-30.\nG00 Y0\n" + CYCLE + "M30\n"
     assert run(text, gauged(0.0)).strokes.tolist() == run(text, gauged(30.0)).strokes.tolist()
 
 
-def test_nothing_is_gauged_of_a_part_that_has_not_been_ground() -> None:
+def test_gauging_takes_no_time_before_the_first_stroke() -> None:
     text = HEAD + "M01\nM01\n" + CYCLE + "M30\n"
     times = [dataclasses.replace(job(), times=Times(load=0.0, gauge=seconds)) for seconds in (0.0, 30.0)]
     assert run(text, times[0]).strokes.tolist() == run(text, times[1]).strokes.tolist()
@@ -83,14 +83,14 @@ def test_parts_are_divided_at_m00() -> None:
 
 
 @pytest.mark.parametrize("beside", ["", "G04 X2.\n", "G01 Y-.06 F3.\nG04 X1.5\n"])
-def test_from_a_table_that_reciprocates_no_part_is_taken(beside: str) -> None:
+def test_m00_on_a_moving_table_takes_effect_once_it_stops(beside: str) -> None:
     again = "G00 Y20.\nG00 X-30.\nG00 Y0\n" + CYCLE + "G80\nG00 Y20.\nM30\n"
     early = run(HEAD + CYCLE + "M00\n" + beside + "G80\n" + again, job())
     late = run(HEAD + CYCLE + beside + "G80\nM00\n" + again, job())
     assert early.parts.tolist() == late.parts.tolist() and len(early.parts) == 2
     assert early.strokes.tolist() == late.strokes.tolist()
-    told = [each for each in early.warnings if "from which no part is taken" in each]
-    assert [each.startswith("test.nc:4: ") for each in told] == [True] * bool(beside)
+    warned = [each for each in early.warnings if "from which no part is taken" in each]
+    assert [each.startswith("test.nc:4: ") for each in warned] == [True] * bool(beside)
 
 
 def test_m00_before_the_first_part_only_loads_it() -> None:
@@ -107,7 +107,7 @@ def test_wear_is_compensated_by_touch_off_and_gauging() -> None:
         assert bool(second["W"] == 0.0) is compensated
 
 
-def test_lots_change_what_a_part_is() -> None:
+def test_part_conditions_change_stock_and_process() -> None:
     part = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\nM00\n"
     text = HEAD + part + part + "M30\n"
 
@@ -125,14 +125,14 @@ def test_lots_change_what_a_part_is() -> None:
         A = record.strokes["A"][record.strokes["part"] == 2]
         return float(A[1] - A[0])
 
-    # growth of the wear flats is linear in kA, and the renewal that is taken off it does not depend on kA
+    # growth of the wear flats is linear in kA, and their renewal does not depend on kA
     assert growth(with_lot(3.0)) - growth(with_lot(2.0)) == pytest.approx(
         growth(with_lot(2.0)) - growth(nominal), rel=1e-6
     )
     assert growth(changed) > 9.0 * growth(nominal)
 
 
-def test_conditions_are_checked() -> None:
+def test_invalid_part_conditions_are_rejected() -> None:
     with pytest.raises(JobError, match="did you mean RaRef"):
         PartConditions(factors={"RaReff": 2.0})
     with pytest.raises(JobError, match="stock is -1"):
@@ -142,10 +142,10 @@ def test_conditions_are_checked() -> None:
         run(HEAD + part + part + "M30\n", job(), parts=(PartConditions(),))
 
 
-def test_start_state_of_the_wheel() -> None:
+def test_the_wheel_begins_dressed_or_in_its_given_state() -> None:
     cycle = HEAD + CYCLE + "M30\n"
     first = run(cycle, job()).strokes[0]
-    # dressed by O9100 with a lead of 0.1 mm and a depth of 0.02 mm, which is the medium dress that an entry states
+    # O9100 dresses with a lead of 0.1 mm and a depth of 0.02 mm, the medium dress of catalogue entries
     assert first["A"] == pytest.approx(job().setup.wheel.dressed_wear_flat, rel=1e-4)
     assert first["ds"] == 300.0
     start = WheelStart(diameter=280.0, wear_flat_area=0.03, volume_since_dress=200.0)
@@ -166,7 +166,7 @@ def test_parts_of_several_kinds_are_ground_in_one_run() -> None:
     assert [record.strokes["Lw"][record.strokes["part"] == k][0] for k in (1, 2, 3)] == [200.0, 100.0, 200.0]
     assert record.parts["stock"].tolist() == [0.1, 0.05, 0.1]
     assert np.allclose(record.parts["S"], 0.05, atol=0.005)
-    # the part is what it is by itself, with the wheel as the one before has left it, but for loading and waves
+    # the part equals a single part with the wheel of the part before, but for loading and waves
     strokes = record.strokes[record.strokes["part"] == 1][-1]
     start = WheelStart(diameter=strokes["ds"], wear_flat_area=strokes["A"], volume_since_dress=strokes["V"])
     alone = run(HEAD + higher + "M30\n", dataclasses.replace(job(wheel_start=start), part=soft)).strokes
@@ -207,7 +207,7 @@ def test_a_new_wheel_has_factors_of_its_own() -> None:
     assert (ratio[1:] > 1.2).all()
 
 
-def test_at_a_gauging_stop_the_wheel_is_changed_within_a_part() -> None:
+def test_a_worn_wheel_is_changed_at_a_gauging_stop_within_a_part() -> None:
     two = "G00 X-30. Y0\n" + CYCLE.replace("P9100", "P9100 D1") + "{}" + CYCLE.replace("Y-.05", "Y-.08") + "M30\n"
     worn = job(wheel_start=WheelStart(diameter=220.01))
     worn = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=100.0))
@@ -215,7 +215,7 @@ def test_at_a_gauging_stop_the_wheel_is_changed_within_a_part() -> None:
     lines = np.unique(strokes["line"])
     assert strokes["ds"][strokes["line"] == lines[0]][-1] < 220.0
     assert strokes["ds"][strokes["line"] == lines[1]][0] == pytest.approx(300.0, abs=1e-3)
-    # without a stop there is nobody to do it
+    # without a stop nobody changes the wheel
     assert run(HEAD + two.format(""), worn).strokes["ds"].max() < 221.0
 
 
@@ -226,7 +226,7 @@ def reach(text: str, **part: Any) -> Any:
     return run(HEAD + text + "M30\n", job(**{"stock": 0.05, "tolerance": 9.0, **part})).parts[0]
 
 
-def test_a_part_that_the_table_does_not_pass_over_is_not_good() -> None:
+def test_a_part_not_fully_passed_by_the_table_is_scrap() -> None:
     whole = reach(CYCLE)
     assert whole["survival"] > 0.99 and whole["unground"] == 0.0
     for start, length, unground in ((225.0, 200.0, 0.975), (0.0, 400.0, 0.425), (240.0, 200.0, 1.0)):
@@ -254,7 +254,7 @@ def test_two_strokes_that_meet_grind_the_whole_part() -> None:
     assert apart["worst_error"] == pytest.approx(50.0) != met["worst_error"]
 
 
-def test_where_only_the_rough_strokes_have_been_their_stock_is_left() -> None:
+def test_finishing_stock_is_left_where_only_rough_strokes_passed() -> None:
     finish = "G82 X{}. I-30. Y-.05 J-.005 L2 F60. E12000.\n"
     rough = CYCLE.replace("Y-.05", "Y-.03")
     short, whole = (reach(rough + finish.format(end)) for end in (150, 230))
@@ -264,7 +264,7 @@ def test_where_only_the_rough_strokes_have_been_their_stock_is_left() -> None:
     assert short["survival"] < 0.01
 
 
-def test_a_strip_that_the_wheel_does_not_reach_is_unground() -> None:
+def test_a_strip_out_of_reach_of_the_wheel_is_unground() -> None:
     part = reach(CYCLE, width=50.0)
     assert part["unground"] == pytest.approx(0.5)
     assert part["survival"] == 0.0

@@ -1,4 +1,4 @@
-"""A script replayed with other E, D, J, L and dresses against the control that executes the program so written."""
+"""A script replayed with other E, D, J, L and dresses, against the control on the rewritten program."""
 
 import dataclasses
 from decimal import Decimal
@@ -35,7 +35,7 @@ GOOD = Outcome._fields.index("good")
 
 @dataclasses.dataclass(frozen=True)
 class Chosen:
-    """What is chosen for a block: E in mm/min or 0.1 inch/min, J in um or 0.0001 inch, and a dress (passes, F, um)."""
+    """Settings of a block: E in mm/min or 0.1 inch/min, J in um or 0.0001 inch, and a dress (passes, F, um)."""
 
     E: int
     D: int
@@ -44,12 +44,12 @@ class Chosen:
     dress: tuple[int, int, int]
 
     def words(self, number: int, inch: bool) -> Words:
-        """As the program would have them, with a dress program of its own."""
+        """Return the words of the program, with a dress program of their own."""
         E, J = (f"{self.E / 10}", f"-{self.J / 10_000:.4f}") if inch else (f"{self.E}.", f"-{self.J / 1000:.3f}")
         return {"E": E, "D": f"{self.D}", "J": J, "L": f"{self.L}", "P": f"{9200 + number}"}
 
     def settings(self, words: Words, inch: bool) -> list[float]:
-        """The same in the units of `BlockSettings`."""
+        """Return the settings in the units of `BlockSettings`."""
         E, J = (float(abs(Decimal(words[letter])) * (Decimal("25.4") if inch else 1)) for letter in "EJ")
         passes, feed, depth = self.dress
         return [E, self.D, J, self.L, passes, feed / 60.0, depth / 1000.0, np.nan]
@@ -57,7 +57,7 @@ class Chosen:
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A program, and what is chosen for its blocks on two machines."""
+    """Program, and the settings of its blocks on two machines."""
 
     text: str
     inch: bool
@@ -73,7 +73,7 @@ def choices(inch: bool) -> st.SearchStrategy[Chosen]:
 
 @st.composite
 def cases(draw: st.DrawFn, wide: bool) -> Case:
-    """Parts with one or two cycles each, the later ones of a part deeper, with a Q or without."""
+    """Draw parts with one or two cycles each, the second one deeper, with or without Q."""
     inch = draw(st.booleans())
 
     def mm(value: float) -> str:
@@ -112,7 +112,7 @@ def check(case: Case, **changes: Any) -> None:
     bodies = [f"O{9200 + number}\n{back_and_forth(*choice.dress)}\nM99\n" for number, choice in enumerate(first)]
     run = executed(simulation, words, "".join(bodies))
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
-    # the machine of the program so written begins with a wheel that its first dress program has dressed
+    # the rewritten program begins with a wheel dressed by its first dress program
     dress = run.dressing.plans[9200]
     episodes.wheels[[0, 2], :OWN_FROM] = first_wheel(simulation.job, dress, simulation.job.parameters)
     sums, good = np.zeros(len(Tally._fields)), 0.0
@@ -127,13 +127,13 @@ def check(case: Case, **changes: Any) -> None:
 
 @examples(25)
 @given(case=cases(wide=False))
-def test_plunges_with_other_settings_are_those_of_the_program_so_written(case: Case) -> None:
+def test_plunges_replayed_with_other_settings_equal_the_rewritten_program(case: Case) -> None:
     check(case, tolerance=10.0)
 
 
 @examples(20)
 @given(case=cases(wide=True))
-def test_so_are_traverses_wherever_their_crossover_then_ends(case: Case) -> None:
+def test_traverses_replayed_with_other_settings_equal_the_rewritten_program(case: Case) -> None:
     check(case, width=40.0, tolerance=10.0)
 
 
@@ -164,7 +164,7 @@ def simulated(cycles: str, **ranges: Any) -> JobSimulation:
         (TRAVERSE + "G04 X2.\n", 5, "the table strokes on where its crossover came to its end"),
     ],
 )
-def test_a_script_that_would_not_hold_for_the_picks_that_are_named_is_refused(cycles: str, line: int, why: str) -> None:
+def test_a_script_is_refused_for_pick_ranges_it_cannot_replay(cycles: str, line: int, why: str) -> None:
     programs, wide = read(written(cycles)), job(stock=0.1, width=40.0)
     assert script_of(programs, wide, Ranges(E=(9000.0, 12_000.0))).blocks
     with pytest.raises(ScriptError) as caught:
@@ -173,7 +173,7 @@ def test_a_script_that_would_not_hold_for_the_picks_that_are_named_is_refused(cy
     assert why in str(caught.value)
 
 
-def test_the_program_itself_has_settings_for_each_block() -> None:
+def test_a_script_has_the_programmed_settings_of_each_block() -> None:
     cycles = PLUNGE + BACK + G81
     script = script_of(read(written(cycles)), job(stock=0.1))
     first, second = (BlockSettings(*row) for row in tables_of(script).own_settings.tolist())
@@ -193,7 +193,7 @@ def test_the_program_itself_has_settings_for_each_block() -> None:
         ({"dress_depth": 0.2}, "a dress infeed of 0.2 mm was chosen"),
     ],
 )
-def test_settings_that_no_block_has_are_refused_before_anything_is_ground(changes: dict[str, float], why: str) -> None:
+def test_illegal_settings_are_rejected_before_grinding(changes: dict[str, float], why: str) -> None:
     simulation = simulated(PLUNGE, picks=PICKS, spark_outs=SPARK_OUTS)
     episodes = simulation.start([np.random.default_rng(0)] * 2)
     chosen = simulation.own_settings(episodes)
@@ -203,7 +203,7 @@ def test_settings_that_no_block_has_are_refused_before_anything_is_ground(change
     assert why in str(caught.value) and (episodes.block == 0).all()
 
 
-def test_a_word_whose_range_was_not_named_stays_that_of_the_program() -> None:
+def test_a_word_without_a_range_cannot_be_changed() -> None:
     simulation = simulated(PLUNGE)
     episodes = simulation.start([np.random.default_rng(0)])
     chosen = simulation.own_settings(episodes)
@@ -212,7 +212,7 @@ def test_a_word_whose_range_was_not_named_stays_that_of_the_program() -> None:
         simulation.step(episodes, chosen[:, 0], chosen[:, 1], settings=chosen)
 
 
-def test_a_block_without_such_words_takes_none_of_them() -> None:
+def test_a_g81_block_ignores_plunge_and_dress_settings() -> None:
     simulation = simulated(G81, picks=PICKS, spark_outs=SPARK_OUTS)
     both = simulation.start([np.random.default_rng(k) for k in range(2)])
     chosen = simulation.own_settings(both)
@@ -221,7 +221,7 @@ def test_a_block_without_such_words_takes_none_of_them() -> None:
     assert outcomes[0].tobytes() == outcomes[1].tobytes() and tallies[0].tobytes() == tallies[1].tobytes()
 
 
-def test_a_program_that_the_control_executes_takes_no_settings_but_E_and_D() -> None:
+def test_a_program_without_a_script_takes_settings_of_E_and_D_only() -> None:
     simulation = simulated(PLUNGE.replace("F1500.", "F3."), picks=(0.01, 0.1))
     assert simulation.why is not None
     episodes = simulation.start([np.random.default_rng(0)])
@@ -232,7 +232,7 @@ def test_a_program_that_the_control_executes_takes_no_settings_but_E_and_D() -> 
         simulation.step(episodes, chosen[:, 0], chosen[:, 1], settings=chosen)
 
 
-def test_the_program_s_own_settings_give_the_same_bits_as_none() -> None:
+def test_programmed_settings_give_the_same_bits_as_no_settings() -> None:
     simulation = simulated(PLUNGE + BACK + PLUNGE.replace(".03", ".05"), picks=PICKS, spark_outs=SPARK_OUTS)
     plain, chosen = (simulation.start([np.random.default_rng(k) for k in range(5)]) for _ in range(2))
     for _ in simulation.blocks:
@@ -243,7 +243,7 @@ def test_the_program_s_own_settings_give_the_same_bits_as_none() -> None:
     assert chosen.wheels.tobytes() == plain.wheels.tobytes()
 
 
-def test_the_wheel_is_handed_over_at_the_price_of_the_program_s_own_dress() -> None:
+def test_handover_is_priced_with_the_programmed_dress() -> None:
     simulation = simulated(PLUNGE, picks=PICKS, spark_outs=SPARK_OUTS)
     episodes = simulation.start([np.random.default_rng(0)] * 2)
     chosen = simulation.own_settings(episodes)
@@ -253,7 +253,7 @@ def test_the_wheel_is_handed_over_at_the_price_of_the_program_s_own_dress() -> N
     assert prices[0] == prices[1] > 0.0
 
 
-def test_a_new_wheel_is_dressed_as_the_block_that_found_the_old_one_worn() -> None:
+def test_a_new_wheel_has_the_dress_settings_of_the_block_that_changed_it() -> None:
     worn = job(stock=0.1, setup={"wheel": dataclasses.replace(job().setup.wheel, minimum_diameter=299.999)})
     worn = dataclasses.replace(worn, times=dataclasses.replace(worn.times, wheel_change=600.0))
     simulation = JobSimulation(read(written(PLUNGE)), worn, 0.0)

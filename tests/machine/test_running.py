@@ -19,7 +19,7 @@ from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.part.spindle_coolant import Running, RunningWarnings
 from grind_env.machine.record import GrindingRecord
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, told_stepped
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, warnings_when_stepped
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
@@ -93,7 +93,7 @@ def test_a_wheel_turned_the_other_way_is_told_once() -> None:
 def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: str) -> None:
     text = program(words, between)
     found, stepped = ground(text, programmed()), ground(text, programmed(), operator_dress_at=LONG_AFTER)
-    assert found.warnings == told_stepped(stepped)
+    assert found.warnings == warnings_when_stepped(stepped)
     for name in found.strokes.dtype.names or ():
         np.testing.assert_allclose(found.strokes[name], stepped.strokes[name], 1e-9, 1e-12, err_msg=name)
 
@@ -188,7 +188,7 @@ def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() ->
     np.testing.assert_array_equal(found.strokes["A"], undressed.strokes["A"])
     assert (np.diff(found.strokes["ds"]) <= 0.0).all()
     stepped = run(HEAD + text + "M30\n", missed, control=replace(missed.control, operator_dress_at=LONG_AFTER))
-    assert told_stepped(stepped) == found.warnings
+    assert warnings_when_stepped(stepped) == found.warnings
     np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
 
 

@@ -1,4 +1,4 @@
-"""Several parts on the table: stations that a program grinds one after the other, or comes back to."""
+"""Several parts on the table: a program grinds the stations one after the other, or returns to them."""
 
 import dataclasses
 from pathlib import Path
@@ -24,7 +24,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.script_block import ScriptError
 from grind_env.render.record_tables import as_data, part_table
 from tests.examples import examples
-from tests.machine.harness import CATALOGUE, DRESS, LONG_AFTER, job, run, told_stepped
+from tests.machine.harness import CATALOGUE, DRESS, LONG_AFTER, job, run, warnings_when_stepped
 
 HEAD = "G71 G94 G90 G19\n"
 STEEL = {"length": 100.0, "width": 20.0, "stock": 0.05, "scrap_cost": 40.0}
@@ -36,7 +36,7 @@ def part(material: str = "aisi_52100", **changes: Any) -> Part:
 
 
 def table(*stations: Station, **changes: Any) -> Job:
-    """A job of stations."""
+    """Return a job with stations."""
     whole = job(**changes)
     return dataclasses.replace(whole, part=stations[0].part, stations=stations)
 
@@ -47,7 +47,7 @@ def two(origin: tuple[float, float, float] = (300.0, 0.0, 0.0), **changes: Any) 
 
 
 def strokes(shift: str, depth: float = 0.05, above: float = 0.0, dress: int = 0) -> str:
-    """A part ground in a work system, from beside and above it."""
+    """Return the text that grinds a part in a work system, coming from beside and above it."""
     return (
         f"{shift}\nG00 Y600.\nG00 X-30. Z-2.\nG00 Y-{above:g}\n"
         f"G82 X130. I-30. Y-{depth:g} J-.01 L2 F60. E12000. P9100 D{dress}\nG80\nG00 Y600.\n"
@@ -55,7 +55,7 @@ def strokes(shift: str, depth: float = 0.05, above: float = 0.0, dress: int = 0)
 
 
 def alone(text: str, job: Job, whole: Job) -> GrindingRecord:
-    """The same with M00 between parts that lie where the stations do, on a job that knows none."""
+    """Run the text with M00 between parts at the places of the stations, on a job without stations."""
     kinds = tuple(PartConditions(part=each.part) for each in whole.lying(0))
     plain = dataclasses.replace(job, stations=(), part=kinds[0].part)
     return run(text, plain, control=whole.control, parts=kinds)
@@ -63,7 +63,7 @@ def alone(text: str, job: Job, whole: Job) -> GrindingRecord:
 
 @st.composite
 def places(draw: st.DrawFn) -> tuple[Job, list[str]]:
-    """Two stations apart from one another, and how a program gets to each of their zeros."""
+    """Draw a job with two stations apart, and the words that lead a program to each zero."""
     way = st.integers(-2000, 2000).map(lambda number: 0.125 * number)
     first = draw(way), draw(way), draw(way)
     along = draw(st.sampled_from([-1.0, 1.0])) * (300.0 + abs(draw(way)))  # a wheel of 300 mm goes down between them
@@ -85,7 +85,7 @@ def places(draw: st.DrawFn) -> tuple[Job, list[str]]:
 
 @examples(25)
 @given(places(), st.integers(0, 2))
-def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job, list[str]], dress: int) -> None:
+def test_two_stations_are_ground_as_two_parts_one_after_the_other(found: tuple[Job, list[str]], dress: int) -> None:
     whole, (one, other) = found
     first, second = strokes(one, dress=dress), strokes(other)
     together = run(HEAD + first + second + "M30\n", whole)
@@ -100,12 +100,12 @@ def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job,
     # all stations are loaded together
     least, most = together.seconds, apart.seconds
     assert least == pytest.approx(most - whole.times.load, abs=1e-6) or most - whole.times.load < least < most
-    # a dress may go through the part of the other station, which apart is not there
+    # a dress may go through the part of the other station, which is missing apart
     crashes = [each for each in together.warnings if "dress program" in each and "into the part of station b" in each]
     assert [each for each in together.warnings if each not in crashes] == list(apart.warnings)
 
 
-def test_the_way_to_the_diamond_is_judged_from_every_station() -> None:
+def test_the_way_to_the_diamond_is_checked_from_every_station() -> None:
     low, high = two().stations
     job = dataclasses.replace(two(), stations=(low, dataclasses.replace(high, origin=(500.0, 25.0, 0.0))))
     cycles = [
@@ -118,14 +118,14 @@ def test_the_way_to_the_diamond_is_judged_from_every_station() -> None:
     assert "into the part of station right" in crash
 
 
-def test_loading_is_counted_once_a_loading() -> None:
+def test_all_stations_of_a_loading_count_one_loading_time() -> None:
     short, long = (dataclasses.replace(two(), times=dataclasses.replace(two().times, load=t)) for t in (20.0, 50.0))
     text = HEAD + (strokes("G54") + strokes("G55") + "M00\n") * 2 + "M30\n"
     assert run(text, long).seconds - run(text, short).seconds == pytest.approx(60.0)
 
 
 def stepped(text: str, whole: Job) -> tuple[JobSimulation, Any, list[Any], float]:
-    """A program stepped block by block with its own words, beside two other machines."""
+    """Step a program block by block with its own words, beside two other machines."""
     simulation = JobSimulation(read(text + DRESS, "test.nc"), whole, 1.0)
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
     blocks, cost = [], 0.0
@@ -133,12 +133,12 @@ def stepped(text: str, whole: Job) -> tuple[JobSimulation, Any, list[Any], float
         E, D = block.plan.feed, float(block.plan.dresses)
         blocks.append(simulation.writer.block(episodes, 1, E, D))
         outcomes, _ = simulation.step(episodes, np.full(3, E), np.full(3, D))
-        cost += outcomes[1, COST] - outcomes[1, HANDOVER]  # which a record does not count
+        cost += outcomes[1, COST] - outcomes[1, HANDOVER]  # a record has no handover cost
     return simulation, episodes, blocks, cost
 
 
 @pytest.mark.parametrize("wide", [False, True])
-def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
+def test_a_script_of_stations_ends_as_the_program_in_the_control(wide: bool) -> None:
     width = 38.0 if wide else 20.0
     left = Station(name="left", offset="G54", part=part(width=width, roughness_limit=0.4))
     softer = part("aisi_1020", stock=0.04, width=width, start=1.5, roughness_limit=1.0)
@@ -158,12 +158,12 @@ def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
     assert cost == pytest.approx(record.parts["total_cost"].sum(), rel=1e-9)
 
 
-def test_stations_without_a_stroke_are_no_episode() -> None:
+def test_a_program_without_a_stroke_at_a_station_is_rejected() -> None:
     with pytest.raises(JobProgramError, match=r"test\.nc makes no stroke"):
         JobSimulation(read(HEAD + "G54\nG00 X-30. Z-2.\nM30\n", "test.nc"), two(), 1.0)
 
 
-def test_a_program_may_come_back_to_a_station() -> None:
+def test_a_program_may_return_to_a_station_but_has_no_script() -> None:
     passes = [("G54", 0.03, 0.0), ("G55", 0.03, 0.0), ("G54", 0.05, 0.03), ("G55", 0.05, 0.03)]
     record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", two())
     assert record.warnings == () and record.parts["part"].tolist() == [1, 2]
@@ -181,7 +181,7 @@ def test_a_program_may_come_back_to_a_station() -> None:
         JobSimulation(read(HEAD + "".join(strokes(*each) for each in passes) + "M30\n" + DRESS), two(), 1.0)
 
 
-def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_cold() -> None:
+def test_a_part_cools_while_the_other_station_is_ground() -> None:
     passes = [("G54", 0.03, 0.0), ("G55", 0.03, 0.0), ("G54", 0.05, 0.03), ("G55", 0.05, 0.03)]
     whole = two()
     record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", whole)
@@ -189,7 +189,7 @@ def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_
     for number in (1, 2):
         rows = record.strokes[record.strokes["part"] == number]
         assert rows["grown"][0] == 0.0 < rows["grown"][6]
-        # the heat of each stroke, eps Ft vs b/(vw rho c H B), of which each mode has a share that decays ever since
+        # heat of each stroke, eps Ft vs b/(vw rho c H B): each mode has a share, which decays afterwards
         heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity * p.swell
         after = np.subtract.outer(rows["time"], rows["time"])
         modes = ((p.w_1, p.r_1), (p.w_2, p.r_2), (p.w_3, p.r_3), (p.w_4, p.r_4))
@@ -198,7 +198,7 @@ def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_
         assert rows["grown"] == pytest.approx(grown, rel=1e-4)
 
 
-def test_a_part_that_a_running_table_goes_over_to_is_cold() -> None:
+def test_a_part_reached_by_a_running_table_begins_cold() -> None:
     text = "G54\nG00 Y20.\nG00 X-30. Z-2.\nG00 Y0\nG81 X130. I-30. E12000.\nG01 Y-.03 F.4\n"
     text += "G01 Y1. F600.\nG01 Z58. F1500.\nG01 Y0 F600.\nG01 Y-.03 F.4\nG80\nG00 Y20.\nM30\n"
     rows = run(HEAD + text, two((0.0, 0.0, 60.0))).strokes
@@ -207,11 +207,11 @@ def test_a_part_that_a_running_table_goes_over_to_is_cold() -> None:
     assert second["grown"][0] == 0.0 < second["grown"][-1]
 
 
-def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:
+def test_a_stroke_over_two_stations_warns_and_leaves_both_unjudged() -> None:
     text = HEAD + strokes("G54").replace("X130.", "X430.") + "M30\n"
     record = run(text, two())
-    (told,) = record.warnings
-    assert told.startswith("test.nc:6: its strokes meet the parts of stations left and right at once")
+    (warning,) = record.warnings
+    assert warning.startswith("test.nc:6: its strokes meet the parts of stations left and right at once")
     assert record.parts["survival"].tolist() == [0.0, 0.0]
     assert [each.name for each in record.job.part_stations] == ["left", "right"]
     assert [found[0].lines for found in record.unjudged] == [(6,), (6,)]
@@ -223,7 +223,7 @@ def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:
     assert len(lower.parts) == 1 and not lower.unjudged[0]  # the wheel passes above the other one
 
 
-def test_two_rows_met_by_one_stroke_need_conditions_of_both() -> None:
+def test_a_stroke_over_two_stations_needs_conditions_of_both_parts() -> None:
     both = HEAD + strokes("G54").replace("X130.", "X430.") + "M30\n" + DRESS
     whole = two()
     with pytest.raises(UnjudgedError, match="at once"):
@@ -233,35 +233,35 @@ def test_two_rows_met_by_one_stroke_need_conditions_of_both() -> None:
         JobSimulation(read(both, "test.nc"), few, 1.0)
 
 
-def test_a_station_that_is_not_met_is_told_once_and_has_no_row() -> None:
+def test_an_unused_station_warns_once_and_has_no_row() -> None:
     record = run(HEAD + (strokes("G54") + "M00\n") * 2 + "M30\n", two())
     assert record.parts["part"].tolist() == [1, 2]
-    (told,) = record.warnings
-    assert told.startswith("station right: no stroke of test.nc meets its part")
+    (warning,) = record.warnings
+    assert warning.startswith("station right: no stroke of test.nc meets its part")
 
 
 def test_a_rapid_into_the_part_of_another_station_is_a_crash() -> None:
     through = "G54\nG00 Y-1.\nG00 X350.\nG00 Y20.\n"
     record = run(HEAD + strokes("G54") + "G00 X200.\n" + through + strokes("G55") + "M30\n", two())
-    (told,) = record.warnings
-    assert "a rapid outside a cycle takes the wheel 1 mm into the part of station right" in told
+    (warning,) = record.warnings
+    assert "a rapid outside a cycle takes the wheel 1 mm into the part of station right" in warning
 
 
-def test_a_dress_is_watched_on_its_way_from_each_station() -> None:
+def test_a_rapid_of_a_dress_into_another_station_warns() -> None:
     dress = "O9200\n" + DRESS.split("O9100\n")[1].replace("G71", "G54 G71")
     text = HEAD + strokes("G54", dress=1) + strokes("G55", dress=1) + "M30\n"
     text = text.replace("P9100", "P9200") + dress
     high = two((300.0, 30.0, 0.0))
     record = run(text, high)
-    (told,) = record.warnings
-    # 30 mm beside it, where the rim of a wheel of 300 mm is 3.03 mm higher than its lowest point, 10 mm too low
-    assert "a rapid of the dress program takes the wheel 6.95 mm into the part of station right" in told
+    (warning,) = record.warnings
+    # 30 mm beside it, the rim of a 300 mm wheel is 3.03 mm above its lowest point, which is 10 mm too low
+    assert "a rapid of the dress program takes the wheel 6.95 mm into the part of station right" in warning
     late = dataclasses.replace(high.control, operator_dress_at=LONG_AFTER)
-    assert told_stepped(run(text, high, control=late)) == (told,)
+    assert warnings_when_stepped(run(text, high, control=late)) == (warning,)
     assert run(text, two()).warnings == ()
 
 
-def test_strokes_after_m00_in_a_running_cycle_are_those_of_the_next_parts() -> None:
+def test_strokes_after_m00_in_a_running_cycle_belong_to_the_next_parts() -> None:
     going_on = strokes("G55").replace("G80\n", "M00\n")
     both = strokes("G54").replace("X130.", "X430.")
     record = run(HEAD + strokes("G54") + going_on + both + "M30\n", two())
@@ -276,7 +276,7 @@ def test_feed_moves_are_strokes_at_each_station() -> None:
     assert (record.strokes["Lw"] == 100.0).all()
 
 
-def test_records_speak_of_stations() -> None:
+def test_records_name_the_stations() -> None:
     record = run(HEAD + strokes("G54") + strokes("G55") + "M30\n", two(roughness_limit=0.1))
     shown = part_table(record, record.job)
     assert shown.fields[:2] == ("part", "station") and [row.texts[0] for row in shown.rows] == ["left", "right"]
@@ -344,7 +344,7 @@ def test_a_job_file_with_stations_is_read_and_written(tmp_path: Path) -> None:
         (("[part]", "[[parts]]\npart = { length = 50 }\n[part]"), r"parts.part says what parts are that lie at stat"),
     ],
 )
-def test_a_bad_table_is_one_sentence(change: tuple[str, str], said: str, tmp_path: Path) -> None:
+def test_a_bad_stations_table_is_reported_on_one_line(change: tuple[str, str], said: str, tmp_path: Path) -> None:
     text = TEXT.replace(*change)
     if change[0] == "[[stations]]":
         text = TEXT[: TEXT.index("[[")] + "[stations]\nname = 'a'\n"
@@ -353,6 +353,6 @@ def test_a_bad_table_is_one_sentence(change: tuple[str, str], said: str, tmp_pat
     assert "\n" not in str(error.value)
 
 
-def test_grooves_lie_at_no_station() -> None:
+def test_grooves_are_rejected_in_a_job_with_stations() -> None:
     with pytest.raises(GrindingError, match=r"^test.nc:3: a groove is cut, and grooves lie at no station"):
         run("G71 G94 G90 G18\nG00 X18. Z0\nG76 X18. Z-.5 I4. K.9 D.1 F60.\nM30\n", two())

@@ -1,4 +1,4 @@
-"""A tally holds what lists of all strokes and dresses would tell."""
+"""Tallies agree with lists of all strokes and dresses."""
 
 import itertools
 import math
@@ -24,7 +24,7 @@ EMPTY = StrokeResult(*[0.0] * len(StrokeResult._fields))
 
 
 class Counted(NamedTuple):
-    """A stroke, or a dress, as a tally is told of it."""
+    """Stroke or dress as a tally counts it."""
 
     power: float
     T: float
@@ -54,13 +54,13 @@ dressing = counted.map(lambda each: each._replace(dress=True))
 
 
 def window(tally: Any) -> list[float]:
-    """Powers of the latest full plunges, newest first."""
+    """Return the powers of the latest full plunges, newest first."""
     return [float(tally[Tally._fields.index(f"power_{number}")]) for number in range(1, 7)]
 
 
 @example(events=[Counted(float(power), 1.0, 1.0, 1.0, 1.0, True, True, True, False) for power in range(9)])
 @given(events=st.lists(st.one_of(counted, counted, counted, dressing), max_size=40))
-def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None:
+def test_a_tally_agrees_with_lists_of_its_events(events: list[Counted]) -> None:
     tally = NOTHING
     for each in events:
         if each.dress:

@@ -1,4 +1,4 @@
-"""A part of which the program grinds what is not simulated is not judged, whoever asks."""
+"""A part with cuts that are not simulated stays unjudged in all commands."""
 
 import json
 import re
@@ -28,7 +28,7 @@ from tests.machine.harness import CYCLE, HEAD
 AWAY = "G80\nG00 Y20.\n"
 BACK = "G00 X-30. Z0\nG00 Y0\n"
 SLOPES = "G80\n#1=0\nWHILE [#1 LT 6] DO 1\nG01 X230. Y-.06 F12000.\nG01 X-30. Y-.05\n#1=#1+1\nEND 1\nG00 Y20.\n"
-"""Feed moves that plunge over the part, and come up over it again."""
+"""Feed moves that plunge over the part and rise over it again."""
 
 
 def job(**part: Any) -> Job:
@@ -40,11 +40,11 @@ def run(text: str, **part: Any) -> GrindingRecord:
 
 
 def lines_of(record: GrindingRecord) -> list[tuple[int, ...]]:
-    """The lines for which each part is not judged."""
+    """Return the lines that leave each part unjudged."""
     return [tuple(line for each in found for line in each.lines) for found in record.unjudged]
 
 
-def test_feed_moves_that_plunge_over_the_part_are_not_judged() -> None:
+def test_feed_moves_that_plunge_over_the_part_leave_it_unjudged() -> None:
     found, plain = run(CYCLE + SLOPES), run(CYCLE + AWAY)
     (warning,) = found.warnings
     assert warning.startswith(
@@ -70,11 +70,11 @@ def test_feed_moves_that_plunge_over_the_part_are_not_judged() -> None:
         ("G00 X100. Y1.\nG01 Y-.1 F500.", "0 to 0.1 mm deep"),
         ("G18 G02 X230. Z0 R2000. F500.", "0.05 mm deep"),
         ("G00 X100. Y1.\nG17 G02 X100. Y1. J-.55 F500.", "deep"),  # a full circle, which begins above the part
-        ("G00 Y1.\nG00 X80.\nG17 G03 X120. Y1. R190. F500.", "deep"),  # of which only the middle lies below it
+        ("G00 Y1.\nG00 X80.\nG17 G03 X120. Y1. R190. F500.", "deep"),  # only its middle lies below the surface
         ("G00 Y.2\nG00 X0\nG41 G17 G01 X10. Y-.06 F500.\nG40 G01 X210. Y2.", "deep"),
     ],
 )
-def test_a_feed_move_that_cuts_and_is_no_stroke_is_not_judged(moves: str, depths: str) -> None:
+def test_a_cutting_feed_move_that_is_no_stroke_leaves_the_part_unjudged(moves: str, depths: str) -> None:
     found = run(f"{CYCLE}G80\nG00 X-30.\n{moves}\nG17 G40 G00 Y20.\n")
     assert found.parts["survival"][0] == 0.0
     (warning,) = found.warnings
@@ -98,14 +98,14 @@ def test_feed_moves_that_cut_nothing_change_no_verdict(moves: str) -> None:
     assert lines_of(found) == [()] and found.parts["survival"][0] > 0.99
 
 
-def test_what_an_operator_asks_for_in_between_counts_as_well() -> None:
+def test_an_interrupt_that_cuts_leaves_the_part_unjudged() -> None:
     text = f"{HEAD}{CYCLE}G80\nG04 P1.\nG00 Y20.\nM30\nO7\nG90 G01 X{{}} F9000.\nX230.\nM99\n"
     asked = replace(job().control, interrupts=(Interrupt(7, at=14.5),))
     found, clear = (harness.run(text.format(words), job(), control=asked) for words in ("-30.", "-30. Y1."))
     assert lines_of(found) == [(10,)] and lines_of(clear) == [()]
 
 
-def test_what_comes_before_the_first_stroke_counts_as_well() -> None:
+def test_feed_moves_before_the_first_stroke_may_leave_the_part_unjudged() -> None:
     before = "G01 X230. Y-.02 F500.\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
     assert lines_of(run(before + CYCLE + AWAY)) == [(3,)]
     assert lines_of(run(before.replace("Y-.02", "Y.02") + CYCLE + AWAY)) == [()]
@@ -118,7 +118,7 @@ def test_each_part_has_its_own_verdict() -> None:
     assert [bool(lines) for lines in lines_of(found)] == [False, True, False]
 
 
-def test_a_part_that_feed_moves_alone_grind_is_one() -> None:
+def test_a_part_ground_by_feed_moves_alone_is_counted() -> None:
     by_feed = BACK + "G01 X230. Y-.05 F500.\nG00 Y20.\n"
     found = run(f"{CYCLE}{AWAY}M00\n{by_feed}")
     assert lines_of(found) == [(), (9,)]
@@ -132,7 +132,7 @@ STATION = AWAY + "G10 L2 P2 {}\nG55\n" + BACK + CYCLE + AWAY
 
 
 @pytest.mark.parametrize("offset", ["X300.", "X-300.", "Z60.", "Y5.", "X0"])
-def test_a_second_station_is_not_judged(offset: str) -> None:
+def test_a_cycle_at_a_second_work_offset_leaves_the_part_unjudged(offset: str) -> None:
     found = run(CYCLE + STATION.format(offset))
     (warning,) = found.warnings
     assert warning.startswith("test.nc:10: ") and " mm deep, may be those of another part" in warning
@@ -140,7 +140,7 @@ def test_a_second_station_is_not_judged(offset: str) -> None:
     assert lines_of(found) == [(10,)] and found.parts["survival"][0] == 0.0
 
 
-def test_a_second_station_is_not_judged_whatever_grinds_it() -> None:
+def test_g81_at_a_second_work_offset_leaves_the_part_unjudged() -> None:
     by_hand = "G81 X230. I-30. E12000.\nG01 Z20. F200.\nG01 Z0\nG80\nG00 Y20.\n"  # across, at one depth
     found = run(CYCLE + AWAY + "G10 L2 P2 X300.\nG55\nG00 X-30. Z0\nG00 Y-.05\n" + by_hand)
     assert lines_of(found) == [(10,)]
@@ -148,16 +148,16 @@ def test_a_second_station_is_not_judged_whatever_grinds_it() -> None:
     assert lines_of(run(CYCLE + AWAY + "G10 L2 P2 X300.\nG55\n" + BACK + feeding)) == [(10,)]
 
 
-def test_the_first_of_several_stations_is_told_and_all_are_named() -> None:
+def test_the_first_further_station_warns_and_all_their_lines_are_named() -> None:
     stations = "".join(STATION.format(offset) for offset in ("X300.", "X600."))
     found = run(CYCLE + stations)
     assert len(found.warnings) == 1 and lines_of(found) == [(10, 19)]
-    down = "G00 Y.3\n" + CYCLE.replace("Y-.05", "Y.1")  # which is told, but meant so
+    down = "G00 Y.3\n" + CYCLE.replace("Y-.05", "Y.1")  # causes a warning, but is intended
     above, beside = run(down + STATION.format("X300.") + "G54\n" + BACK + CYCLE + AWAY).warnings
     assert "the lowest is at Y0.1" in above and "may be those of another part" in beside
 
 
-def test_of_many_rounds_one_sentence_has_the_lines() -> None:
+def test_many_repeated_cycles_give_one_warning() -> None:
     again = "#1=0\nWHILE [#1 LT 100] DO 1\n" + BACK + CYCLE + "G80\nG00 Y20.\n#1=#1+1\nEND 1\n"
     found = run(CYCLE + AWAY + again)
     assert len(found.warnings) == 1 and lines_of(found) == [(10,)]
@@ -175,7 +175,7 @@ def test_of_many_rounds_one_sentence_has_the_lines() -> None:
         "G00 Z-60.\nG81 X230. I-30. E12000.\nG04 P3.\nG80\nG00 X-30. Z0\n" + CYCLE,  # a table set going beside the part
     ],
 )
-def test_a_cycle_in_the_air_that_is_meant_so_changes_no_verdict(text: str) -> None:
+def test_an_intended_cycle_in_the_air_changes_no_verdict(text: str) -> None:
     found = run(text + AWAY)
     assert lines_of(found) == [()] and found.parts["survival"][0] > 0.99
 
@@ -188,10 +188,10 @@ def test_a_cycle_in_the_air_that_is_meant_so_changes_no_verdict(text: str) -> No
     )
 )
 @examples(30)
-def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, float]]) -> None:
-    """A part keeps its verdict as long as no way between two places, but a stroke, goes below what has been ground.
+def test_feed_moves_below_the_ground_surface_leave_the_part_unjudged(ways: list[tuple[float, int, float]]) -> None:
+    """A part is judged while no feed move, except a stroke, goes below the ground surface.
 
-    Parts are known in cells: a way that goes below in less than one is told or not.
+    The surface is stored in cells. A move that goes below it in less than one cell may be found or not.
     """
     points = [(-30.0, 0.02, 0.0), *((x, 0.001 * y, z) for x, y, z in ways)]
     assume(all(start[1] != end[1] or end[1] > 0.0 for start, end in pairwise(points)))
@@ -213,12 +213,12 @@ def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, f
         assert lines_of(found) == [()]
 
 
-# ------------------------------------------------------------------------------------------------ who asks
+# ------------------------------------------------------------------------------------------------ commands
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """A program with feed moves that are no strokes, and its job."""
+    """Write a program with feed moves that cut but are no strokes, and its job."""
     folder = tmp_path_factory.mktemp("unjudged")
     program, written = folder / "part.nc", folder / "part.toml"
     program.write_text(HEAD.replace("G19", "G19 S1910 M03 M08") + CYCLE + SLOPES + "M30\n" + harness.DRESS)
@@ -234,13 +234,13 @@ SENTENCE = re.compile(
 )
 
 
-def test_all_that_grind_once_say_so(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_and_check_report_an_unjudged_part(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     program, written = files
     assert status("run", program, "--json") == 1
-    told = json.loads(capsys.readouterr().out)
-    (part,) = told["parts"]
-    assert part["beyond"] == ["not judged (lines 7, 8)"] and part["survival"] == told["good_parts"] == 0.0
-    assert SENTENCE.search(told["warnings"][0]) and told["reasons"]["not judged (lines 7, 8)"] in told["warnings"][0]
+    data = json.loads(capsys.readouterr().out)
+    (part,) = data["parts"]
+    assert part["beyond"] == ["not judged (lines 7, 8)"] and part["survival"] == data["good_parts"] == 0.0
+    assert SENTENCE.search(data["warnings"][0]) and data["reasons"]["not judged (lines 7, 8)"] in data["warnings"][0]
     assert status("run", program) == 1
     out = capsys.readouterr().out
     assert "1 part, not judged; " in out and ", no good part" in out and "good with" not in out
@@ -251,13 +251,13 @@ def test_all_that_grind_once_say_so(files: tuple[Path, Path], capsys: pytest.Cap
     assert "not judged (lines 7, 8): part 1" in record._repr_html_()
 
 
-def test_a_report_says_so(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_report_shows_an_unjudged_part(files: tuple[Path, Path], tmp_path: Path) -> None:
     page = report(files[0], output=tmp_path / "part.html").read_text("utf-8")
     assert "The part is not judged." in page and "not judged (lines 7, 8): part 1" in page
     assert "within the limits" not in page
 
 
-def test_all_that_choose_refuse_it_in_the_same_sentence(
+def test_optimise_sweep_and_advise_reject_unsimulated_cuts(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program, _ = files
@@ -266,7 +266,7 @@ def test_all_that_choose_refuse_it_in_the_same_sentence(
         assert SENTENCE.search(capsys.readouterr().err), asked
 
 
-def test_environments_and_scripts_refuse_it() -> None:
+def test_environments_and_scripts_reject_unsimulated_cuts() -> None:
     text = f"{HEAD}{CYCLE}{SLOPES}M30\n{harness.DRESS}"
     by_wheel = text.replace(SLOPES, f"#2=#5041\n{SLOPES}").replace("DO 1\n", "DO 1\n#3=#2\n")  # without a script
     beside = f"{HEAD.replace('Z0', 'Z-30.')}{CYCLE}{AWAY}M30\n{harness.DRESS}"

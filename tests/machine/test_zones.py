@@ -1,4 +1,4 @@
-"""A surface in zones: the lanes, the strips of the interpreter and the control say the same of it."""
+"""Surfaces in zones: compiled lanes, strips of the interpreter and strokes of the control agree."""
 
 import dataclasses
 from typing import Any
@@ -30,7 +30,7 @@ WHEEL_WIDTH = 25.0
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A G83 block and the job it runs on; depths and picks in um, ways across in quarters of a mm, as doubles hold."""
+    """G83 block and its job; depths and picks in um, ways across in quarters of a mm, exact in doubles."""
 
     wear_flats: float
     volume: float
@@ -119,7 +119,7 @@ class Case:
 
 
 def cases(**fixed: Any) -> st.SearchStrategy[Case]:
-    """Plates and crossovers that begin or end on them, beside them, or lead back."""
+    """Draw plates with crossovers that begin or end on them or beside them, or lead back."""
     drawn = {
         "wear_flats": st.floats(0.005, 0.06),
         "volume": st.floats(0.0, 600.0),
@@ -143,7 +143,7 @@ def cases(**fixed: Any) -> st.SearchStrategy[Case]:
 
 
 def padded(tables: list[Array]) -> Array:
-    """The surfaces of several parts in one table; zones that a part lacks have no strips."""
+    """Return the surfaces of several parts in one table; missing zones have no strips."""
     most = max(len(table) for table in tables)
     none = Zone(S=0.0, Rs=1.0, reached=0.0, centre=np.inf, strips=0.0)
     return np.array([[*table, *[none] * (most - len(table))] for table in tables])
@@ -178,14 +178,14 @@ def in_lanes(cases: list[Case], surfaces: Array, dress_seconds: float = 30.0) ->
 @pytest.mark.bits
 @examples(25)
 @given(many=st.lists(cases(), min_size=1, max_size=20), joined=st.booleans())
-def test_machines_side_by_side_have_the_bits_that_each_has_alone(many: list[Case], joined: bool) -> None:
+def test_machines_of_a_batch_have_the_bits_of_each_alone(many: list[Case], joined: bool) -> None:
     tables = [case.joined if joined else strip_zones(case.centres) for case in many]
     surfaces = padded(tables)
     together = in_lanes(many, surfaces)
     for i, case in enumerate(many):
         alone = in_lanes([case], surfaces[i : i + 1])
         assert together.machine(i) == alone.machine(0), case
-        # nor does it matter how many zones the others have
+        # the number of zones of the others does not matter
         assert in_lanes([case], tables[i][None]).surfaces[0].tobytes() == alone.surfaces[0, : len(tables[i])].tobytes()
 
 
@@ -195,7 +195,7 @@ def assert_close(found: Any, expected: Any, name: str) -> None:
 
 @examples(40)
 @given(case=cases())
-def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
+def test_joined_strips_are_ground_as_single_strips(case: Case) -> None:
     zones = case.joined
     assert zones[:, STRIPS].sum() == case.centres.size
     joined, apart = in_lanes([case], zones[None]), in_lanes([case], strip_zones(case.centres)[None])
@@ -208,7 +208,7 @@ def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
 
 @examples(40)
 @given(case=cases())
-def test_what_the_strokes_remove_is_off_the_zones(case: Case) -> None:
+def test_zones_lose_the_stock_that_strokes_remove(case: Case) -> None:
     zones, record = case.joined, run(case.text, case.job)
     found = in_lanes([case], zones[None], float(record.dresses["seconds"][0]) if record.dresses.size else 0.0)
     removed = (found.surfaces[0, :, S] * zones[:, STRIPS]).sum() / case.centres.size * case.width / 2.0
@@ -232,7 +232,7 @@ def test_more_zones_than_the_lanes_hold_are_refused() -> None:
         in_lanes([case], np.repeat(case.joined[None, :1], MOST_ZONES + 1, axis=1))
 
 
-def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
+def test_edges_of_the_wheel_divide_the_part_into_zones() -> None:
     # there by 12 mm and back by 12 mm, in 35 mm: the wheel of 25 mm begins at 0, 12, 24, 35, 23 and 11 mm
     case = Case(0.02, 0.0, 20_000.0, 7500.0, 120, 0, 140, 0, 20, 10, 10, 48, 48, 0, 12_000, 0, False)
     edges = {0, 11, 12, 23, 24, 35}
@@ -245,7 +245,7 @@ def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
 
 @examples(60)
 @given(case=cases(depth=40, J=3, Q=3, L=2))
-def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> None:
+def test_traverse_edges_are_the_places_of_its_strokes(case: Case) -> None:
     control = dataclasses.replace(case.job.control, whole_cycles=False)
     strokes = (event for event in execute(read(case.text + DRESS), control) if isinstance(event, Stroke))
     cycle = TraverseCycle(1.0, 1.0, 1.0, abs(case.end - case.start) / 4.0, case.K / 4.0, case.R / 4.0, 1.0, 0.0, 0.0)
@@ -268,7 +268,7 @@ def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int,
     assert part[1:] == pytest.approx(means, rel=1e-12)
 
 
-def test_a_part_in_zones_is_judged_as_the_same_part_in_strips() -> None:
+def test_gauging_zones_equals_gauging_strips() -> None:
     for depths in ((0.05, 0.052, 0.056), (0.056, 0.05, 0.052), (0.04, 0.052, 0.049)):
         zones = np.array([Zone(S, 0.4, S, 0.0, 2.0) for S in depths])
         strips = gauge(np.repeat(depths, 2), np.full(6, 0.4), 0.05)
