@@ -1,4 +1,4 @@
-"""What a run compares by: energies and volumes are conserved, and dresses have the numbers of their programs."""
+"""Numbers that compare runs: energies and volumes are conserved, and dresses have the numbers of their programs."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,7 @@ PART = "G00 X-30. Y0\n" + CYCLE + "G80\nG00 Y20.\n"
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def example(request: pytest.FixtureRequest) -> GrindingRecord:
     program = EXAMPLES / f"{request.param}.nc"
-    # the table has its E over the whole part
+    # this table reaches E over the whole part
     return grind_file(
         program, with_entries(load_job(program.with_suffix(".toml")), {"machine": {"acceleration": 5000.0}})
     )
@@ -34,19 +34,19 @@ def test_specific_energy_times_volume_is_the_power_over_the_strokes(example: Gri
     over = strokes[strokes["Lw"] > 0.0]
     integral = float((over["power"] * over["Lw"] / (over["E"] / 60.0)).sum())
     assert (rows["u_s"] * rows["ground"]).sum() == pytest.approx(integral, rel=1e-12)
-    # and stroke by stroke, for no spindle of the examples is at its limit; what only rubs has no specific energy
+    # also stroke by stroke, because no spindle is at its limit; rubbing strokes have no specific energy
     rubs = over[over["ae"] == 0.0]
     rubbed = float((rubs["power"] * rubs["Lw"] / (rubs["E"] / 60.0)).sum())
     assert integral == pytest.approx((over["u_s"] * over["ae"] * over["b"] * over["Lw"]).sum() + rubbed, rel=1e-9)
 
 
-def test_volumes_sum_to_the_stock_that_is_off(example: GrindingRecord) -> None:
+def test_volumes_sum_to_the_removed_stock(example: GrindingRecord) -> None:
     part = example.job.part
     ground = example.parts["S"] * part.width * part.length
     assert example.executions["ground"].sum() == pytest.approx(ground.sum(), rel=1e-12)
 
 
-def test_where_the_wheel_covers_the_part_specific_volumes_sum_to_stock_times_length() -> None:
+def test_specific_volumes_of_a_covered_part_are_stock_times_length() -> None:
     record = run(HEAD + PART + "M00\n" + PART.replace("E12000.", "E6000.") + "M30\n", job(stock=0.05))
     rows = record.executions
     assert rows["part"].tolist() == [1, 2] and rows["strokes"].sum() == len(record.strokes)
@@ -55,7 +55,7 @@ def test_where_the_wheel_covers_the_part_specific_volumes_sum_to_stock_times_len
     assert rows["speed_ratio"].tolist() == pytest.approx([150.0, 300.0], rel=1e-3)  # 30 m/s over 12 and 6 m/min
 
 
-def test_peaks_are_those_of_the_strokes() -> None:
+def test_peaks_of_a_block_are_the_numbers_of_its_deepest_stroke() -> None:
     record = run(HEAD + CYCLE + "M30\n", job())
     (row,), strokes = record.executions, record.strokes
     deepest = strokes[strokes["ae"].argmax()]
@@ -64,7 +64,7 @@ def test_peaks_are_those_of_the_strokes() -> None:
     assert row["aggressiveness"] == pytest.approx(by_hand)
 
 
-def test_a_cycle_in_the_air_compares_by_nothing() -> None:
+def test_a_cycle_in_the_air_has_only_zeros_to_compare() -> None:
     record = run(
         HEAD + "G00 Y5.\n" + PART.replace("G00 X-30. Y0\n", "").replace("Y-.05", "Y4.95") + PART + "M30\n",
         job(stock=0.05),
@@ -74,7 +74,7 @@ def test_a_cycle_in_the_air_compares_by_nothing() -> None:
         assert row["u_s"] == row["speed_ratio"] == row["peak_Q"] == row["aggressiveness"] == 0.0
 
 
-def test_an_infeed_of_a_grooving_wheel_counts_with_its_work_speed() -> None:
+def test_infeeds_of_a_grooving_wheel_are_compared_by_their_work_speed() -> None:
     record = run("G71 G94 G90 G18\nG00 X25. Z-10.\nG77 X24.9 I.02 D0 F6.\nM30\n", groove_job(), control=NEAR)
     (row,), strokes = record.executions, record.strokes
     vw = strokes["Q"] / strokes["ae"]
@@ -98,7 +98,7 @@ def test_a_dress_has_the_lead_overlap_and_severity_of_its_program() -> None:
     ]
 
 
-def test_a_dress_that_misses_the_diamond_sharpens_nothing() -> None:
+def test_a_dress_that_misses_the_diamond_has_no_lead_overlap_or_severity() -> None:
     beside = replace(job(), diamond=Diamond(x=300.0, y=0.0, z=0.0))
     record = run(HEAD + CYCLE.replace("P9100", "D2 P9100") + "M30\n", beside)
     assert record.dresses.size == 2

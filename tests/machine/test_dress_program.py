@@ -20,7 +20,7 @@ def plan(body: str, dress_setup: float = 8.0) -> DressPlan:
 
 
 def seconds(length: float, feed: float) -> float:
-    """Time of a trapezoidal motion with 1000 mm/s2; feed in mm/min."""
+    """Return the time of a trapezoidal motion with 1000 mm/s2; feed in mm/min."""
     v = feed / 60.0
     return length / v + v / 1000.0
 
@@ -43,7 +43,7 @@ def test_passes_feed_depth_and_time_of_the_usual_program() -> None:
 
 
 def short_rapid(length: float, feed: float) -> float:
-    """As `seconds`, for motions that may be too short to reach the feed."""
+    """Return the time of a motion that may be too short to reach its feed."""
     v = feed / 60.0
     return seconds(length, feed) if length >= v * v / 1000.0 else 2.0 * (length / 1000.0) ** 0.5
 
@@ -58,10 +58,10 @@ def short_rapid(length: float, feed: float) -> float:
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ-30.", 2, 0.010),
         # an overhead dresser: the wheel goes up
         ("G91 G01 Y.015 F60.\nZ25. F300.", 1, 0.015),
-        # away from the wheel it may go along any way
+        # away from the wheel any way is legal
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nZ1. Y1.", 1, 0.020),
         ("G91 G01 Y.015 F60.\nZ25. F300.\nZ1. Y-1.", 1, 0.015),
-        # to and fro beside the wheel, and two moves at one depth, are no form
+        # moves to and fro beside the wheel, or two moves at one depth, dress no form
         ("G91 G01 Z5. F500.\nY-1. F60.\nZ-5.\nY-.02\nZ30. F300.", 1, 0.020),
         # a feed move that does not cross the wheel is no pass
         ("G91 G01 Z5. F500.\nY-.02 F60.\nZ30. F300.", 1, 0.020),
@@ -115,7 +115,7 @@ def test_a_wider_wheel_needs_a_longer_traverse() -> None:
         ("G91 G01 Y-.02 F60.\nZ30. F300.\nG19 G03 Z1. Y-1. R1.", "form dressing is not simulated, but line 6 leads"),
     ],
 )
-def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
+def test_programs_that_do_not_dress_are_rejected(body: str, words: str) -> None:
     with pytest.raises(DressProgramError) as caught:
         plan(body)
     assert isinstance(caught.value, GrindError)
@@ -130,7 +130,7 @@ def test_what_is_no_dress_is_refused(body: str, words: str) -> None:
 def test_a_dresser_advances_by_itself_where_no_pass_has_an_infeed(body: str, infeed: float | None) -> None:
     advancing = job(setup={"dresser_infeed": infeed})
     run = run_dress(read(f"M30\nO9100\n{body}\nM99\n"), 9100, advancing, CONTROL, AT_PRIMARY, 0)
-    # what goes back with another feed is no pass
+    # a way back with another feed is no pass
     assert run.plan[:3] == (1 if "F900" in body else 2, 5.0, infeed or 0.02)
     assert run.advances
 
@@ -150,19 +150,19 @@ def test_a_way_back_off_the_diamond_is_no_pass(sign: str, back: str) -> None:
     assert found[:3] == (3, 5.0, pytest.approx(0.04 / 3.0))
 
 
-def test_what_a_dresser_is_taken_to_advance_is_told_until_the_job_says_it() -> None:
+def test_an_assumed_dresser_infeed_warns_until_the_job_sets_it() -> None:
     text = PLATE.replace("N5 G91 G01 Y-.02 F60.\nN6 Z35. F191.", "N6 G91 G01 Z35. F191.").replace("N7 Y-.02 F60.\n", "")
-    told, removed = {}, {}
+    warned, removed = {}, {}
     for infeed in (None, 0.02, 0.01):
         found = grind(read(text), job(setup={"dresser_infeed": infeed}))
-        told[infeed] = [warning for warning in found.warnings if "O9100 has no infeed" in warning]
+        warned[infeed] = [warning for warning in found.warnings if "O9100 has no infeed" in warning]
         removed[infeed] = found.dresses["removed"].sum()
-    assert ["taken to advance 0.02 mm by itself" in warning for warning in told[None]] == [True]
-    assert told[0.02] == told[0.01] == []
+    assert ["taken to advance 0.02 mm by itself" in warning for warning in warned[None]] == [True]
+    assert warned[0.02] == warned[0.01] == []
     assert removed[None] == removed[0.02] == pytest.approx(2.0 * removed[0.01], rel=1e-3)
 
 
-def test_a_dress_without_f_needs_one_of_its_caller() -> None:
+def test_a_dress_without_f_needs_the_f_of_its_caller() -> None:
     body = "G01 G91 Y-.02\nZ30."
     with pytest.raises(DressProgramError, match=r"O9100: it fails: .*G01 is commanded without F"):
         plan(body)

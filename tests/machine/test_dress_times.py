@@ -22,19 +22,19 @@ def back_and_forth(passes: int, feed: int, depth: int) -> str:
 
 
 def one_way(passes: int, feed: int, depth: int) -> str:
-    """Off the diamond and back to where the pass began, before the next one."""
+    """Return a dress that goes off the diamond and back to the start between its passes."""
     again, turn = f"G01 Y-{depth / 1000:.3f} F60.\nZ35. F{feed}.", "G00 X1.\nZ-35.\nX-1."
     return "\n".join(["G71 G91 G94", "G00 Y2.", f"\n{turn}\n".join([again] * passes), "G90 G00 Y20. X-50.", "G04 X.5"])
 
 
 def remembered(passes: int, feed: int, depth: int) -> str:
-    """Infeeds and passes alone, over which the way back leads again."""
+    """Return a dress of infeeds and passes alone, which the way back retraces."""
     steps = [f"G01 Y-{depth / 1000:.3f} F60.\nZ{'-' if k % 2 else ''}30. F{feed}." for k in range(passes)]
     return "\n".join(["G71 G91 G94", *steps])
 
 
 def around(passes: int, feed: int, depth: int) -> str:
-    """The way to the diamond is an arc, of which nothing is remembered."""
+    """Return a dress with an arc as the way to the diamond, which is not retraced."""
     lead = "G00 Y5.\nG18 G03 X-10. Z-10. I-10. K0 F900."
     return f"G71 G91 G94\n{lead}\n{back_and_forth(passes, feed, depth).partition('Y10.')[2]}"
 
@@ -52,10 +52,10 @@ dresses = st.tuples(st.integers(1, 5), st.integers(100, 900), st.integers(2, 100
 
 
 @given(written=st.sampled_from(PROGRAMS), own=dresses, others=st.lists(dresses, min_size=1, max_size=5))
-def test_a_dress_takes_the_time_of_a_program_that_has_the_other_numbers(
+def test_the_time_of_a_changed_dress_equals_a_rewritten_program(
     written: Write, own: tuple[int, int, int], others: list[tuple[int, int, int]]
 ) -> None:
-    assume(written is not one_way or own[0] > 1)  # a single pass says nothing of the way to the next one
+    assume(written is not one_way or own[0] > 1)  # a single pass does not show the way to the next one
     plan = planned(written(*own))
     rewritten = [planned(written(*other)) for other in others]
     numbers = np.array([other.plan[:3] for other in rewritten]).T
@@ -65,13 +65,13 @@ def test_a_dress_takes_the_time_of_a_program_that_has_the_other_numbers(
 
 @pytest.mark.parametrize("written", PROGRAMS)
 @pytest.mark.parametrize("own", [(1, 300, 10), (2, 191, 20), (3, 777, 7)])
-def test_with_its_own_numbers_it_takes_exactly_its_own_time(written: Write, own: tuple[int, int, int]) -> None:
+def test_a_dress_with_its_programmed_numbers_takes_exactly_its_time(written: Write, own: tuple[int, int, int]) -> None:
     plan = planned(written(*own))
     among_others = np.array([plan.plan[:3], (5, 2.0, 0.03)]).T
     assert dress_seconds(plan, CONTROL, *among_others)[0] == plan.plan.seconds
 
 
-def test_all_feed_moves_at_the_feed_of_the_passes_stand_in_the_same_word() -> None:
+def test_all_moves_at_the_feed_of_the_passes_change_with_it() -> None:
     body = "G71 G91 G94\nG00 Y20.\nX-120.\nG01 Y-.02 F60.\nZ35. F{0}.\nY-.02\nZ-35.\nY1."
     plan, other = planned(body.format(300)), planned(body.format(180))
     found = dress_seconds(plan, CONTROL, np.array([2.0]), np.array([3.0]), np.array([0.02]))

@@ -188,7 +188,7 @@ def batched(case: Case, dress_seconds: float) -> Batched:
 
 
 def strokes_and_dresses(case: Case) -> tuple[Array, list[int]]:
-    """Return the depth of every stroke, um, and the strokes made before each dress (PD-10), by whole numbers."""
+    """Return the depth of every stroke, um, and the strokes made before each dress (PD-10), in whole numbers."""
     H, h, heights, places = case.depth + case.above, 0, list[int](), [0] * case.pre_dress
     done = 0
     while h < H:

@@ -1,4 +1,4 @@
-"""A stroke is a stroke, whatever block makes it: by feed moves it grinds as in a cycle."""
+"""Strokes by feed moves grind as strokes of a cycle do."""
 
 import math
 from collections.abc import Sequence
@@ -25,11 +25,11 @@ from tests.machine.test_replay import assert_replayed
 
 AWAY = "G00 Y20.\n"
 PLACED = ("part", "groove", "time", "line", "number")
-"""Of a row: where and when, not what."""
+"""Columns for place and time of a stroke, not for its results."""
 
 
 def job(*, dwell: float = 0.0, **values: Any) -> Job:
-    """The table rests at its reversal points as long as a feed move does, not at all."""
+    """Return a job with a table that does not rest at its reversal points, as feed moves do not."""
     machine = replace(harness.TIMELESS["machine"], reversal_dwell=dwell)
     setup = {**harness.TIMELESS, "machine": machine}
     return harness.job(**{"stock": 0.05, "tolerance": 9.0, "setup": setup, **values})
@@ -40,7 +40,7 @@ def ground(text: str, shop: Job | None = None) -> GrindingRecord:
 
 
 def assert_same_strokes(found: GrindingRecord, expected: GrindingRecord) -> None:
-    """Every bit of strokes, wheel and part, whenever and by whatever lines they were made."""
+    """Assert equal bits of strokes, wheel and part, but for place and time of the strokes."""
     assert len(found.strokes) == len(expected.strokes)
     for name in STROKE_ROW.names or ():
         if name not in PLACED:
@@ -50,7 +50,7 @@ def assert_same_strokes(found: GrindingRecord, expected: GrindingRecord) -> None
 
 
 def by_moves(strokes: Sequence[tuple[int, int]]) -> str:
-    """Strokes to and fro, each some um deeper than the one before, with an F, by feed moves."""
+    """Return feed moves to and fro for strokes, each a (further depth in um, F)."""
     lines = []
     for number, (deeper, feed) in enumerate(strokes):
         lines.append(f"G91 G01 Y-{0.001 * deeper:.3f} F500.\nG90 X{230 if number % 2 == 0 else -30}. F{feed}.\n")
@@ -58,7 +58,7 @@ def by_moves(strokes: Sequence[tuple[int, int]]) -> str:
 
 
 def by_tables(strokes: Sequence[tuple[int, int]]) -> str:
-    """The same, by a G81 for each."""
+    """Return a G81 for each of these strokes."""
     lines = []
     for number, (deeper, feed) in enumerate(strokes):
         ends = ("X230. I-30.", "X-30. I230.")[number % 2]
@@ -80,7 +80,7 @@ CALLED = "O50\nG91 G01 Y-.01 F60.\nG90 X230. F12000.\nX-30.\nM99\nO60\nG01 Y-#1 
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_it_is_all_one_where_the_block_stands(shape: str) -> None:
+def test_strokes_in_loops_subprograms_and_macros_equal_flat_ones(shape: str) -> None:
     flat = "".join(f"G01 Y-.0{k} F60.\nX230. F12000.\nX-30.\n" for k in (1, 2, 3, 4))
     found, expected = run(f"{HEAD}{SHAPES[shape]}{AWAY}M30\n{CALLED}", job()), ground(flat)
     for name in ("Z", "E"):
@@ -99,7 +99,7 @@ def test_a_wheel_that_covers_the_part_may_go_across() -> None:
     assert leaving.unjudged[0][0].lines == (5,)
 
 
-def test_a_wheel_narrower_than_the_part_leaves_the_rest() -> None:
+def test_a_wheel_narrower_than_the_part_leaves_the_rest_unground() -> None:
     wide = job(width=40.0)
     one = ground("G01 Y-.01 F500.\nX230. F12000.\n", wide)
     both = ground("G01 Y-.01 F500.\nX230. F12000.\nZ15. F900.\nX-30. F12000.\n", wide)
@@ -107,7 +107,7 @@ def test_a_wheel_narrower_than_the_part_leaves_the_rest() -> None:
     assert both.parts["unground"][0] == 0.0 and both.strokes["b"].tolist() == [25.0, 15.0]
 
 
-def test_a_stroke_that_ends_over_the_part_is_one_of_what_it_covers() -> None:
+def test_a_stroke_that_ends_over_the_part_grinds_the_covered_length() -> None:
     short = ground("G01 Y-.01 F500.\nX100. F12000.\nG00 Y1.\n")
     cycle = ground("G01 Y-.01 F500.\nG81 X100. I-30. E12000.\nG04 P.01\nG80\nG00 Y1.\n")
     assert_same_strokes(short, cycle)
@@ -118,8 +118,8 @@ def test_a_stroke_that_ends_over_the_part_is_one_of_what_it_covers() -> None:
 def test_rapids_through_the_part_are_a_crash() -> None:
     found = ground(f"{CYCLE}G80\nG00 Y1.\nG00 X-30.\nG00 Y-.2\nG00 X230.\n")
     assert found.unjudged == ((),) and len(found.strokes) == 8
-    (told,) = found.warnings
-    assert told.startswith("test.nc:8: a rapid outside a cycle takes the wheel 0.15 mm into the part; ")
+    (warning,) = found.warnings
+    assert warning.startswith("test.nc:8: a rapid outside a cycle takes the wheel 0.15 mm into the part; ")
 
 
 @pytest.mark.parametrize(
@@ -130,13 +130,13 @@ def test_rapids_through_the_part_are_a_crash() -> None:
         ("G19 G70\nG00 X-1.2 Y0 Z-.1\nG01 Y-.0004 F20.\nG01 X9. F480.\nG00 Y1.\n", 480.0 * 25.4),
     ],
 )
-def test_the_plane_says_along_which_axis(text: str, feed: float) -> None:
+def test_the_plane_sets_the_axis_of_strokes(text: str, feed: float) -> None:
     found = run(f"G71 G94 G90\n{text}M30\n", job())
     assert found.strokes["Lw"].tolist() == [200.0] and found.strokes["E"][0] == pytest.approx(feed)
     assert found.unjudged == ((),)
 
 
-def test_before_the_first_cycle_this_one_says_it() -> None:
+def test_the_plane_of_the_first_cycle_also_holds_for_feed_moves_before_it() -> None:
     by_feed = "G01 Y-.01 F500.\nG01 X230. F12000.\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
     late = run(f"G71 G94 G90\nG00 X-30. Y0 Z0\n{by_feed}G19 {CYCLE}G80\n{AWAY}M30\n", job())
     early = run(f"{HEAD}{by_feed}{CYCLE}G80\n{AWAY}M30\n", job())
@@ -144,30 +144,30 @@ def test_before_the_first_cycle_this_one_says_it() -> None:
     assert late.strokes["number"].tolist() == [0, *range(1, 9)]
 
 
-def test_without_a_stroke_along_the_table_there_is_none() -> None:
+def test_a_program_without_a_stroke_along_the_table_is_rejected() -> None:
     with pytest.raises(GrindingError, match=r"feed moves grind that go straight along the axis across G17, G18 or G19"):
         run("G71 G94 G90\nG00 X-30. Y0 Z0\nG01 Y-.01 F500.\nG01 X230. F12000.\nM30\n", job())
 
 
-def test_parts_by_feed_moves_alone_are_judged_each() -> None:
+def test_each_part_ground_by_feed_moves_alone_is_judged() -> None:
     part = "G00 X-30. Z0\nG00 Y0\n" + by_moves([(10, 12000)] * 5 + [(0, 12000)] * 3) + AWAY
     found = ground("M00\n".join([part] * 3))
     assert found.parts["strokes"].tolist() == [8] * 3 and found.unjudged == ((),) * 3
     assert (found.parts["survival"] > 0.99).all() and not found.warnings
-    assert (np.diff(found.strokes["V"]) > 0.0).all()  # one wheel
+    assert (np.diff(found.strokes["V"]) > 0.0).all()  # all parts share a wheel
     assert found.strokes["time"][0] == 20.0  # loading ends with the first stroke
     shallow = ground(part.replace("Y-0.010", "Y-0.000", 1))
     assert "the part is ground to a depth of 0.04 mm" in shallow.warnings[0]
 
 
-def test_the_same_feed_moves_again_may_be_for_another_part() -> None:
+def test_repeated_feed_moves_leave_the_part_unjudged() -> None:
     part = "G00 X-30. Z0\nG00 Y0\n" + by_moves([(10, 12000)] * 5) + AWAY
     again = ground(part * 2)
     assert len(again.unjudged[0]) == 1 and again.parts["survival"][0] == 0.0
-    (told,) = again.warnings
-    assert "this feed move finds nothing to grind" in told and "may be those of another part" in told
+    (warning,) = again.warnings
+    assert "this feed move finds nothing to grind" in warning and "may be those of another part" in warning
     back = part.replace("X-30. F12000", "X-30. F9000") + "G00 X-30.\nG00 Y-.01\nG01 X230. F9000.\n" + AWAY
-    assert ground(back).unjudged == ((),)  # a way back above what is ground
+    assert ground(back).unjudged == ((),)  # a way back above the ground surface
 
 
 @pytest.mark.parametrize(
@@ -178,13 +178,13 @@ def test_the_same_feed_moves_again_may_be_for_another_part() -> None:
         ("G01 Y-.3 F500.\nX230. F9000.\n", ["a stroke cuts 0."]),
     ],
 )
-def test_what_is_told_of_strokes_names_F(moves: str, says: list[str]) -> None:
-    told = " ".join(ground(moves).warnings)
-    assert all(each in told for each in says), told
-    assert " E" not in told
+def test_warnings_of_feed_strokes_name_F_and_not_E(moves: str, says: list[str]) -> None:
+    warnings = " ".join(ground(moves).warnings)
+    assert all(each in warnings for each in says), warnings
+    assert " E" not in warnings
 
 
-def test_a_dress_between_them_counts() -> None:
+def test_a_dress_between_feed_strokes_sharpens_the_wheel() -> None:
     first, then = by_moves([(10, 12000)] * 2), "G91 G01 Y-.01 F500.\nG90 X230. F12000.\n"
     dressed = f"{first}G00 Y1.\nG81.1 X-35. I-30. E9000. P9100\nG80\nG00 X-30.\nG00 Y-.02\n{then}"
     plain = f"{first}G00 Y1.\nG00 Y-.02\n{then}"
@@ -207,7 +207,7 @@ some_blocks = st.lists(st.tuples(st.sampled_from(["moves", "cycle"]), some_strok
 
 @given(some_blocks, st.integers(1, 2), st.lists(st.tuples(some_feeds, st.integers(0, 2)), min_size=40, max_size=40))
 @examples(12)
-def test_a_replay_is_what_control_and_machine_make_of_it(
+def test_a_replay_of_feed_strokes_and_cycles_equals_the_control(
     blocks: list[tuple[str, list[tuple[int, int]]]], parts: int, choices: list[tuple[int, int]]
 ) -> None:
     part, depth = "", 0.0
@@ -225,12 +225,12 @@ def test_a_replay_is_what_control_and_machine_make_of_it(
     assert_replayed(simulation, choices[: len(simulation.blocks)])
 
 
-def test_moves_up_to_a_second_M00_say_where_the_wheel_stands() -> None:
+def test_feed_moves_before_a_second_M00_only_position_the_wheel() -> None:
     simulation = simulation_of(f"{CYCLE}G80\n{AWAY}M00\nG00 X-30.\nG01 Y-.01 F500.\nM00\nG01 X230. F12000.\n{AWAY}")
     assert len(simulation.blocks) == len(grind(simulation.programs, simulation.job).blocks) == 2
 
 
-def test_its_F_is_a_word_that_may_be_varied() -> None:
+def test_the_F_of_a_feed_stroke_can_be_varied() -> None:
     simulation = simulation_of(by_moves([(10, 12000)] * 3) + AWAY)
     episodes = simulation.start([np.random.default_rng(0)])
     played = []
@@ -255,7 +255,7 @@ NO_SCRIPT = {
 
 
 @pytest.mark.parametrize("reason", NO_SCRIPT)
-def test_where_there_is_no_script_the_control_executes_it(reason: str) -> None:
+def test_feed_strokes_without_a_script_are_executed_by_the_control(reason: str) -> None:
     programs, shop = read(f"{HEAD}{CYCLE}G80\nG00 X-30.\n{NO_SCRIPT[reason]}G80\n{AWAY}M30\n{DRESS}", "part.nc"), job()
     with pytest.raises(ScriptError, match=reason):
         script_of(programs, shop)

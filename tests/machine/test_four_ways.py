@@ -1,4 +1,4 @@
-"""The same strokes written in four ways: by cycles, by a G81 for each, by feed moves, and by loops of feed moves."""
+"""Equal strokes written in four ways: as cycles, as a G81 each, as feed moves, and as loops of feed moves."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from tests.machine.test_feed_strokes import AWAY, HEAD, assert_same_strokes, job
 
 
 class Pass(NamedTuple):
-    """What a G82 grinds: a stroke, then one for each pick, then L more."""
+    """Strokes of a G82: one, then one for each pick, then L more."""
 
     pick: int
     """um."""
@@ -22,7 +22,7 @@ class Pass(NamedTuple):
     E: int
 
     def depths(self, begun: int) -> list[int]:
-        """Of its strokes, um, after so many um."""
+        """Return the depths of its strokes, um, from a depth on."""
         to = [begun + self.pick * number for number in range(self.picks + 1)]
         return to + to[-1:] * self.L
 
@@ -32,13 +32,13 @@ def start(begun: int) -> str:
 
 
 def by_cycle(each: Pass, begun: int) -> str:
-    """With picks of its own, the last of which ends at the depth."""
+    """Return a G82 with picks down to its depth."""
     depth = 0.001 * each.depths(begun)[-1]
     return f"G82 X230. I-30. Y-{depth:.3f} J-{0.001 * each.pick:.3f} L{each.L} F500. E{each.E}.\nG80\n"
 
 
 def by_tables(each: Pass, begun: int) -> str:
-    """A G81 that is stopped after a stroke, from the other side each time."""
+    """Return a G81 for each stroke, stopped after it, from alternating sides."""
     lines = []
     for number, depth in enumerate(each.depths(begun)):
         ends = ("X230. I-30.", "X-30. I230.")[number % 2]
@@ -47,7 +47,7 @@ def by_tables(each: Pass, begun: int) -> str:
 
 
 def by_moves(each: Pass, begun: int) -> str:
-    """One block after the other."""
+    """Return a feed move for each stroke."""
     lines = []
     for number, depth in enumerate(each.depths(begun)):
         lines.append(f"G01 Y-{0.001 * depth:.3f} F500.\nX{(230, -30)[number % 2]}. F{each.E}.\n")
@@ -55,7 +55,7 @@ def by_moves(each: Pass, begun: int) -> str:
 
 
 def by_loop(each: Pass, begun: int) -> str:
-    """A loop that works depth and end of each stroke out."""
+    """Return a loop that computes depth and end of each stroke."""
     return (
         f"#1=0\n#2=230\nWHILE [#1 LE {each.picks + each.L}] DO 1\n#3=#1\n"
         f"IF [#3 GT {each.picks}] THEN #3={each.picks}\n"
@@ -81,8 +81,8 @@ some = st.builds(Pass, st.integers(1, 20), st.integers(1, 5), st.integers(0, 3),
 
 @given(st.lists(some, min_size=1, max_size=3), st.sampled_from([20.0, 24.7, 40.0]))
 @examples(40)
-def test_strokes_wheel_and_part_are_the_same_in_all_four_ways(passes: list[Pass], width: float) -> None:
-    # picks of an odd number, and the table goes on for a stroke before the next cycle begins: an even one here
+def test_strokes_wheel_and_part_are_equal_in_all_four_ways(passes: list[Pass], width: float) -> None:
+    # after an odd number of strokes the table makes one more before the next cycle: the number is even here
     passes = [each._replace(L=each.L + (each.picks + each.L + 1) % 2) for each in passes]
     cycle, tables, moves, loop = in_each_way(passes, width)
     assert len(moves.strokes) == sum(1 + each.picks + each.L for each in passes)
@@ -91,7 +91,7 @@ def test_strokes_wheel_and_part_are_the_same_in_all_four_ways(passes: list[Pass]
     for name in ("time", "seconds"):
         np.testing.assert_allclose(tables.strokes[name], moves.strokes[name], rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(loop.strokes[name], moves.strokes[name], rtol=0.0, atol=1e-9)
-    # the picks of a cycle are summed, so that its depths may be others in their last bits, and made beside the table
+    # a cycle sums its picks, so that its depths may differ in their last bits, and makes them beside the table
     np.testing.assert_allclose(cycle.strokes["Z"], moves.strokes["Z"], rtol=0.0, atol=1e-12)
     if cycle.strokes["Z"].tobytes() == moves.strokes["Z"].tobytes():
         assert_same_strokes(moves, cycle)

@@ -26,7 +26,7 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
-def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
+def test_the_shortest_job_has_the_defaults(tmp_path: Path) -> None:
     found = load_job(write(tmp_path, SHORTEST))
     assert (found.part.length, found.part.width, found.part.stock) == (200.0, 20.0, 0.3)
     assert (found.part.start, found.part.across, found.part.surface) == (0.0, 0.0, 0.0)
@@ -88,7 +88,7 @@ def test_the_error_carries_value_and_legal_range(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"[part", b"\xff\xfe", None])
-def test_unreadable_files(tmp_path: Path, content: bytes | None) -> None:
+def test_unreadable_job_files_are_reported(tmp_path: Path, content: bytes | None) -> None:
     path = tmp_path / "job.toml"
     if content is not None:
         path.write_bytes(content)
@@ -105,13 +105,13 @@ def test_a_job_made_in_python_is_checked_too() -> None:
     assert isinstance(job().setup, Setup)
 
 
-def test_a_byte_order_mark_is_no_mistake(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     path.write_bytes(b"\xef\xbb\xbf" + SHORTEST.encode())
     assert load_job(path) == load_job(write(tmp_path, SHORTEST))
 
 
-def test_stages_arrive_in_order(tmp_path: Path) -> None:
+def test_stages_are_read_in_order(tmp_path: Path) -> None:
     text = (
         SHORTEST
         + """
@@ -149,7 +149,7 @@ def test_stages_arrive_in_order(tmp_path: Path) -> None:
         ("[[part.stages]]\nstock = 0.2\n[[part.stages]]", "part.stages.stock", ["stage 2: ", "missing"]),
     ],
 )
-def test_wrong_stages_are_named(tmp_path: Path, stages: str, key: str, words: list[str]) -> None:
+def test_errors_in_stages_name_the_key(tmp_path: Path, stages: str, key: str, words: list[str]) -> None:
     with pytest.raises(JobError) as caught:
         load_job(write(tmp_path, SHORTEST + stages))
     assert caught.value.key == key
@@ -157,7 +157,7 @@ def test_wrong_stages_are_named(tmp_path: Path, stages: str, key: str, words: li
         assert word in str(caught.value)
 
 
-def test_a_missing_job_says_how_to_write_one(tmp_path: Path) -> None:
+def test_the_error_of_a_missing_job_says_how_to_write_one(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_text("M30", encoding="utf-8")
     told = "write one: `grind job --template` prints a job, and `grind init FOLDER` makes a program with its job"

@@ -1,4 +1,4 @@
-"""A job as text, read again."""
+"""Jobs written as text and read again."""
 
 from dataclasses import fields, replace
 from pathlib import Path
@@ -65,7 +65,7 @@ def read_again(job: Job, folder: Path) -> Job:
 @examples(40)
 @given(jobs)
 def test_a_job_read_again_is_the_same(tmp_path_factory: pytest.TempPathFactory, job: Job) -> None:
-    # a part that says what the job says anyway differs by nothing
+    # a part equal to the part of the job is not written
     plain = tuple(replace(each, part=None) if each.part == job.part else each for each in job.parts)
     assert read_again(job, tmp_path_factory.mktemp("job")) == replace(job, parts=plain)
 
@@ -104,7 +104,7 @@ def test_the_examples_read_again_are_the_same(name: str, tmp_path: Path) -> None
         ("[catalogue.wheel.mine]\nbase = 'none'\n", "catalogue: wheel 'mine'"),
     ],
 )
-def test_slips_are_told(tables: str, said: str, tmp_path: Path) -> None:
+def test_mistakes_in_tables_of_a_job_are_reported(tables: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     path.write_text((EXAMPLES / "rail_g83.toml").read_text() + tables)
     with pytest.raises(JobError, match=said.replace("[", r"\[")):

@@ -1,4 +1,4 @@
-"""Each of the usual mistakes is answered by one sentence, which has its line and what to do."""
+"""Each usual mistake causes one sentence with its line and the remedy."""
 
 import json
 from pathlib import Path
@@ -45,8 +45,8 @@ z = -10
 """
 
 
-def told(program: str, job: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """The sentences with which `grind check --job` answers a program and a job."""
+def messages_of(program: str, job: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return the warnings and errors of `grind check --job` for a program and a job."""
     (folder / "part.nc").write_text(program)
     (folder / "part.toml").write_text(job)
     ended = status("check", folder / "part.nc", "--job", folder / "part.toml", "--json")
@@ -56,25 +56,25 @@ def told(program: str, job: str, folder: Path, capsys: pytest.CaptureFixture[str
     return [*report["warnings"], *errors]
 
 
-def test_without_a_mistake_nothing_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert told(PROGRAM, JOB, tmp_path, capsys) == []
-    assert told(PROGRAM.replace("P9100", "P9100 D1"), JOB, tmp_path, capsys) == []
+def test_a_correct_program_causes_no_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert messages_of(PROGRAM, JOB, tmp_path, capsys) == []
+    assert messages_of(PROGRAM.replace("P9100", "P9100 D1"), JOB, tmp_path, capsys) == []
 
 
-def test_there_are_mistakes_enough() -> None:
+def test_there_are_at_least_40_different_mistakes() -> None:
     assert len(MISTAKES) >= 40
     assert len({mistake["title"] for mistake in MISTAKES}) == len(MISTAKES)
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["title"])
-def test_a_mistake_is_told_in_one_sentence(
+def test_a_mistake_is_reported_in_one_sentence_with_line_and_remedy(
     mistake: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program, job = PROGRAM, JOB
     for old, new in mistake["changes"]:
         assert (old in program) != (old in job)
         program, job = program.replace(old, new, 1), job.replace(old, new, 1)
-    (sentence,) = told(program, job, tmp_path, capsys)
+    (sentence,) = messages_of(program, job, tmp_path, capsys)
     assert f"part.nc:{mistake['line']}: " in sentence or f"line {mistake['line']} " in sentence
     places = [sentence.find(words) for words in mistake["says"]]
     assert -1 not in places and places == sorted(places), sentence

@@ -1,4 +1,4 @@
-"""Strokes of a table that is slower than its E over part of the part, beside the part in 200 cells of its length."""
+"""Strokes of a table that accelerates over the part, against the part in 200 cells of its length."""
 
 import math
 from typing import Any, NamedTuple
@@ -65,14 +65,14 @@ class Case(NamedTuple):
 
     @property
     def speeds(self) -> Any:
-        """Of the table over the middle of each cell, mm/s."""
+        """Table speed over the middle of each cell, mm/s."""
         ways = self.near + self.length * (np.arange(CELLS) + 0.5) / CELLS
         ways = np.minimum(ways, self.travel - ways)
         return np.minimum(self.E / 60.0, np.sqrt(2.0 * self.acceleration * ways))
 
 
 def by_cells(case: Case) -> dict[str, Any]:
-    """What strokes do to the part in cells, each with its own speed and surface; one number a stroke."""
+    """Grind the part in cells, each with its own speed and surface, and return one number per stroke."""
     p, width = case.job.parameters, case.job.part.width
     constants = [stroke_constants(p, v, case.length) for v in case.speeds]
     wheel = start_wheel(p)._replace(A=case.wear_flats)
@@ -106,7 +106,7 @@ CASES = st.builds(
 
 @examples(25)
 @given(case=CASES.filter(lambda case: case.accelerates))
-def test_strokes_of_a_table_that_accelerates_are_those_of_the_part_in_cells(case: Case) -> None:
+def test_strokes_of_an_accelerating_table_match_the_part_in_cells(case: Case) -> None:
     found, expected = run(case.text, case.job).strokes, by_cells(case)
     first, plunged = 1, 8
     removed = np.cumsum(found["ae"])
@@ -118,7 +118,7 @@ def test_strokes_of_a_table_that_accelerates_are_those_of_the_part_in_cells(case
 
 
 @given(case=CASES, near=st.integers(0, 600))
-def test_the_nodes_stand_for_the_length_and_the_time_over_the_part(case: Case, near: int) -> None:
+def test_the_two_speeds_of_a_pace_give_the_time_over_the_part(case: Case, near: int) -> None:
     case = case._replace(near=near)
     pace, a, v = case.pace, float(case.acceleration), case.E / 60.0
     assert 0.0 <= pace.slow_share < 1.0 and pace.slow <= pace.speed <= v
@@ -126,7 +126,7 @@ def test_the_nodes_stand_for_the_length_and_the_time_over_the_part(case: Case, n
     ramp = min(v * v / (2.0 * a), 0.5 * case.travel)
 
     def passed(way: float) -> float:
-        """When the table has gone so far, s."""
+        """Return the time at which the table has gone so far, s."""
         if way > case.travel - ramp:
             return motion_time(case.travel, v, a) - math.sqrt(2.0 * (case.travel - way) / a)
         return math.sqrt(2.0 * min(way, ramp) / a) + max(way - ramp, 0.0) / v
@@ -136,7 +136,7 @@ def test_the_nodes_stand_for_the_length_and_the_time_over_the_part(case: Case, n
 
 
 @given(case=CASES.filter(lambda case: not case.accelerates), step=st.floats(0.0, 0.002))
-def test_a_table_that_has_its_E_over_the_part_grinds_as_one_node(case: Case, step: float) -> None:
+def test_a_table_at_constant_speed_over_the_part_grinds_as_one_stroke(case: Case, step: float) -> None:
     pace = case.pace
     assert pace == steady(case.E / 60.0)
     p = case.job.parameters
@@ -144,6 +144,6 @@ def test_a_table_that_has_its_E_over_the_part_grinds_as_one_node(case: Case, ste
     part = PartState(Z=0.01, S=0.01, Rs=0.7, S_step=step, Rs_step=50.0 * step)
     after, left, stroke, _, fast = paced_of(PROCESS)(wheel, own, part, 0.02, 20.0, pace, held, held, 1.5)
     assert (after, left, fast) == PROCESS.stroke(wheel, own, 0.01, 0.7, 0.02, 20.0, held, 1.5)
-    # of what blocks before have left near the ends, too
+    # peaks also cover the stock that earlier blocks left near the ends
     peaks = ("load", "torque", "T", "burn_ratio") if step > 0.0 else ()
     assert stroke._replace(**{name: getattr(fast, name) for name in peaks}) == fast

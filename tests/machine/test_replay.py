@@ -29,9 +29,9 @@ def shop(**changes: Any) -> Job:
 
 
 def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "") -> GrindingRun:
-    """The machine after the program with those words, of which the control has announced every stroke.
+    """Return the machine after the program with these words, executed stroke by stroke.
 
-    `dresses` is the text of programs that the words name and the file has not.
+    `dresses` is the text of dress programs that the words name and the file lacks.
     """
     chosen = zip((block.block for block in simulation.blocks), words, strict=True)
     programs = read(with_words_chosen(simulation.programs, list(chosen)) + dresses)
@@ -42,7 +42,7 @@ def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "
 def assert_replayed(
     simulation: JobSimulation, choices: Sequence[tuple[float, int]], run: GrindingRun | None = None
 ) -> GrindingRecord:
-    """Replay a program with those words, beside two other machines, and compare with the control's execution."""
+    """Replay a program with these E and D beside two other machines and compare it with the control."""
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
     sums, good = np.zeros(len(Tally._fields)), 0.0
     for E, D in choices:
@@ -57,7 +57,7 @@ def assert_replayed(
 def assert_same(
     simulation: JobSimulation, episodes: Episodes, sums: Array, good: float, run: GrindingRun
 ) -> GrindingRecord:
-    """The first episode, whose tallies and survivals have come to `sums` and `good`, is what a run of it has made."""
+    """Assert that the first episode, with summed tallies `sums` and survivals `good`, equals its run."""
     total, record = Tally(*sums.tolist()), run.record()
     assert (total.strokes, total.dresses) == (len(record.strokes), len(record.dresses))
     assert total.seconds == pytest.approx(record.seconds, rel=1e-9)
@@ -87,7 +87,7 @@ def test_a_stop_after_the_unloading_ends_no_stage() -> None:
     assert (record.parts["earlier"] == 1.0).all() and (record.parts["survival"] < 0.1).all()
 
 
-def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> None:
+def test_the_limits_of_a_stage_decide_which_heat_of_its_blocks_counts() -> None:
     rough, fine = "G82 X230. I-30. Y-.04 J-.04 F100. E20000.", "G82 X230. I-30. Y-.1 J-.001 F100. E20000."
     last = "G00 Y0\nG00 X-30.\nG01 Y-.1 F100.\nG82 X230. I-30. Y-.12 J-.001 F100. E20000."
     begins = "G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500."
@@ -101,7 +101,7 @@ def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> Non
 
 
 @pytest.mark.parametrize("code", ["G83", "G83.1"])
-def test_a_crossover_under_which_the_wheel_always_covers_the_part_keeps_its_cross_picks(code: str) -> None:
+def test_a_crossover_of_a_covered_part_makes_its_cross_picks(code: str) -> None:
     words = f"{code} X230. I-30. Y-.02 J-.01 Z0 K1. L1 F1500. E12000. P9100 D1"
     text = f"G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\n{words}\nG80\nG00 Y20.\nM30{DRESS}"
     simulation = JobSimulation(read(text), shop(width=20.0), 0.0)
@@ -139,6 +139,6 @@ def test_odd_programs_are_replayed_as_they_are_executed(text: str, changes: dict
     assert_replayed(simulation, [(9000, 0)] * len(simulation.blocks))
 
 
-def test_a_table_that_rests_at_an_end_of_the_cycle_before_is_left_to_the_control() -> None:
+def test_a_table_that_rests_at_an_end_of_the_last_cycle_has_no_script() -> None:
     text = written_by_hand(PLUNGE, "G81 X230. I-5. E12000.", "G80", "G00 X-30.", "G00 Y20.", "M30")
     assert "where the cycle before has left it" in str(JobSimulation(read(text), job(stock=0.03), 0.0).why)

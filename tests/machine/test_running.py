@@ -1,4 +1,4 @@
-"""Wheel and coolant turn, flow and stop as the words of a program say."""
+"""Spindle and coolant follow the words of a program."""
 
 import math
 import re
@@ -28,12 +28,12 @@ AGAIN = "G82 Y-.08 J-.01\n"
 
 
 def programmed(**changes: Any) -> Job:
-    """A job in which the words of the program count."""
+    """Return a job that takes spindle and coolant from the program."""
     return job(stock=0.08, setup={**BY_PROGRAM, **changes})
 
 
 def by_hand(**changes: Any) -> Job:
-    """A job in which they do not."""
+    """Return a job with spindle and coolant always on."""
     return job(stock=0.08, setup=changes)
 
 
@@ -56,7 +56,7 @@ def ground(text: str, job: Job, **settings: Any) -> GrindingRecord:
         ("S1910 M03 M08 M09", {"fluid": CATALOGUE.fluid("dry")}),
     ],
 )
-def test_the_process_runs_with_what_was_programmed(words: str, setup: dict[str, Any]) -> None:
+def test_the_process_uses_the_programmed_speed_and_coolant(words: str, setup: dict[str, Any]) -> None:
     found, asked = ground(program(words), programmed()), ground(program("(BY HAND)"), by_hand(**setup))
     assert found.strokes.tobytes() == asked.strokes.tobytes()
     assert found.dresses.tobytes() == asked.dresses.tobytes()
@@ -66,7 +66,7 @@ def test_the_process_runs_with_what_was_programmed(words: str, setup: dict[str, 
 @pytest.mark.parametrize(
     ("between", "setup"), [("S1500", {"wheel_speed": math.pi * 7.5}), ("M09", {"fluid": CATALOGUE.fluid("dry")})]
 )
-def test_words_act_from_where_they_stand_on(between: str, setup: dict[str, Any]) -> None:
+def test_speed_and_coolant_words_act_on_later_strokes_only(between: str, setup: dict[str, Any]) -> None:
     found = ground(program("S1910 M03 M08", between), programmed())
     before = ground(program("S1910 M03 M08"), programmed())
     first = found.strokes["line"] == found.strokes["line"][0]
@@ -77,7 +77,7 @@ def test_words_act_from_where_they_stand_on(between: str, setup: dict[str, Any])
     assert warning.startswith(f"test.nc:{found.strokes['line'][-1]}: ")
 
 
-def test_a_wheel_turned_the_other_way_is_told_once() -> None:
+def test_a_wheel_turning_the_other_way_warns_once() -> None:
     found, usual = ground(program("S1910 M04 M08"), programmed()), ground(program("S1910 M03 M08"), programmed())
     assert found.strokes.tobytes() == usual.strokes.tobytes()
     (warning,) = found.warnings
@@ -90,7 +90,7 @@ def test_a_wheel_turned_the_other_way_is_told_once() -> None:
 
 @pytest.mark.parametrize("words", ["S1910 M03 M08", "S1500 M03", "G96 S1800 M03 M08"])
 @pytest.mark.parametrize("between", ["", "M09", "S1800 M08"])
-def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: str) -> None:
+def test_whole_cycles_use_the_speed_and_coolant_of_single_strokes(words: str, between: str) -> None:
     text = program(words, between)
     found, stepped = ground(text, programmed()), ground(text, programmed(), operator_dress_at=LONG_AFTER)
     assert found.warnings == warnings_when_stepped(stepped)
@@ -99,7 +99,7 @@ def test_whole_cycles_run_with_the_same_as_their_strokes(words: str, between: st
 
 
 @given(speed=st.floats(5.0, 35.0))
-def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -> None:
+def test_an_s_word_rounded_to_whole_rpm_means_the_speed_of_the_job(speed: float) -> None:
     own = programmed(wheel_speed=speed)
     running = Running(own)
     running.set_speed(Spindle(0.0, round(60_000.0 * speed / (math.pi * 300.0))))
@@ -109,7 +109,7 @@ def test_the_speed_of_the_job_rounded_to_a_whole_s_stands_for_it(speed: float) -
 
 
 @pytest.mark.parametrize("words", ["S1450 M03 M08", "S1507 M03 M08", "G96 S1680 M03 M08"])
-def test_what_is_told_of_the_speed_mends_it(words: str) -> None:
+def test_the_remedy_in_the_speed_warning_works(words: str) -> None:
     own = programmed()
     (warning,) = ground(program(words), own).warnings
     found = re.search(
@@ -126,12 +126,12 @@ def test_what_is_told_of_the_speed_mends_it(words: str) -> None:
     assert JobSimulation(read(program(words)), said, 0.0).why is None
 
 
-def test_a_turning_tool_needs_no_wheel() -> None:
+def test_a_turning_tool_needs_no_spindle_or_coolant_words() -> None:
     text = "G71 G94 G90 G18\nG00 X26. Z-10.\nG77 X24. Z-30. I.7 K20. D0 F60.\nM30\n"
     assert grind(read(text), job(surface=25.0, setup=BY_PROGRAM)).warnings == ()
 
 
-def test_a_state_is_told_of_once_in_many_parts() -> None:
+def test_a_wrong_speed_and_missing_coolant_warn_once_for_many_parts() -> None:
     part = f"S1500 M03\n{HEAD}{CYCLE}G80\nG00 Y20.\nM05\nM00\n"
     (speed, coolant) = ground(part * 3 + "M30\n" + DRESS, programmed()).warnings
     assert "23.56 m/s and not at the 30 m/s of the job" in speed and "the coolant is off" in coolant
@@ -152,7 +152,7 @@ def test_a_dress_may_switch_the_coolant_off_and_on_again() -> None:
         ("S1910 M03", "", "the coolant is off"),
     ],
 )
-def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str, reason: str) -> None:
+def test_a_program_with_another_speed_or_no_coolant_has_no_script(words: str, between: str, reason: str) -> None:
     text = f"{words}\nG71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z0\nG00 Y0\n{CYCLE}{between}\n{AGAIN}M30\n{DRESS}"
     why = JobSimulation(read(text, "test.nc"), programmed(), 0.0).why
     assert reason in str(why) and "test.nc:" in str(why)
@@ -162,7 +162,7 @@ def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str
 # --- the diamond --------------------------------------------------------------------------------------------------
 
 
-def test_a_part_cools_in_dresses_that_miss_the_diamond_as_long_stroke_by_stroke() -> None:
+def test_missed_dresses_cool_the_part_equally_in_whole_cycles_and_in_steps() -> None:
     missed = replace(job(dress_setup=8.0003), diamond=Diamond(x=-100.0, y=10.0, z=-10.0))
     seven = CYCLE.replace("P9100", "P9100 D7").replace("Y-.05 J-.01", "Y-.1 J-.03")
     text = HEAD + CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 X-30.\n" + seven + "G80\nM30\n"  # D1 makes it known
@@ -192,7 +192,7 @@ def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() ->
     np.testing.assert_allclose(stepped.dresses["ds"], found.dresses["ds"], 1e-12)
 
 
-def test_strokes_that_are_looked_at_one_by_one_may_have_a_missed_dress_between_them() -> None:
+def test_a_missed_dress_may_lie_between_strokes_checked_one_by_one() -> None:
     path = EXAMPLES / "plate_g82.nc"
     text = path.read_text(encoding="utf-8").replace("E9000.", "E1000. D1")
     set_up = load_job(path.with_suffix(".toml"))

@@ -98,7 +98,7 @@ NARROW = {
         b"G82 E8000. L2\nG80 M05 M09\nG00 Y20.\nM30\n%\nG00 X-\n"
     ),
 }
-"""On a part that the wheel covers."""
+"""Programs for a part that the wheel covers."""
 
 WIDE = {
     "G83 in a loop, inches": (
@@ -120,7 +120,7 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Programs, Job]
     return read_file(path), shop(**{"width": 40.0} if request.param in WIDE else {})
 
 
-def test_a_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
+def test_a_shop_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
     programs, job = case
     report = check(programs, job.control)
     assert report.errors == [] and report.motions > 0
@@ -128,14 +128,14 @@ def test_a_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
     assert len(record.parts) >= 1 and (record.parts["survival"] > 0.0).any()
 
 
-def test_its_replay_is_what_the_machine_makes_of_it(case: tuple[Programs, Job]) -> None:
+def test_the_replay_of_a_shop_program_equals_the_control(case: tuple[Programs, Job]) -> None:
     programs, job = case
     simulation = JobSimulation(programs, job, 0.0)
     assert simulation.why is None
     plans = [block.plan for block in simulation.blocks]
-    told = assert_replayed(simulation, [(plan.feed, plan.dresses) for plan in plans], machine_after(programs, job))
+    replayed = assert_replayed(simulation, [(plan.feed, plan.dresses) for plan in plans], machine_after(programs, job))
     whole = grind(programs, job)
-    assert told.parts["total_cost"].tolist() == pytest.approx(whole.parts["total_cost"].tolist(), rel=1e-9)
+    assert replayed.parts["total_cost"].tolist() == pytest.approx(whole.parts["total_cost"].tolist(), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_its_replay_is_what_the_machine_makes_of_it(case: tuple[Programs, Job]) 
         ("#1=#5041", "reads #5041, which depends on the wheel, on its dresses or on where a cycle has ended"),
     ],
 )
-def test_what_depends_on_the_part_has_no_script(tmp_path: Path, lines: str, reason: str) -> None:
+def test_a_program_that_reads_the_state_of_the_run_has_no_script(tmp_path: Path, lines: str, reason: str) -> None:
     path = tmp_path / "part.nc"
     text = NARROW["modal words and an early end"].decode()
     path.write_text(text.replace("G82 E8000.", f"{lines}\nG82 E8000."), encoding="utf-8")
@@ -156,7 +156,7 @@ def test_what_depends_on_the_part_has_no_script(tmp_path: Path, lines: str, reas
 
 
 @pytest.mark.parametrize("line", ["#5222=[#5222-.01]", "G10 L2 P1 Y-.01", "M09", "T2"])
-def test_a_dress_that_moves_what_follows_has_no_script(line: str) -> None:
+def test_a_dress_that_changes_offsets_tool_or_coolant_has_no_script(line: str) -> None:
     text = f"{HEAD}M08\nG82 X230. I-30. Y-.03 J-.01 F600. E9000. P9100 D1\nG80\nM30\n{DRESS}"
     script_of(read(text), shop())
     changed = text.replace("M99", f"{line}\nM99")
@@ -164,7 +164,7 @@ def test_a_dress_that_moves_what_follows_has_no_script(line: str) -> None:
         script_of(read(changed), shop())
 
 
-def test_variables_are_set_from_outside(tmp_path: Path) -> None:
+def test_a_script_takes_variables_from_outside(tmp_path: Path) -> None:
     path = tmp_path / "part.nc"
     path.write_bytes(NARROW["parts by WHILE, E and L from variables"].replace(b"#101=12000.\n", b""))
     script = script_of(read_file(path), shop(), variables={101: 9000.0})
@@ -196,7 +196,7 @@ def test_grind_run_takes_requests_and_variables(capsys: pytest.CaptureFixture[st
     assert 60.0 < longer < 62.0
 
 
-def test_a_speed_beyond_the_table_is_told_with_the_unit_that_may_be_meant(tmp_path: Path) -> None:
+def test_the_warning_of_an_excessive_speed_suggests_the_other_unit(tmp_path: Path) -> None:
     path = tmp_path / "part.nc"
     text = NARROW["inches"].decode().replace("E[480.+#1*20]", "E2000.")
     path.write_text(text, encoding="utf-8")

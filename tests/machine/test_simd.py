@@ -29,7 +29,7 @@ def test_the_lanes_run_in_vector_registers(assembly: str):
     assert scalar == 0
 
 
-def test_no_register_is_wider_than_those_of_the_processor_that_is_compiled_for(assembly: str):
+def test_no_register_is_wider_than_the_processor_supports(assembly: str):
     features = numba.config.CPU_FEATURES or llvm.get_host_cpu_features().flatten()
     widths = set(re.findall(r"[xyz]mm", assembly))
     assert "ymm" in widths or "zmm" in widths

@@ -22,7 +22,7 @@ def staged(stage: Stage | None = None, **part: Any) -> Job:
 
 
 def of_line(record: GrindingRecord, cycle: int) -> Any:
-    """The strokes of a cycle, from 0."""
+    """Return the strokes of a cycle, counted from 0."""
     lines = np.unique(record.strokes["line"])
     return record.strokes[record.strokes["line"] == lines[cycle]]
 
@@ -47,7 +47,7 @@ def test_each_stage_keeps_its_own_roughness_limit(plain: GrindingRecord) -> None
     assert run(TWO, staged(roughness_limit=rough)).parts[0]["survival"] > 0.99
 
 
-def test_the_size_at_the_stop_is_that_of_the_stage() -> None:
+def test_a_stage_is_judged_by_the_size_at_its_stop() -> None:
     for stock, good in ((0.03, True), (0.05, False)):
         part = run(TWO, staged(Stage(stock=stock, tolerance=13.0))).parts[0]
         assert bool(part["survival"] > 0.99) is good
@@ -58,14 +58,14 @@ def test_the_power_of_a_stage_is_counted_once(plain: GrindingRecord) -> None:
     rough, finish = (float(of_line(plain, k)["load"].max()) for k in (0, 1))
     assert finish < 0.9 * rough
     machine = CATALOGUE.machine("default")
-    # at its power limit, so that the torque is 0.98 of that at which it stalls, a width of the logistic step below
+    # at the power limit the torque is 0.98 of the stall torque, one width of the logistic step below it
     limited = dataclasses.replace(machine, power_limit=machine.idle_power + rough, stall_speed=0.98)
     part = run(TWO, dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=limited))).parts[0]
     assert part["survival"] == pytest.approx(0.731059 * plain.parts[0]["survival"], rel=1e-5)
     assert (part["peak_power"], part["peak_torque"]) == pytest.approx((rough, 0.98))
 
 
-def test_a_part_on_which_the_spindle_has_stalled_is_ground_no_more() -> None:
+def test_a_part_is_not_ground_further_after_a_spindle_stall() -> None:
     weak = dataclasses.replace(CATALOGUE.machine("default"), power_limit=1000.0, stall_speed=0.98)
     found = run(TWO, dataclasses.replace(staged(), setup=dataclasses.replace(staged().setup, machine=weak)))
     rows, part = found.strokes, found.parts[0]
@@ -108,13 +108,13 @@ def test_only_a_stop_after_grinding_ends_a_stage() -> None:
     assert run(again, allowed).parts[0]["survival"] == run(TWO, allowed).parts[0]["survival"]
 
 
-def test_every_part_has_the_stages_anew() -> None:
+def test_stages_apply_to_every_part() -> None:
     text = HEAD + (ROUGH + "M01\n" + FINISH + "G80\nG00 Y20.\nM00\nG00 X-30. Y0\n") * 2 + "M30\n"
     parts = run(text, staged(Stage(stock=0.03, roughness_limit=0.01))).parts
     assert len(parts) == 2 and (parts["earlier"] < 0.01).all()
 
 
-def test_what_was_not_good_at_a_stop_is_named() -> None:
+def test_a_failed_stage_is_named_as_the_cause_of_scrap() -> None:
     refused = staged(Stage(stock=0.03, roughness_limit=0.01))
     assert causes_of(run(TWO, refused).parts[0], refused) == ("earlier",)
     assert causes_of(run(TWO, staged()).parts[0], staged()) == ()
@@ -125,7 +125,7 @@ def test_what_was_not_good_at_a_stop_is_named() -> None:
     assert "beyond the limit of Ra in stage 1: part 1\n" in out.getvalue()
 
 
-def test_the_stage_that_was_not_good_is_named() -> None:
+def test_the_number_of_a_failed_stage_is_named() -> None:
     first, second = Stage(stock=0.03), Stage(stock=0.05, tolerance=0.001, roughness_limit=0.01)
     asked = job(**BOTH, stages=(first, second))
     record = run(TWO.replace("M30", "M01\nM30"), asked)
@@ -133,7 +133,7 @@ def test_the_stage_that_was_not_good_is_named() -> None:
     assert cause_words(causes_of(record.parts[0], asked), record.stages[0]) == ["Ra in stage 2", "size in stage 2"]
 
 
-def test_stages_that_no_stop_ends_are_warned_of() -> None:
+def test_stages_without_a_stop_cause_a_warning() -> None:
     asked = job(**BOTH, stages=(Stage(stock=0.03), Stage(stock=0.05)))
     (warning,) = run(TWO, asked).warnings
     assert warning.startswith("test.nc: the job has 2 stages before the last one, but the program stopped at 1 M01 ")

@@ -1,7 +1,7 @@
-"""A cycle that the package does not have runs by its rules alone, in the interpreter and in the compiled loops.
+"""A user-defined cycle, G84, runs from its rules in the interpreter and in the compiled loops.
 
-G84 plunges by J at the primary point and by half of it at the secondary one; after every third pick it bounces: the
-wheel goes over the part once more without one. It stands where G82 does, for the grammar knows no other code.
+G84 picks J at the primary point and half of J at the secondary point. After every third pick it bounces: the wheel goes
+over the part once without a pick. It stands in for G82, because the grammar knows no other code.
 """
 
 from collections import namedtuple
@@ -31,7 +31,7 @@ from tests.machine.harness import DRESS, HEAD, job, run, start_wheel, stroking
 
 
 class Bounce(NamedTuple):
-    """What a G84 block asks for."""
+    """Numbers of a G84 block."""
 
     depth: float
     pick: float
@@ -40,7 +40,7 @@ class Bounce(NamedTuple):
 
 
 class Bouncing(NamedTuple):
-    """How far it has come."""
+    """Progress of a G84 block."""
 
     reversal: float
     depth: float
@@ -50,12 +50,12 @@ class Bouncing(NamedTuple):
 
 
 def begin(cycle: Bounce) -> Bouncing:
-    """Before the first stroke."""
+    """Return the progress before the first stroke."""
     return Bouncing(reversal=0.0, depth=0.0, left=cycle.at_depth, dressed=0.0, dresses=0.0)
 
 
 def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
-    """After the next stroke."""
+    """Return the progress after the next stroke."""
     reversal = progress.reversal + 1.0
     at_depth = progress.depth >= cycle.depth
     bounces = reversal - 4.0 * np.floor(0.25 * reversal) == 0.0
@@ -72,17 +72,17 @@ def after_reversal(cycle: Bounce, progress: Bouncing) -> Bouncing:
 
 
 def finished(cycle: Bounce, progress: Bouncing) -> bool:
-    """Whether there is no stroke to make any more."""
+    """Return whether no stroke is left to make."""
     return (progress.depth >= cycle.depth) & (progress.left <= 0.0)
 
 
 def least_strokes(cycle: Bounce) -> float:
-    """Strokes that it makes at least."""
+    """Return the least number of strokes."""
     return cycle.at_depth
 
 
 def of_block(plan: CyclePlan, coverage: bool) -> Bounce:
-    """The numbers of a block."""
+    """Return the numbers of a block."""
     return Bounce(plan.depth, plan.primary_pick, float(coverage + plan.spark_out), float(plan.dresses))
 
 
@@ -92,7 +92,7 @@ COURSE = course_of(G84, Bounce, Bouncing)
 
 @inlined
 def deepest(surfaces: Any, i: int) -> float:
-    """Depth of the deepest stroke on machine i."""
+    """Return the depth of the deepest stroke on machine i."""
     part: float = surfaces[i, 0]
     return part
 
@@ -117,7 +117,7 @@ class Case(NamedTuple):
         return *strokes, *Bounce(self.depth / 1000.0, self.J / 1000.0, 1.0 + self.L, float(self.D))
 
     def strokes_and_dresses(self) -> tuple[list[float], list[int]]:
-        """The depth of every stroke, mm, and the strokes made before each dress; by hand, in half um."""
+        """Return the depth of every stroke, mm, and the strokes made before each dress, computed in half um."""
         h, H, J, depths, dresses = 0, 2 * self.depth, 2 * self.J, [], []
         while h < H:
             depths.append(h)
@@ -132,12 +132,12 @@ CASES = [Case(37 + 11 * k, 6 + 5 * k % 13, k % 4, (0, 3, 1, 2)[k % 4], 6000 + 90
 
 @pytest.fixture(scope="module")
 def loops() -> Loops:
-    """The loops over a G84."""
+    """Return the compiled loops of G84."""
     return loops_of(COURSE)
 
 
 def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
-    """What the loops read and write, up to the tallies."""
+    """Return the tables that the loops read and write, up to the tallies."""
     n, p = len(cases), job().parameters
     part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
     updated = np.array([cold(start_wheel(p))] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
@@ -145,7 +145,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
 
 
 def assert_ground(case: Case, record: GrindingRecord, parts: Any, tallies: Any) -> None:
-    """One machine of the loops has come to what the strokes and dresses of the program have."""
+    """Assert that one machine of the loops ends as the record of the program."""
     depths, dresses = case.strokes_and_dresses()
     (part,), (tally,) = parts, tallies
     assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
@@ -157,7 +157,7 @@ def assert_ground(case: Case, record: GrindingRecord, parts: Any, tallies: Any) 
 
 
 @pytest.mark.parametrize("case", CASES[:6])
-def test_the_interpreter_and_the_compiled_loop_run_it_alike(
+def test_interpreter_and_compiled_loops_run_the_toy_cycle_alike(
     case: Case, loops: Loops, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(RULES, "G82", G84)
@@ -172,10 +172,10 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
 
 
 OneBlock = namedtuple("OneBlock", "blocks plans motions places cycles rows settings parameters")
-"""What `grind_blocks` takes as a script."""
+"""Script as `grind_blocks` takes it."""
 
 
-def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_script_of_the_toy_cycle_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(RULES, "G82", G84)
     monkeypatch.setitem(CYCLE_KERNELS, "G82", COURSE)
     grind_blocks = blocks_of({"G82": loops}, FEEDS, deepest)
@@ -193,7 +193,7 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.bits
-def test_its_lanes_do_not_touch_each_other(loops: Loops) -> None:
+def test_lanes_of_the_toy_cycle_do_not_affect_each_other(loops: Loops) -> None:
     alone, beside = tables(CASES), tables(CASES)
     for k in range(len(CASES)):
         loops.lanes(*alone[:2], *map(as_table, alone[2:]), NO_MOTIONS, np.array([k]), 0, 1)
@@ -203,7 +203,7 @@ def test_its_lanes_do_not_touch_each_other(loops: Loops) -> None:
     assert alone[4]["strokes"].tolist() == [len(case.strokes_and_dresses()[0]) for case in CASES]
 
 
-def test_every_cycle_stands_in_every_table_that_says_more_of_it_than_its_rules() -> None:
+def test_tables_of_words_kernels_and_edges_have_all_their_cycles() -> None:
     crossing = {code for code, rules in RULES.items() if rules.cross is not None}
     assert set(WORDS) == set(RULES)
     assert set(CYCLE_KERNELS) == {code for code, rules in RULES.items() if rules.plunges}

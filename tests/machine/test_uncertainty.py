@@ -1,4 +1,4 @@
-"""What is not known of a machine: read from catalogue files, and drawn from."""
+"""Uncertainty of a machine: read from catalogue files and sampled."""
 
 import math
 from dataclasses import replace
@@ -30,7 +30,7 @@ FITTED = '[material.aisi_52100]\nbase = "aisi_52100"\nploughing_pressure = 0.7\n
 
 
 def job_with(folder: Path, fitted: str, *, material: str = "aisi_52100") -> Path:
-    """The plate's job with a catalogue file."""
+    """Write the job of the plate with a catalogue file and return its path."""
     (folder / "fitted.toml").write_text(fitted)
     job = folder / "plate.toml"
     text = PLATE.read_text(encoding="utf-8").replace('"aisi_52100"', f'"{material}"')
@@ -38,7 +38,7 @@ def job_with(folder: Path, fitted: str, *, material: str = "aisi_52100") -> Path
     return job
 
 
-def test_a_calibrated_file_says_what_it_leaves_open(tmp_path: Path) -> None:
+def test_a_job_reads_the_uncertainty_of_a_calibrated_file(tmp_path: Path) -> None:
     job = load_job(job_with(tmp_path, FITTED))
     assert job.uncertainty == Uncertainty(
         names=("material.ploughing_pressure", "wheel.roughness"),
@@ -51,16 +51,16 @@ def test_a_calibrated_file_says_what_it_leaves_open(tmp_path: Path) -> None:
     assert job.part.material.ploughing_pressure == 0.7
 
 
-def test_a_machine_is_that_of_the_catalogue_without_its_calibration(tmp_path: Path) -> None:
+def test_a_job_without_calibration_has_catalogue_values(tmp_path: Path) -> None:
     job = load_job(job_with(tmp_path, FITTED), calibrated=False)
     assert job.uncertainty is None and job.part.material == load_job(PLATE).part.material
 
 
-def test_a_calibration_of_another_material_tells_nothing(tmp_path: Path) -> None:
+def test_a_calibration_of_another_material_gives_no_uncertainty(tmp_path: Path) -> None:
     assert load_job(job_with(tmp_path, FITTED, material="aisi_1045")).uncertainty is None
 
 
-def test_the_job_as_text_keeps_it(tmp_path: Path) -> None:
+def test_a_job_file_preserves_the_uncertainty(tmp_path: Path) -> None:
     job = load_job(job_with(tmp_path, FITTED))
     path = tmp_path / "again.toml"
     path.write_text(job_text(job))
@@ -96,18 +96,18 @@ NAMES = '["material.ploughing_pressure", "wheel.roughness"]'
         ("[0.2, 0.1]", "0.2", "uncertainty.spread: it must be a list"),
     ],
 )
-def test_what_is_wrong_in_the_table_is_told_with_its_file(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_errors_in_the_uncertainty_table_name_the_file(tmp_path: Path, old: str, new: str, told: str) -> None:
     with pytest.raises(JobError, match=f"fitted.toml.*{told}"):
         load_job(job_with(tmp_path, FITTED.replace(old, new)))
 
 
-def test_a_table_that_is_none_is_told(tmp_path: Path) -> None:
+def test_an_uncertainty_that_is_no_table_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(GrindError, match="uncertainty: found 3 where a table"):
         load_job(job_with(tmp_path, "uncertainty = 3"))
 
 
-def test_machines_scatter_as_they_are_said_to(tmp_path: Path) -> None:
-    """Against spreads and correlation of the table: 2000 of them, so that a standard deviation is within some 5 %."""
+def test_drawn_machines_scatter_by_the_spreads_and_the_correlation(tmp_path: Path) -> None:
+    """With 2000 machines, a standard deviation is known to about 5 %."""
     job = load_job(job_with(tmp_path, FITTED.replace("residual = 0.04", "residual = 0")))
     drawn = drawn_machines(job, uncertainty_of(job), 3, 2000)
     logs = np.log([[each.part.material.ploughing_pressure, each.setup.wheel.roughness] for each in drawn])
@@ -125,7 +125,7 @@ def test_the_residual_scales_all_forces_alike() -> None:
     nominal = np.where(np.array(job.parameters) == 0.0, 1.0, job.parameters)
     factors = np.array([np.array(each.parameters) / nominal for each in drawn])
     pressure, flats = fields.index("pm"), [fields.index(name) for name in ("pa", "pb")]
-    factors[:, flats] *= factors[:, [pressure]]  # a stroke knows their product alone
+    factors[:, flats] *= factors[:, [pressure]]  # a stroke uses only their product
     factors[:, pressure] = 1.0
     force = [fields.index(name) for name in ("u_ch", "kp", "pa", "pb")]
     assert np.ptp(factors[:, force], axis=1) == pytest.approx(0.0, abs=1e-12)
@@ -134,16 +134,16 @@ def test_the_residual_scales_all_forces_alike() -> None:
     assert (factors[:, others] == 1.0).all()
 
 
-def test_what_would_be_beyond_a_legal_range_is_the_end_of_it() -> None:
+def test_draws_beyond_a_legal_range_are_clipped_to_its_end() -> None:
     job = load_job(PLATE)
     wide = Uncertainty(names=("wheel.dressed_wear_flat",), spread=(3.0,), correlation=((1.0,),))
     assert max(each.setup.wheel.dressed_wear_flat for each in drawn_machines(job, wide, 1, 100)) == 0.1
     low = replace(job, setup=replace(job.setup, wheel=replace(job.setup.wheel, wear_flat_limit=0.05)))
     most = max(each.setup.wheel.dressed_wear_flat for each in drawn_machines(low, wide, 1, 100))
-    assert most == pytest.approx(0.99 * 0.05)  # which must be more than it
+    assert most == pytest.approx(0.99 * 0.05)  # the limit must be above it
 
 
-def test_numbers_that_are_legal_one_by_one_alone_are_told() -> None:
+def test_drawn_numbers_that_contradict_each_other_are_rejected() -> None:
     both = ("wheel.dressed_wear_flat", "wheel.wear_flat_limit")
     wide = Uncertainty(names=both, spread=(3.0, 3.0), correlation=((1.0, 0.0), (0.0, 1.0)))
     with pytest.raises(
@@ -152,7 +152,7 @@ def test_numbers_that_are_legal_one_by_one_alone_are_told() -> None:
         drawn_machines(load_job(PLATE), wide, 1, 100)
 
 
-def test_without_a_calibration_machines_are_as_uncertain_as_the_catalogue() -> None:
+def test_a_job_without_calibration_has_the_usual_uncertainty() -> None:
     job = load_job(PLATE)
     usual = uncertainty_of(job)
     assert usual == usual_uncertainty(job) and usual.source == ""
@@ -161,7 +161,7 @@ def test_without_a_calibration_machines_are_as_uncertain_as_the_catalogue() -> N
     assert "material.loading_rate" not in usual_uncertainty(soft).names
 
 
-def test_stations_of_the_same_material_get_it_too(tmp_path: Path) -> None:
+def test_stations_of_the_same_material_share_the_drawn_material(tmp_path: Path) -> None:
     text = PLATE.read_text(encoding="utf-8")
     path = tmp_path / "two.toml"
     path.write_text(f"{text}\n[[stations]]\nstart = 0\n[[stations]]\nstart = 500\nmaterial = 'aisi_1045'\n")

@@ -1,4 +1,4 @@
-"""The wheel as a body, compared with circles that are sampled point by point."""
+"""The wheel as a body, compared with circles sampled point by point."""
 
 import math
 from typing import Any
@@ -25,13 +25,13 @@ def move(start: Position, end: Position) -> Motion:
 
 
 def underside(x: float, face: float, at: Any) -> Any:
-    """Height of the wheel's rim at coordinates along the table, its middle being at x; infinite beside it."""
+    """Return the height of the rim of a wheel at x, at coordinates along the table; infinite beside the wheel."""
     distance = np.abs(np.asarray(at) - x)
     return np.where(distance < RADIUS, face + RADIUS - np.sqrt(np.maximum(RADIUS**2 - distance**2, 0.0)), np.inf)
 
 
 def into(x: float, z: float, face: float) -> float:
-    """How deep the wheel is in a part that nothing has ground, by points along it."""
+    """Return the depth of the wheel in an unground part by points along the part, mm."""
     if not ACROSS[0] - WIDTH < z < ACROSS[1]:
         return 0.0
     return max(-float(underside(x, face, np.linspace(*PART, 200_001)).min()), 0.0)
@@ -44,7 +44,7 @@ def assert_into_part(way: Motion, expected: float) -> None:
 
 
 @given(x=st.floats(-200.0, 400.0), z=st.floats(-30.0, 25.0), face=st.floats(-60.0, 1.0))
-def test_a_plunge_beside_or_on_the_part(x: float, z: float, face: float) -> None:
+def test_a_plunge_goes_as_deep_into_the_part_as_the_sampled_wheel(x: float, z: float, face: float) -> None:
     assert_into_part(move((x, 20.0, z), (x, face, z)), into(x, z, face))
 
 
@@ -53,7 +53,7 @@ def test_a_plunge_beside_or_on_the_part(x: float, z: float, face: float) -> None
     z=st.floats(-24.0, 19.0),
     face=st.floats(-60, 1),
 )
-def test_a_way_along_the_table_is_as_deep_as_where_it_is_deepest(x: tuple[float, float], z: float, face: float) -> None:
+def test_a_move_along_the_table_counts_at_its_deepest_point(x: tuple[float, float], z: float, face: float) -> None:
     nearest = min(max(100.0, min(x)), max(x))  # to the middle of the part
     assert_into_part(move((x[0], face, z), (x[1], face, z)), into(nearest, z, face))
 
@@ -61,7 +61,7 @@ def test_a_way_along_the_table_is_as_deep_as_where_it_is_deepest(x: tuple[float,
 @given(
     x=st.floats(-160.0, 160.0), face=st.floats(-3.0, 3.0), z=st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 )
-def test_a_pass_over_the_diamond(x: float, face: float, z: tuple[float, float]) -> None:
+def test_a_pass_over_the_diamond_matches_the_sampled_wheel(x: float, face: float, z: tuple[float, float]) -> None:
     depth, passed = over_diamond((0.0, 0.0, 0.0), move((x, face, z[0]), (x, face, z[1])), 0, RADIUS, WIDTH)
     low, high = max(min(z), -WIDTH), min(max(z), 0.0)
     if high - low < 1e-6:
@@ -71,7 +71,7 @@ def test_a_pass_over_the_diamond(x: float, face: float, z: tuple[float, float]) 
     assert depth == pytest.approx(-float(underside(x, face, 0.0)), abs=1e-9) or depth == -math.inf
 
 
-def test_an_oblique_way_over_the_diamond_is_deepest_in_between() -> None:
+def test_an_oblique_pass_over_the_diamond_is_deepest_between_its_ends() -> None:
     depth, passed = over_diamond((0.0, 0.0, 0.0), move((-40.0, -1.0, -20.0), (40.0, -1.0, -5.0)), 0, RADIUS, WIDTH)
     assert (depth, passed) == (pytest.approx(1.0), pytest.approx(15.0))
     beside, _ = over_diamond((0.0, 0.0, 0.0), move((-40.0, -1.0, 1.0), (40.0, -1.0, 1.0)), 0, RADIUS, WIDTH)

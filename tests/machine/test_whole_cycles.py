@@ -1,4 +1,4 @@
-"""A cycle that is ground at once comes to what it does stroke by stroke."""
+"""Cycles ground at once equal cycles ground stroke by stroke."""
 
 from dataclasses import replace
 from typing import Any
@@ -30,8 +30,8 @@ def test_a_wheel_worn_down_to_its_hub_is_dressed_with_the_lead_of_its_diameter()
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
-    """Of each event of strokes that a run takes the number of the part, and how many strokes it is."""
+def stroke_events(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
+    """Record the part number and the number of strokes of each stroke event of a run."""
     found: list[tuple[int, int]] = []
 
     def noting(watch: RunWatch, part: PartRun, event: CycleStrokes, *arguments: Any) -> None:
@@ -43,25 +43,25 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
     return found
 
 
-def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(told: list[tuple[int, int]]) -> None:
+def test_a_cycle_is_ground_at_once_when_its_dress_program_is_known(stroke_events: list[tuple[int, int]]) -> None:
     record = run(PLATES, job())
     assert record.parts["strokes"].tolist() == [8, 8]
-    assert told == [(1, 1)] * 8 + [(2, 8)]
+    assert stroke_events == [(1, 1)] * 8 + [(2, 8)]
     assert record.dresses["after"].tolist() == [3, 11]
 
 
-def test_an_operator_at_the_panel_has_strokes_stepped(told: list[tuple[int, int]]) -> None:
+def test_a_feed_override_makes_the_machine_step_single_strokes(stroke_events: list[tuple[int, int]]) -> None:
     slow, found = job().control, []
     for percent in (100.0, 50.0):
         slow.override(percent)
         found.append(run(HEAD + CYCLE + "M30\n", job(), control=slow).strokes)
-    assert told == [(1, found[0].size)] + [(1, 1)] * found[1].size
+    assert stroke_events == [(1, found[0].size)] + [(1, 1)] * found[1].size
     np.testing.assert_array_equal(found[1]["E"], 0.5 * found[0]["E"])
 
 
 @pytest.mark.parametrize(("power", "said"), [(1400.0, "the spindle slows to"), (900.0, "the spindle stalls")])
 @pytest.mark.parametrize("dress_requests", [(), LONG_AFTER])
-def test_the_worst_stroke_of_a_cycle_for_the_spindle_is_told_of_once(
+def test_the_worst_spindle_load_of_a_cycle_warns_once(
     power: float, said: str, dress_requests: tuple[float, ...]
 ) -> None:
     shop = job(setup={"machine": replace(CATALOGUE.machine("default"), power_limit=power)})
@@ -70,5 +70,5 @@ def test_the_worst_stroke_of_a_cycle_for_the_spindle_is_told_of_once(
     torque = record.strokes["torque"]
     assert (torque > 1.01 * shop.parameters.rs).sum() > (torque >= 1.0).sum()
     worst = record.strokes["number"][int(torque.argmax())]
-    (told,) = (each for each in record.warnings if "the spindle s" in each)
-    assert told.startswith(f"test.nc:3: in stroke {worst} {said}")
+    (warning,) = (each for each in record.warnings if "the spindle s" in each)
+    assert warning.startswith(f"test.nc:3: in stroke {worst} {said}")
