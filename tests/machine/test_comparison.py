@@ -87,7 +87,7 @@ def test_a_dress_has_the_lead_overlap_and_severity_of_its_program() -> None:
     record = run(HEAD + CYCLE.replace("G82", "G82.1").replace("P9100", "D2 P9100") + "M30\n", job())
     dresses = record.dresses
     assert set(dresses["cause"]) == {"pre", "auto"} and dresses.size == 3
-    turns = 1000.0 * 30.0 / (math.pi * 300.0)  # of the wheel a second, at a diameter that dresses do not change
+    turns = 1000.0 * 30.0 / (math.pi * 300.0)  # turns of the wheel per second; dresses hardly change its diameter
     lead = 191.0 / 60.0 / turns
     assert dresses["lead"] == pytest.approx(lead)
     width = 2.0 * math.sqrt(2.0 * 0.5 * 0.02 - 0.02**2)

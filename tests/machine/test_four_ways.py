@@ -16,7 +16,7 @@ class Pass(NamedTuple):
     """Strokes of a G82: one, then one for each pick, then L more."""
 
     pick: int
-    """um."""
+    """Depth per pick, um."""
     picks: int
     L: int
     E: int

@@ -218,7 +218,7 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     record = run(text, wide)
     strokes = record.strokes[1:]
     assert list(strokes["b"]) == [25.0] * 4
-    # the volume ground off over the G-ratio, spread over the circumference of the wheel
+    # ground volume over G-ratio, spread over the circumference of the wheel
     expected = sum(s["ae"] * 200.0 * 25.0 / (s["G"] * math.pi * 300.0 * 25.0) for s in strokes)
     assert strokes["W"][-1] == pytest.approx(expected, rel=1e-3)
     # the last band is ground with the wear of the three before it
@@ -237,7 +237,7 @@ def test_a_traversed_part_is_judged_by_its_largest_size_error() -> None:
     part = traversed(50.0)
     mean, worst = part["size_error"], part["worst_error"]
     assert mean + 0.25 * part["taper"] < worst < mean + part["taper"]
-    # a logistic of 0.8 um, in the middle of the two
+    # a logistic step of 0.8 um width, midway between the two errors
     share = 1.0 / (1.0 + math.exp(-0.5 * (worst - mean) / 0.8))
     assert traversed(0.5 * (mean + worst))["survival"] == pytest.approx(part["survival"] * (1.0 - share), rel=1e-6)
 

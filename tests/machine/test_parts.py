@@ -191,7 +191,7 @@ def test_a_worn_out_wheel_is_changed_when_the_part_is_taken_off() -> None:
     assert diameters[0].min() > 220.0 > diameters[1][-1] and diameters[2][0] == pytest.approx(300.0, abs=1e-3)
     extra = after.parts["seconds"] - before.parts["seconds"]
     assert extra == pytest.approx([0.0, 2400.0, 0.0], abs=1e-6)
-    # it is dressed by the dress of the program: the strokes before the first dress of part 1 and part 3 are alike
+    # the program dresses the new wheel: strokes before the first dress are alike in parts 1 and 3
     flats = [after.strokes["A"][after.strokes["part"] == k][0] for k in (1, 3)]
     assert flats[1] == pytest.approx(flats[0], rel=0.05)
 

@@ -80,7 +80,7 @@ def cases(draw: st.DrawFn, wide: bool) -> Case:
         return f"{value / 25.4:.4f}" if inch else f"{value:.3f}"
 
     lines, parts = [f"{'G70' if inch else 'G71'} G94 G90 G19"], draw(st.integers(1, 2))
-    dresses: list[str] = []  # of each block, because a dress program is measured from where it is first called
+    dresses: list[str] = []  # one per block, because a dress program is measured at its first call
     counts = [draw(st.integers(1, 2)) for _ in range(parts)]
     for part, count in enumerate(counts):
         depth = 0.0

@@ -100,7 +100,7 @@ def test_two_stations_are_ground_as_two_parts_one_after_the_other(found: tuple[J
     # all stations are loaded together
     least, most = together.seconds, apart.seconds
     assert least == pytest.approx(most - whole.times.load, abs=1e-6) or most - whole.times.load < least < most
-    # a dress may go through the part of the other station, which is missing apart
+    # a dress may go through the part of the other station; the run apart lacks it
     crashes = [each for each in together.warnings if "dress program" in each and "into the part of station b" in each]
     assert [each for each in together.warnings if each not in crashes] == list(apart.warnings)
 
@@ -118,7 +118,7 @@ def test_the_way_to_the_diamond_is_checked_from_every_station() -> None:
     assert "into the part of station right" in crash
 
 
-def test_all_stations_of_a_loading_count_one_loading_time() -> None:
+def test_stations_loaded_together_count_one_loading_time() -> None:
     short, long = (dataclasses.replace(two(), times=dataclasses.replace(two().times, load=t)) for t in (20.0, 50.0))
     text = HEAD + (strokes("G54") + strokes("G55") + "M00\n") * 2 + "M30\n"
     assert run(text, long).seconds - run(text, short).seconds == pytest.approx(60.0)

@@ -98,7 +98,7 @@ def deepest(surfaces: Any, i: int) -> float:
 
 
 class Case(NamedTuple):
-    """A G84 block; depth and J in um."""
+    """G84 block; depth and J in um."""
 
     depth: int
     J: int

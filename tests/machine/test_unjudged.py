@@ -85,7 +85,7 @@ def test_a_cutting_feed_move_that_is_no_stroke_leaves_the_part_unjudged(moves: s
     "moves",
     [
         "G01 Y1. F300.",  # only lifts
-        "G01 Y-.04 F500.\nG01 X230.",  # keeps above what strokes have left
+        "G01 Y-.04 F500.\nG01 X230.",  # stays above the ground surface
         "G01 Y20. F500.\nG01 X100.\nG01 Y0",
         "G01 Z30. F500.\nG01 Y-.2\nG01 X230.",  # beside the part
         "G00 X230.",  # a rapid rubs, as before
@@ -148,7 +148,7 @@ def test_g81_at_a_second_work_offset_leaves_the_part_unjudged() -> None:
     assert lines_of(run(CYCLE + AWAY + "G10 L2 P2 X300.\nG55\n" + BACK + feeding)) == [(10,)]
 
 
-def test_the_first_further_station_warns_and_all_their_lines_are_named() -> None:
+def test_one_warning_names_the_lines_of_all_further_work_offsets() -> None:
     stations = "".join(STATION.format(offset) for offset in ("X300.", "X600."))
     found = run(CYCLE + stations)
     assert len(found.warnings) == 1 and lines_of(found) == [(10, 19)]
@@ -169,7 +169,9 @@ def test_many_repeated_cycles_give_one_warning() -> None:
     "text",
     [
         CYCLE + "G82 Y-.05 J-.005 L9 E9000.\n",  # sparks out once more
-        CYCLE + "G80\nG00 Y1.\nG00 X-30.\nG00 Y-.045\n" + CYCLE.replace("J-.01", "J-.001") * 2,  # the last of its depth
+        CYCLE
+        + "G80\nG00 Y1.\nG00 X-30.\nG00 Y-.045\n"
+        + CYCLE.replace("J-.01", "J-.001") * 2,  # the last cycle sparks out
         "G00 Y.3\n" + CYCLE.replace("Y-.05", "Y.1") + "G82 Y-.05 J-.01 L2\n",  # comes down on the part
         "G81 X230. I-30. E12000.\nG04 P3.\n" + CYCLE + "G80\nG00 Y1.\nG00 X-30.\nG81 X230. I-30. E9000.\nG04 P3.\n",
         "G00 Z-60.\nG81 X230. I-30. E12000.\nG04 P3.\nG80\nG00 X-30. Z0\n" + CYCLE,  # a table set going beside the part

@@ -137,7 +137,7 @@ def test_the_wheel_may_come_down_where_strokes_have_turned(turn: float) -> None:
 
 def test_an_infeed_on_a_reciprocating_table_causes_no_warning() -> None:
     assert warnings_of("G81 X230. I-30. E12000.\nG01 Y-.1 F1.\nG04 P3.\nG80\n") == ()
-    # a short one, within a stroke
+    # a short infeed, within a stroke
     assert warnings_of("G81 X230. I-30. E12000.\nG04 P.5\nG01 Y-.01 F60.\nG04 P3.\nG80\n") == ()
 
 

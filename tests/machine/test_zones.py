@@ -114,7 +114,7 @@ class Case:
 
     @property
     def joined(self) -> Array:
-        """The part in as few zones as the traverses allow."""
+        """Surface of the part in as few zones as the traverses allow."""
         return zones_of(self.centres, traverse_edges(self.rules, self.start / 4.0, self.end / 4.0), WHEEL_WIDTH)
 
 

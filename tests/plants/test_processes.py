@@ -144,7 +144,7 @@ def test_grains_pull_out_in_bursts_and_not_between_them() -> None:
     assert all(b < a for a, b in pairwise(smooth))
 
 
-def test_bursts_renew_flats_as_smooth_wear_does_times_their_factor() -> None:
+def test_bursts_renew_flats_like_smooth_wear_times_their_factor() -> None:
     smooth, bursts, more = (
         dulled(plant, 300)[-1]
         for plant in (OURS, bursting(share=1.0, threshold=0.01), bursting(share=1.0, threshold=0.01, takes=4.0))

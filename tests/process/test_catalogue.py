@@ -118,7 +118,7 @@ def test_the_abrasive_selects_material_factor_and_reference_grade() -> None:
         )
 
     wheel = BUILT_IN.wheel("a60j")
-    alumina, cbn = of("alumina", 1.2), of("cbn", 4.0)  # each of its reference grade
+    alumina, cbn = of("alumina", 1.2), of("cbn", 4.0)  # both of their reference grade
     assert (alumina.gm, cbn.gm) == (0.18, 0.038)
     assert alumina.Gref == pytest.approx(wheel.g_ratio * 0.18, rel=1e-12)
     assert cbn.Gref == pytest.approx(wheel.g_ratio * 0.038, rel=1e-12)

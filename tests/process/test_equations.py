@@ -36,7 +36,7 @@ def test_depth_of_cut_balances_the_loop(u: float, b: float, Kn: float, a0: float
         low, high = (middle, high) if unbalance(middle) > 0.0 else (low, middle)
     sd, sa = math.sqrt(300.0), math.sqrt(a0)
     x = eq.cut_root(u, b / ke, eq.threshold_force(Kn, sd, sa), Kn, sd, sa, eq.chip_force(vw, 1.0 / 30.0, 13.8), 2.1)
-    # near the threshold the difference of u and the deflection is what rounding leaves
+    # near the threshold, u minus the deflection is mostly rounding
     assert eq.depth_of_cut(x, sa) == pytest.approx(low, rel=1e-9, abs=1e-13)
 
 
@@ -54,7 +54,7 @@ def test_a_wheel_only_rubs_below_the_threshold_interference() -> None:
     assert away == (0.0, 0.0)
     assert 0.0 < eq.depth_of_cut(above[0], sa) < 0.0001
     assert above[1] == 1.0
-    # the contact that presses: all of the 0.3 mm, half of it, none
+    # pressing contact: all of the 0.3 mm, half of it, none
     assert eq.rubbing_length(*at, sd, sa) == pytest.approx(0.3, rel=1e-12)
     assert eq.rubbing_length(*half, sd, sa) == pytest.approx(0.15, rel=1e-12)
     assert eq.rubbing_length(*away, sd, sa) == 0.0

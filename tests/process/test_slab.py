@@ -117,7 +117,7 @@ def test_growth_after_a_pulse_stays_between_minus_0_1_and_1_1(
 
 @pytest.mark.parametrize(("top", "bottom"), [(30.0, 0.0), (0.0, 30.0), (20.0, 10.0)])
 def test_a_well_conducting_part_cools_as_a_lump(top: float, bottom: float) -> None:
-    """At a Biot number of 0.001, by Newton's law."""
+    """The Biot number is 0.001; the reference is Newton's law."""
     shares, rates = slab_modes(0.010, 300.0, CAPACITY, top, bottom)
     assert shares[0] == pytest.approx(1.0, abs=0.001)
     assert rates[0] == pytest.approx((top + bottom) / (CAPACITY * 0.010), rel=0.001)

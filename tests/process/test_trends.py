@@ -72,7 +72,7 @@ def test_tangential_over_normal_force_falls_a_little_as_the_wheel_dulls() -> Non
 # --- depth of cut and spark-out -----------------------------------------------------------------------------
 
 
-def test_depth_of_cut_converges_within_three_strokes_and_slower_in_a_softer_or_wider_set_up() -> None:
+def test_depth_of_cut_converges_in_three_strokes_and_slower_in_soft_or_wide_set_ups() -> None:
     def third(width: float = 20.0, stiffness: float = 20_000.0) -> float:
         machine = grinder(parameters(ke=stiffness), width=width, V=400.0)
         return machine.strokes(3, 0.010)[-1].ae
