@@ -169,9 +169,7 @@ def test_many_repeated_cycles_give_one_warning() -> None:
     "text",
     [
         CYCLE + "G82 Y-.05 J-.005 L9 E9000.\n",  # sparks out once more
-        CYCLE
-        + "G80\nG00 Y1.\nG00 X-30.\nG00 Y-.045\n"
-        + CYCLE.replace("J-.01", "J-.001") * 2,  # the last cycle sparks out
+        CYCLE + "G80\nG00 Y1.\nG00 X-30.\nG00 Y-.045\n" + CYCLE.replace("J-.01", "J-.001") * 2,  # the last of its depth
         "G00 Y.3\n" + CYCLE.replace("Y-.05", "Y.1") + "G82 Y-.05 J-.01 L2\n",  # comes down on the part
         "G81 X230. I-30. E12000.\nG04 P3.\n" + CYCLE + "G80\nG00 Y1.\nG00 X-30.\nG81 X230. I-30. E9000.\nG04 P3.\n",
         "G00 Z-60.\nG81 X230. I-30. E12000.\nG04 P3.\nG80\nG00 X-30. Z0\n" + CYCLE,  # a table set going beside the part
