@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-# `make PINNED= VENV=build/newest test` has the newest version of everything.
+# `make PINNED= VENV=build/newest test` tests with the newest version of every package.
 PINNED := --constraint constraints.txt
 
 .PHONY: setup test test-nightly quick bits lint format benchmark hours results speed ratios validate notebooks shown pages docs core contract films libraries audit blocks package soak mutations clean
@@ -15,7 +15,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[dev]'
 	touch $(AGENTS) $(STAMP)
 
-# What trains and judges agents, without what tests and writes pages.
+# Only the packages that train and judge agents.
 AGENTS := $(VENV)/.agents
 
 $(AGENTS): pyproject.toml constraints.txt
@@ -23,11 +23,11 @@ $(AGENTS): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[agents]'
 	touch $(AGENTS)
 
-# Two processes, each with its own half of the folders (tests/conftest.py): both would collect all of them for longer.
+# Two processes; each collects its own half of the test folders (tests/conftest.py), which saves time.
 test: setup
 	HALVES=1 $(BIN)/python -m pytest -n 2 --dist each
 
-# Further environments, more random cases, and what takes long.
+# More environments, more random cases, and slow tests.
 test-nightly: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "nightly or hypothesis" --hypothesis-profile nightly
 
@@ -37,17 +37,17 @@ FOLDER ?= control
 quick: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal -x tests/$(FOLDER)
 
-# Hostile and random cases against everything; further runs add to build/soak/<commit>.jsonl. `make soak PARTS=files`.
+# Hostile and random input for every part; each run appends to build/soak/<commit>.jsonl. `make soak PARTS=files`.
 MINUTES ?= 60
 
 soak: setup
 	$(BIN)/python -m tests.soak --minutes $(MINUTES) $(if $(PARTS),--part $(PARTS))
 
-# Do the tests find mistakes of one line in a copy of the last commit? A run that was interrupted goes on.
+# Do the tests find one-line mistakes in a copy of the last commit? An interrupted run resumes.
 mutations: setup
 	$(BIN)/python -m tests.mutations --least 37
 
-# The tests that promise equal bits, as they run on other processors; `make bits PATHS=plain-python` on one of them.
+# Tests of equal bits on the code paths of other processors; `make bits PATHS=plain-python` runs one path.
 bits: setup
 	$(BIN)/python -m tests.code_paths $(PATHS)
 
@@ -64,8 +64,7 @@ format: setup
 benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
 
-# All results, one after the other: of each what its code has not made before. The hours of each come first;
-# `make hours` says no more than these.
+# All results, one study after the other; cached runs are not repeated. `make hours` only prints the hours of each.
 RESULTS := 'benchmark --full' replicate gaps splits track safety plants recipe \
 	dress-study 'dress-study --program grind_env/examples/plate_g82.nc --parts 30' intervals
 
@@ -79,26 +78,26 @@ results: hours
 speed: setup
 	$(BIN)/python -m tests.speed
 
-# Only the ratios of tests/speed/ratios.toml, in a minute; fails if one is beyond its tolerance.
+# The speed ratios of tests/speed/ratios.toml, in a minute; fails if a ratio is outside its tolerance.
 ratios: setup
 	$(BIN)/python -m tests.speed --check
 
-# The process model beside published and measured numbers, and which of these notice that a law of it is changed.
+# Compare the process model with published and measured numbers; then change one law at a time: which rows notice?
 validate: setup
 	$(BIN)/python -m grind_env.validation
 	$(BIN)/python -m grind_env.validation --mutate
 
-# Those that the package or themselves have outdated, executed into build/notebooks.
+# Execute notebooks that are older than the package or than themselves, into build/notebooks.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 
-# Do they show what is checked in? `docs/tools/shown.py keep` checks in what they have shown.
+# Compare their outputs with those in git; `docs/tools/shown.py keep` takes over the new outputs.
 shown: notebooks
 	$(BIN)/python docs/tools/shown.py compare
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir build/notebooks $<
 
-# The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
+# The site, in build/docs: warnings are errors, examples in docstrings run, links within the site are checked.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
 
 docs: setup
@@ -129,7 +128,7 @@ contract:
 		'.[render]' gymnasium==1.2.2 hypothesis pytest pytest-timeout pytest-xdist
 	build/contract/bin/python -m pytest -n 2 tests/envs/test_env_contract.py tests/envs/test_vector_promises.py tests/envs/test_wrappers.py
 
-# The blocks of README and site as printed, from an installed wheel; `make blocks PAGES=docs/howto/shop.md` those of one page.
+# Run the code blocks of README and site with an installed wheel; `make blocks PAGES=docs/howto/shop.md`: of one page.
 blocks:
 	$(PYTHON) -m venv --clear build/blocks
 	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
@@ -138,7 +137,7 @@ blocks:
 		h5py minari tensorboard
 	build/blocks/bin/python .ci/blocks.py build/blocks/bin $(PAGES)
 
-# The recorders of Gymnasium and Stable-Baselines3 write films with moviepy, whose Pillow is older than that of the extras.
+# The video recorders of Gymnasium and Stable-Baselines3 use moviepy, which needs an older Pillow than our extras.
 films:
 	$(PYTHON) -m venv build/films
 	grep -v '^pillow==' constraints.txt > build/films/constraints.txt
@@ -146,7 +145,7 @@ films:
 		'.[sb3]' hypothesis moviepy pytest pytest-timeout
 	build/films/bin/python -m pytest tests/sb3/test_films.py
 
-# The blocks of the site that need a library with an environment of its own.
+# Code blocks of the site whose library needs its own virtual environment.
 libraries:
 	$(PYTHON) -m venv --clear build/blocks
 	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) markdown-it-py

@@ -21,7 +21,7 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
-from grind_env.policies.model_view import model_beside
+from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
@@ -36,9 +36,9 @@ PROBES = 4
 REWARD = Outcome._fields.index("reward")
 UNPROBED = (
     "grind_env.belief.",
-    "grind_env.envs.branches",
-    "grind_env.envs.episodes",
-    "grind_env.envs.normalisation",
+    "grind_env.envs.block_rollouts",
+    "grind_env.envs.episode_state",
+    "grind_env.envs.learning_scales",
     "grind_env.envs.observation_memory",
     "grind_env.envs.filter_members",
     "grind_env.envs.observation_spec",

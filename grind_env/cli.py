@@ -2,6 +2,7 @@
 
 import io
 import json
+import shlex
 import sys
 from collections.abc import Callable
 from importlib.metadata import version
@@ -41,16 +42,8 @@ class GrindCommands(HelpfulGroup):
 app = Application(cls=GrindCommands)
 
 Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that nothing ends.")]
-Acceleration = Annotated[
-    float | None, typer.Option(help="Acceleration of every axis, mm/s2; default that of --job, or 1000.")
-]
-MachineJob = Annotated[
-    Path | None,
-    typer.Option(
-        "--job", help="Job file: use the reversal dwell, rapid feed and acceleration of its machine; default no dwell."
-    ),
-    JOB,
-]
+Acceleration = Annotated[float | None, typer.Option(help="Acceleration of the axes, mm/s2; default of --job, or 1000.")]
+MachineJob = Annotated[Path | None, typer.Option("--job", help="Job file, for dwell, rapids, acceleration."), JOB]
 Radius = Annotated[
     list[str] | None,
     typer.Option(help="Radius of dresser or wheel, mm: R for all table entries, T=R for entry T; repeatable."),
@@ -121,6 +114,10 @@ def check(
         print(json.dumps(report_record(report, program.name)))
     elif not report.errors:
         print(printable(summary(report)))
+        beside = program.with_suffix(".toml")
+        if job is None and beside.is_file():
+            said = f"grind check {shlex.quote(str(program))} --job {shlex.quote(str(beside))}"
+            print(printable(f"without the times of the job; next: {said}"))
     for found in report.errors:
         print(printable(f"grind: {found}"), file=sys.stderr)
     if ended_at(report):
@@ -265,7 +262,7 @@ def tasks(
     from dataclasses import asdict
 
     from grind_env.data_table import Column, table_of
-    from grind_env.envs.blocks.job import check_task
+    from grind_env.envs.blocks.task_job import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text

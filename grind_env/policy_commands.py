@@ -77,7 +77,7 @@ def evaluate(
     from grind_env.files import write_csv
     from grind_env.policies.policy_lookup import usual_name
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.row_files import policy_file, row_of, write_rows
+    from grind_env.policies.result_rows import policy_file, row_of, write_rows
     from grind_env.policies.scoring import evaluate as judge
 
     if submit is not None and configs is not None:
@@ -129,8 +129,8 @@ def _evaluate_core(
     from grind_env.files import write_csv
     from grind_env.policies.core_scores import AGENT, SAID, evaluate_core
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.row_files import row_of, write_rows
-    from grind_env.scores import EPISODES
+    from grind_env.policies.result_rows import row_of, write_rows
+    from grind_env.score_scale import EPISODES
     from grind_env.terminal import table_console
 
     begin = time.monotonic()
@@ -172,8 +172,8 @@ def verify(
     from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
     from grind_env.policies.problem import find_problem
-    from grind_env.policies.row_files import read_rows
-    from grind_env.policies.row_files import verify as verified
+    from grind_env.policies.result_rows import read_rows
+    from grind_env.policies.result_rows import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
@@ -215,7 +215,7 @@ def play(
     from grind_env.errors import printable
     from grind_env.files import write_atomically
     from grind_env.machine.job.job_writer import job_text
-    from grind_env.policies.model_view import on
+    from grind_env.policies.nominal_model import on
     from grind_env.policies.played_episodes import play as play_episode
     from grind_env.policies.problem import find_problem
 

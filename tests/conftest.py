@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.envs.task_names import environment_id, task_names
-from grind_env.kernel.tiers import Entry
+from grind_env.kernel.dispatch import Entry
 from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise import variables, varied_program
 from grind_env.shop.possible_machines import fleet_of

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from grind_env.arrays import Array
 from grind_env.control.cycles.plunge import PlungeCycle
-from grind_env.envs.blocks.simulation import NO_SETTINGS
+from grind_env.envs.blocks.task_simulation import NO_SETTINGS
 from grind_env.envs.task_gauges import GAUGE
 from grind_env.envs.transition import Choices, EpisodeArrays, Scratch, Tables, stages_of
 from grind_env.kernel import compile_at_once

@@ -180,11 +180,13 @@ def test_a_job_that_cannot_be_read_is_reported_like_an_error_of_the_program(grin
         assert (status, err, json.loads(out)) == (2, "", error)
 
 
-def test_check_sums_up(grind) -> None:
+def test_check_sums_up(grind, tmp_path: Path) -> None:
     status, out, err = grind("check", DRESSED)
     assert (status, err) == (0, "")
     assert out.splitlines()[0].startswith("2 programs, 8 blocks, 12 motions, ")
-    assert out.splitlines()[1] == "line 3: G82.1, 4 strokes, 1 dress"
+    assert out.splitlines()[1:] == ["line 3: G82.1, 4 strokes, 1 dress"]
+    (tmp_path / "part.toml").touch()
+    assert grind("check", DRESSED)[1].endswith(f"--job {tmp_path / 'part.toml'}\n")
 
 
 def test_check_as_json(grind) -> None:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from agents.benchmark.agent_files import from_file
 from agents.benchmark.results import PARQUET, read_results
-from agents.benchmark.trained import from_file
 from agents.dressing.table import read_study
 from grind_env import files
 from grind_env.control import read_file
@@ -24,7 +24,7 @@ from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned_parameters import read_tuned
 from grind_env.process.catalogue import load_catalogue
-from grind_env.scores import read_references
+from grind_env.score_scale import read_references
 from grind_env.toml import TomlError, read_toml
 from tests.patience import PATIENCE
 

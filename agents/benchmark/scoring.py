@@ -20,7 +20,7 @@ from grind_env.policies.statistics import (
     resampled_runs,
     score_of_means,
 )
-from grind_env.scores import find_reference
+from grind_env.score_scale import find_reference
 
 Draws = tuple[Array, Array]
 """Values of k results, shape (k,), and values of each resample, shape (resamples, k)."""

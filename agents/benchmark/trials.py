@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from agents.benchmark import grid
-from agents.benchmark.measure import measure
+from agents.benchmark.cell_measurement import measure
 from agents.benchmark.plan import BenchmarkCell, Request
 from agents.benchmark.results import EPISODES, Result
 from agents.evaluation_cache import code_of
@@ -56,7 +56,7 @@ def digest(trial: BenchmarkTrial) -> str:
     cell, request = trial.cell, trial.request
     if cell.trains:
         # torch takes seconds to import
-        from agents.benchmark.agents import code_of_training
+        from agents.benchmark.agent_training import code_of_training
 
         decides = code_of_training(cell, request)
     else:

@@ -19,11 +19,11 @@ from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, printable
 from grind_env.files import FileError
 from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
-from grind_env.policies.model_view import model_beside
+from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policy_commands import Configs, JobFile, NamedPolicy, NamedProblem, Parts, Split
-from grind_env.scores import find_reference
+from grind_env.score_scale import find_reference
 
 if TYPE_CHECKING:
     from minari import MinariDataset

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullLocator
 
-from agents.dressing.study import DressFinding, about
+from agents.dressing.findings import DressFinding, about
 from grind_env.render.record_plots import BLUE, GREEN, GREY, ORANGE
 
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}

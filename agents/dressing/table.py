@@ -5,7 +5,7 @@ from csv import Error as CsvError
 from pathlib import Path
 from typing import NamedTuple
 
-from agents.dressing.study import DressFinding, about
+from agents.dressing.findings import DressFinding, about
 from agents.result_tables import csv_rows, typed
 from grind_env.data_table import Column
 from grind_env.errors import reason

@@ -9,10 +9,10 @@ from typing import Any
 from agents.benchmark.figures import write_figure
 from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
+from agents.dressing.findings import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
 from agents.evaluation_cache import RUNS, cached_evaluation, code_of
 from agents.study import Study, StudyOptions
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file
 from grind_env.output_files import FileKind, check_replaceable

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from itertools import product, repeat
 
-from agents.plants.batches import batches, cost_of
+from agents.plants.batch_costs import batches, cost_of
 from agents.plants.study_machines import PARTS, StudyMachine
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed

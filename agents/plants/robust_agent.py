@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from agents.benchmark.agents import plain_agent
+from agents.benchmark.agent_training import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
 from agents.plants.advising import best_plan
-from agents.plants.batches import batches
+from agents.plants.batch_costs import batches
 from agents.plants.study_machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.rehearsal import BatchResult, advised

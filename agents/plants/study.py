@@ -13,7 +13,7 @@ from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """Module of `agents.plants` that answers each question."""
-DECIDING, DATA = ("agents.benchmark.agents", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
+DECIDING, DATA = ("agents.benchmark.agent_training", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Prefixes of the modules whose code decides the results, and folder of the catalogue."""
 HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
 """Measured time of a cell of each question on one core, h; `robust` also trains agents, for minutes each."""
@@ -57,7 +57,7 @@ def _answer(cell: PlantsTrial) -> Found:
         from agents.plants.advising import advise_on
 
         shifts = advise_on(cell.machine, cell.episodes)
-    from agents.plants.batches import numbers_of
+    from agents.plants.batch_costs import numbers_of
 
     simulation = cell.machine.simulation(PARTS)
     numbers = {who: [numbers_of(batch, simulation) for batch in found] for who, found in shifts.items()}

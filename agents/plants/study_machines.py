@@ -8,8 +8,8 @@ from agents.budgets import STUDY_MACHINES
 from grind_env import examples
 from grind_env.control import Programs, read
 from grind_env.control.program_reader import called_files
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.files import read_text
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job

@@ -18,7 +18,7 @@ from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned_parameters import write_whole
-from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
+from grind_env.score_scale import FILE, HEADING, Mean, Reference, read_references, write_text
 
 EVALUATIONS = 300
 """Number of evaluations of each CMA-ES run of a policy that has not been tuned yet."""

@@ -6,7 +6,7 @@ from functools import partial
 from itertools import groupby
 from statistics import mean
 
-from agents.safety.returns import (
+from agents.safety.trials import (
     LAGRANGIAN,
     LIMITS,
     PLANNERS,

@@ -8,9 +8,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from agents.track.learning import Trained
+from agents.track.learning_adapters import Trained
 from agents.track.model_fit import CONSTANTS, changed, fitted
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.observation_spec import Standard
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.choices import Decision

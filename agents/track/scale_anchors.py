@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.benchmark.agents import plain_agent, training_of
-from agents.benchmark.trained import from_file
+from agents.benchmark.agent_files import from_file
+from agents.benchmark.agent_training import plain_agent, training_of
 from agents.tuning.rule_tuning import Tuner, tune_policy
-from grind_env.policies.model_view import model_of, on
+from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import find_problem

@@ -16,9 +16,9 @@ from agents.track.scores import COLUMNS as OF_ANCHORS
 from agents.track.track_trials import TrackTrial, decides, run
 from grind_env.errors import GrindError
 from grind_env.plants import find_plants
-from grind_env.policies.model_view import model_of
+from grind_env.policies.nominal_model import model_of
 from grind_env.policies.problem import find_problem
-from grind_env.policies.row_files import track_row, write_rows
+from grind_env.policies.result_rows import track_row, write_rows
 from grind_env.policies.scoring import check_policy
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 

@@ -18,7 +18,7 @@ from agents.evaluation_cache import RUNS, behaviour, sources
 from agents.runner import run_all
 from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
 from agents.tuning.tunable_parameters import RULES, from_vector, rounded, vector_size
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
 from grind_env.output_files import check_replaceable

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.belief.filter import DIAMETER, NEW_WHEEL, follow, write_factors
-from grind_env.belief.hidden_state import FACTORS, Belief, Hidden, Judged, Signals
+from grind_env.belief.ensemble_filter import DIAMETER, NEW_WHEEL, follow, write_factors
+from grind_env.belief.filter_quantities import FACTORS, Belief, Hidden, Judged, Signals
 from grind_env.errors import GrindError
 from grind_env.machine.loops.stroke_totals import Tally
 

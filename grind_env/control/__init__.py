@@ -38,7 +38,7 @@ from grind_env.control.operator_actions import Interrupt
 from grind_env.control.program_check import Report, check
 from grind_env.control.program_execution import Execution, dress_program_moves, execute
 from grind_env.control.program_reader import Programs, read, read_file
-from grind_env.control.trace import error_record, record
+from grind_env.control.trace_records import error_record, record
 
 __all__ = [
     "Arc",

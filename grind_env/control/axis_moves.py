@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from grind_env.control import numbers
 from grind_env.control.axis_timeline import Timeline
+from grind_env.control.block_decoding import Command
 from grind_env.control.compensation.radius_compensation import SIDES, Compensation, Piece
 from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.coordinates import WorkSystems
-from grind_env.control.decode import Command
 from grind_env.control.dress_retrace import REMEMBERED, Recorder
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.events import Event, Hold, Message, Position, Source, Spindle, Switch, placed

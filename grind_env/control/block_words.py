@@ -163,7 +163,12 @@ def _after_blank_or_comment(text: str, start: int, place: Place, column: int) ->
         return start + 1
     if character == ",":
         comma = next((match for match in _DECIMAL_COMMA.finditer(text) if match.end(1) == start), None)
-        legal = f"write {comma[1].strip()}.{comma[2]}" if comma else "decimals follow a point, as in Y-0.1"
+        legal = "decimals follow a point, as in Y-0.1"
+        if comma is not None:
+            whole, decimals = comma[1].strip(), comma[2]
+            is_either = len(decimals) == 3 and re.search("[1-9]", whole) is not None
+            thousands = f"{whole}{decimals} if ',' separates thousands, else " if is_either else ""
+            legal = f"write {thousands}{whole}.{decimals}"
         raise place.error("block-format", f"',' cannot begin a word; {legal}", column)
     if character != "(":
         raise place.error(*_stray(character), column)

@@ -15,7 +15,7 @@ from grind_env.control.macro_statements import Assign, End, Goto, Then, While, e
 from grind_env.control.macro_variables import ALARM, Variables
 from grind_env.control.program_reader import Blocks, Program
 from grind_env.control.program_text import SourceText
-from grind_env.control.word_expressions import MORE_DIGITS, fault_in
+from grind_env.control.word_evaluation import MORE_DIGITS, fault_in
 
 TEXT_END = "text end"
 """End of a program whose text ends before an M02, M30 or M99."""

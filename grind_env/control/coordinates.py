@@ -1,8 +1,8 @@
 """Work coordinate systems, their shift by G92, the external offset and length offsets (11-10, lathe 11-8)."""
 
 from grind_env.control import numbers
+from grind_env.control.block_decoding import Command
 from grind_env.control.control_settings import ORIGIN, Control
-from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position, placed
 from grind_env.control.modes import WORK_SYSTEMS

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 from grind_env.control import numbers
+from grind_env.control.block_decoding import Command
 from grind_env.control.cycles import RULES, Rules
-from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.events import CyclePlan, Position
 from grind_env.control.modes import PLANES

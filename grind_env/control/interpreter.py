@@ -5,12 +5,13 @@ from collections.abc import Generator, Iterator
 from grind_env.control import numbers
 from grind_env.control.axis_moves import Mover
 from grind_env.control.axis_timeline import Timeline
+from grind_env.control.block_decoding import Command, decode
 from grind_env.control.block_words import Block, Word, read_block
 from grind_env.control.control_flow import TEXT_END, BlockStream, Call, execute_statement
 from grind_env.control.control_settings import Control
-from grind_env.control.decode import Command, decode
 from grind_env.control.errors import Place
 from grind_env.control.events import CycleAhead, Event, FeedAhead, Hold, Message, ProgramEnd, ProgramStop, Source
+from grind_env.control.execution_limits import BlockBudget, Rounds
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Lookout, Outlook, Prospect
 from grind_env.control.macro_calls import MacroCall, macro_call
@@ -20,9 +21,8 @@ from grind_env.control.modes import CYCLES
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program, Programs
 from grind_env.control.system_variables import SystemVariables
 from grind_env.control.table_motion import Reciprocator
-from grind_env.control.word_expressions import evaluated
+from grind_env.control.word_evaluation import evaluated
 from grind_env.control.word_rewriting import with_words
-from grind_env.control.work_limits import BlockBudget, Rounds
 
 DEEPEST = 4
 """Most levels of subprograms and dress programs; macros do not count (lathe manual 10-15)."""

@@ -13,11 +13,11 @@ from enum import Enum
 from typing import TypeAlias
 
 from grind_env.control import numbers
+from grind_env.control.block_decoding import Command, decode
 from grind_env.control.block_words import Block, Word, read_block
 from grind_env.control.control_flow import BlockStream, Call, execute_statement
 from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.cycles import RULES
-from grind_env.control.decode import Command, decode
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
 from grind_env.control.geometry import Path, Straight
@@ -27,7 +27,7 @@ from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motion_paths import arc_path, target
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program
 from grind_env.control.program_text import SourceText
-from grind_env.control.word_expressions import evaluated
+from grind_env.control.word_evaluation import evaluated
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from grind_env.control import numbers
+from grind_env.control.block_decoding import Command
 from grind_env.control.control_settings import Control
-from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
 from grind_env.control.geometry import Circular, ImpossibleArc, arc_about, arc_with_radius

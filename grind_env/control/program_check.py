@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from grind_env.control.block_decoding import recognise
 from grind_env.control.block_words import read_block
 from grind_env.control.control_settings import Control
-from grind_env.control.decode import recognise
 from grind_env.control.errors import ControlError
 from grind_env.control.events import CycleEnd, Message, Motion, Stroke
 from grind_env.control.program_execution import execute
 from grind_env.control.program_reader import Programs
-from grind_env.control.trace import error_record
-from grind_env.control.word_expressions import foreseen
+from grind_env.control.trace_records import error_record
+from grind_env.control.word_evaluation import foreseen
 
 MOST_ERRORS = 1000
 """Most errors of reading that are reported: a file that is no part program may have one in each line."""

@@ -6,8 +6,8 @@ from enum import Enum
 from grind_env.control.cycle_rules import motion_time
 from grind_env.control.errors import Place
 from grind_env.control.events import CyclePlan, Position
+from grind_env.control.execution_limits import Rounds
 from grind_env.control.motion_profile import travelled
-from grind_env.control.work_limits import Rounds
 
 
 class Reversal(Enum):

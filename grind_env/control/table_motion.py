@@ -5,16 +5,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from grind_env.control.axis_moves import Mover
+from grind_env.control.block_decoding import Command
 from grind_env.control.control_settings import Control
 from grind_env.control.cycle_block import ModalWords, Situation, plan_cycle, redirect
 from grind_env.control.cycle_execution import grind, grind_whole_cycle, least_strokes
-from grind_env.control.decode import Command
 from grind_env.control.events import CycleEnd, CyclePlan, CycleStart, Event, Position, TableStop
+from grind_env.control.execution_limits import Rounds
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
 from grind_env.control.motion_paths import AXES, INTEGRANDS, displaced
 from grind_env.control.reciprocation import Reciprocation
-from grind_env.control.work_limits import Rounds
 
 
 class Reciprocator:

@@ -2,8 +2,8 @@
 
 import math
 
+from grind_env.control.block_decoding import Command
 from grind_env.control.control_settings import WHEEL_RADIUS, Control
-from grind_env.control.decode import Command
 from grind_env.control.events import Position
 from grind_env.control.modal_state import Modes
 from grind_env.control.motion_paths import Missing

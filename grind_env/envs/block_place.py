@@ -5,9 +5,9 @@ from typing import Any
 from grind_env.envs.feed_motions import infeed_of, write_motions
 from grind_env.envs.kind_tables import read_kind
 from grind_env.kernel import inlined
-from grind_env.machine.script.arrays import BlockRow
 from grind_env.machine.script.block_settings import D, E, J
 from grind_env.machine.script.replay import BlockPlace, place_as_programmed, read_plan, write_place
+from grind_env.machine.script.script_tables import BlockRow
 from grind_env.process.process import Drive
 
 

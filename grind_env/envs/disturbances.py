@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Table
 from grind_env.envs.contexts import Fixed, Given, distinct
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import (
     DrawnKind,
     Origin,
@@ -22,7 +22,7 @@ from grind_env.envs.noise_tape import (
 )
 from grind_env.envs.random_numbers import ORDER, words_of
 from grind_env.envs.splits import Draws, draws_of
-from grind_env.envs.tasks.foreign_entries import OtherWheel
+from grind_env.envs.tasks.unseen_entries import OtherWheel
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform

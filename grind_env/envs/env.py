@@ -13,7 +13,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, check_render
 from grind_env.envs.contexts import Given, read_options, with_machines
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job

@@ -17,7 +17,7 @@ from grind_env.envs.arguments import is_full
 from grind_env.envs.cost import Outcome, reward_terms
 from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.tiers import as_written
+from grind_env.kernel.dispatch import as_written
 from grind_env.process.cost import SCRAP_BELOW
 
 READINGS = ("power", "mean_power", "first_power", "peak_power", "size_error", "diameter")

@@ -30,7 +30,7 @@ from grind_env.envs.random_numbers import (
     write_block,
 )
 from grind_env.envs.splits import Draws
-from grind_env.envs.tasks.foreign_entries import OtherWheel
+from grind_env.envs.tasks.unseen_entries import OtherWheel
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.random import uniform

@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.cost import Shop, read_shop
-from grind_env.envs.history import read_memory
 from grind_env.envs.kind_tables import read_kind
 from grind_env.envs.noise_tape import TapeRow, place_of, read_row
+from grind_env.envs.shop_history import read_memory
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE, TAPER_NOISE
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import lane_writer
-from grind_env.machine.loops.records import OWN_FROM, read_wheel
+from grind_env.machine.loops.row_io import OWN_FROM, read_wheel
 
 BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
 """Origin of an observed wheel diameter."""

@@ -11,7 +11,7 @@ from grind_env.control.macro_statements import label_of, with_label
 from grind_env.control.program_reader import Program
 from grind_env.control.program_text import SourceText
 from grind_env.envs.job.batch_program import jumps
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, shortened

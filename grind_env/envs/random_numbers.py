@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.belief.hidden_state import CUT
+from grind_env.belief.filter_quantities import CUT
 from grind_env.envs.splits import RANGES
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer

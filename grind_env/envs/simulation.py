@@ -3,8 +3,8 @@
 Policies, evaluations, trainings and environments use a problem only through the methods of this class, its `writer`
 (`program_writer.py`) and its `viewer` (`episode_viewer.py`). Every environment with E and D has a simulation,
 `env.unwrapped.simulation`: the single environment steps one episode, the native vector environment and planners many.
-Planners, beliefs and advisers also use its `branches`. Tasks (`blocks/simulation.py`) and users' programs
-(`job/simulation.py`) differ in the draws of their episodes, in the script, and in how an episode is written down and
+Planners, beliefs and advisers also use its `branches`. Tasks (`blocks/task_simulation.py`) and users' programs
+(`job/job_simulation.py`) differ in the draws of their episodes, in the script, and in how episodes are written and
 shown.
 """
 
@@ -17,24 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.envs.branches import Branches
+from grind_env.envs.block_rollouts import Branches
 from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.episode_state import Episodes, check_running
 from grind_env.envs.episode_viewer import Viewer
-from grind_env.envs.episodes import Episodes, check_running
-from grind_env.envs.history import History
 from grind_env.envs.noise_tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
 from grind_env.envs.program_writer import ProgramWriter
+from grind_env.envs.shop_history import History
 from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.loops.cycle import PartState, Zone
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
-from grind_env.machine.script.arrays import ScriptTables
 from grind_env.machine.script.block_settings import SETTINGS
+from grind_env.machine.script.script_tables import ScriptTables
 from grind_env.process.gauge_readings import Gauge
 from grind_env.process.process import Process, joined
 from grind_env.process.state import WheelState

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.arguments import check_flags, is_full
-from grind_env.envs.blocks.job import check_task
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_job import check_task
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.docstrings import meanings
 from grind_env.envs.env import GrindEnv, renders

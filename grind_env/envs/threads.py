@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 
 

@@ -11,20 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.belief.hidden_state import FACTORS
+from grind_env.belief.filter_quantities import FACTORS
 from grind_env.envs.block_place import place_block
 from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
-from grind_env.envs.history import (
-    FOUND,
-    History,
-    booked_diameter,
-    legible,
-    noise_of,
-    read_memory,
-    remembered,
-    truth_of,
-    write_memory,
-)
 from grind_env.envs.kind_tables import read_kind
 from grind_env.envs.noise_tape import (
     BLOCKS,
@@ -39,6 +28,17 @@ from grind_env.envs.noise_tape import (
     read_sigmas,
 )
 from grind_env.envs.random_numbers import TAPER, deviation, words_of
+from grind_env.envs.shop_history import (
+    FOUND,
+    History,
+    booked_diameter,
+    legible,
+    noise_of,
+    read_memory,
+    remembered,
+    truth_of,
+    write_memory,
+)
 from grind_env.envs.task_gauges import TAPER_NOISE
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
@@ -47,7 +47,7 @@ from grind_env.machine.loops.block_change import shift_of
 from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState, dress_lead
 from grind_env.machine.loops.machine_lanes import CYCLE_FIELDS
-from grind_env.machine.loops.records import (
+from grind_env.machine.loops.row_io import (
     OWN_FROM,
     read_parameters,
     read_part,
@@ -60,10 +60,10 @@ from grind_env.machine.loops.records import (
 )
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.part.gauging import gauge_zones
-from grind_env.machine.script.arrays import BlockRow
 from grind_env.machine.script.block_settings import BlockSettings, E, read_settings
 from grind_env.machine.script.replay import BlockPlace, covered_blocks_of, read_block, zoned_blocks_of
 from grind_env.machine.script.script_block import RestTimes
+from grind_env.machine.script.script_tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.gauge_readings import Gauge

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 from grind_env.arrays import Array
 from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.normalisation import ease_rewards, fit_standard
+from grind_env.envs.learning_scales import ease_rewards, fit_standard
 from grind_env.envs.observation_memory import WrapperError, belief_entries
 from grind_env.envs.observation_spec import BeliefForm, MemoryForm, ShownBox, Stack, Standard, wrapped_space
 from grind_env.envs.observations import Reading

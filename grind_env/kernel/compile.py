@@ -22,7 +22,7 @@ import numba
 from numba.core.compiler import Compiler
 
 from grind_env.kernel.cache import keep_on_disk
-from grind_env.kernel.tiers import Entry, Inlined
+from grind_env.kernel.dispatch import Entry, Inlined
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

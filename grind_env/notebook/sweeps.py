@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def html(found: Sweep) -> str:
     """Return the output of `grind sweep` as HTML."""
     bodies = [paragraphs([shown.title]) + table(shown.headings, shown.rows, left=0) for shown in tables_of(found)]
-    title = f"{found.program}, batches of {found.parts} runs, {lots_text(found.lots)}"
+    title = f"{found.program}, batches of {found.parts} {found.counted}s, {lots_text(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
 
 

@@ -7,14 +7,14 @@ from grind_env.plants.family import Range
 FILE = "plants.md"
 
 INTRODUCTION = """\
-A policy judged on the model that it was trained on is judged on what it has seen. A **plant** is another machine. The
-machines of a **family** differ from the model in one way, and a seed draws their numbers; the sections below describe
-the families *foreign* to *textbook*. A name says which machine:
+A **plant** is a simulated machine whose physics differs from the model. Tests on plants show how a policy or program
+that was tuned on the model does on another machine. The machines of a **family** differ from the model in one way, and
+a seed draws their numbers. The sections below, *foreign* to *textbook*, describe them. A name says which machine:
 
 | name | is |
 | --- | --- |
 | `meter:7` | the machine of the family *meter* that seed 7 draws |
-| `foreign:3+meter:7` | a mix, in any order; at most one of *foreign*, *bursts*, *textbook* (laws of grinding) |
+| `foreign:3+meter:7` | a mix of families, in any order; at most one of *foreign*, *bursts*, *textbook* (other laws) |
 | `held-out:5` | a machine for judging only: a mix of two to four families without *textbook* |
 | `public:5` | a machine of the same kind to train and tune on |
 | `held-out-laws:5` | a machine for judging only: *textbook*, and one to three other families |
@@ -32,7 +32,7 @@ plant = find_plant("foreign:3+meter:7")
 ```
 
 Environments take a name as `plant` (`make`, `make_vec`, `reset(options=...)`), task and job files as a key above their
-tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `evaluate` as an argument
+tables, and the commands `run`, `report`, `play`, `optimise`, `advise` and `evaluate` as `--plant`
 ([how to](howto/evaluate.md)). A file must not name a module, because the code would be run.
 
 A name draws the same numbers on every computer. Each number is drawn uniformly between the ends of its range, or

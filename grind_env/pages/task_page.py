@@ -9,10 +9,10 @@ from typing import Any
 from grind_env.data_table import table_of
 from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstrings import meanings
-from grind_env.envs.normalisation import WORST_REWARD
-from grind_env.pages.discount_factor import SAVINGS_LEFT, dress_interval
+from grind_env.envs.learning_scales import WORST_REWARD
+from grind_env.pages.nominal_interval import SAVINGS_LEFT, dress_interval
 from grind_env.pages.reward_bounds import RewardSpan
-from grind_env.pages.task_data import TaskSheet, sheet
+from grind_env.pages.task_sheet import TaskSheet, sheet
 from grind_env.pages.task_tables import (
     RANGE_NOTE,
     action_table,
@@ -23,7 +23,7 @@ from grind_env.pages.task_tables import (
     reward_table,
     setup_table,
 )
-from grind_env.scores import find_reference, normalise
+from grind_env.score_scale import find_reference, normalise
 from grind_env.task_version import HISTORY, TASK_VERSION
 
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
@@ -205,7 +205,7 @@ def _arguments(about: TaskSheet) -> str:
 
 
 def _scores(about: TaskSheet) -> str:
-    """Return the results of known policies in an episode, and their scores (`grind_env.scores`)."""
+    """Return the results of known policies in an episode, and their scores (`grind_env.score_scale`)."""
     known = find_reference(about.id)
     if known is None:
         return "None measured yet."

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from grind_env.data_table import Column, table_of
 from grind_env.envs.actions import ACTIONS
-from grind_env.pages.task_data import page_ids, sheet
-from grind_env.scores import find_reference, normalise
+from grind_env.pages.task_sheet import page_ids, sheet
+from grind_env.score_scale import find_reference, normalise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from grind_env.belief.hidden_state import CUT
+from grind_env.belief.filter_quantities import CUT
 from grind_env.data_table import Column, table_of
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Kind, Task
 from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR
-from grind_env.pages.task_data import TaskSheet
+from grind_env.pages.task_sheet import TaskSheet
 
 LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
 EPISODE = {

@@ -1,8 +1,8 @@
 """Columns of the tables of `Episodes` that policies read and simulations write."""
 
 from grind_env.envs.cost import Outcome
-from grind_env.envs.history import History
 from grind_env.envs.noise_tape import TapeRow
+from grind_env.envs.shop_history import History
 from grind_env.process.state import WheelState
 
 STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")

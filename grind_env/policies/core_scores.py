@@ -21,7 +21,7 @@ from grind_env.policies.statistics import (
     percentile_interval,
     score_of_means,
 )
-from grind_env.scores import EPISODES, Reference, reference
+from grind_env.score_scale import EPISODES, Reference, reference
 
 AGENT, ON_STATE = TRAINED[0], "mpc"
 """Bundled agent, and planner on the true state; both are shown next to a policy."""

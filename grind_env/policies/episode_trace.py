@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.belief.hidden_state import Belief
+from grind_env.belief.filter_quantities import Belief
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.filter_members import MemberModel
@@ -18,7 +18,7 @@ from grind_env.optional_libraries import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
-from grind_env.policies.model_view import model_beside, parted
+from grind_env.policies.nominal_model import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import Problem, find_problem

@@ -11,13 +11,13 @@ from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given, find_split
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.html_views import html
 from grind_env.policies.choices import Decision
-from grind_env.policies.model_view import parted
+from grind_env.policies.nominal_model import parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from grind_env.envs.splits import EVERY
 from grind_env.machine.job import Job
-from grind_env.policies.model_view import model_beside, parted
+from grind_env.policies.nominal_model import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 

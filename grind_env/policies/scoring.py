@@ -15,7 +15,7 @@ from grind_env.errors import GrindError, quoted
 from grind_env.html_views import html
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
-from grind_env.policies.model_view import model_of, on
+from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.policy_lookup import agent_of, named_policy
 from grind_env.policies.problem import Problem, find_problem
@@ -28,7 +28,7 @@ from grind_env.policies.statistics import (
     score_of_means,
 )
 from grind_env.policies.tuned_parameters import ConfigError
-from grind_env.scores import Reference, find_reference
+from grind_env.score_scale import Reference, find_reference
 
 REFERENCE_SEEDS = "evaluation"
 """Seeds of the reference scores, which use the first episodes in the split `all`."""

@@ -19,7 +19,7 @@ from grind_env.errors import GrindError
 from grind_env.kernel.random import WORD
 from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Step, steps
-from grind_env.policies.model_view import model_of, on
+from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.scoring import check_policy

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import run_seeds

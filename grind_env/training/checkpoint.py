@@ -19,8 +19,8 @@ import platformdirs
 import torch
 
 import grind_env
-from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.errors import GrindWarning
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.cache import UNUSED

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.normalisation import ease_rewards, fit_standard, lateness
+from grind_env.envs.learning_scales import ease_rewards, fit_standard, lateness
 from grind_env.envs.observation_memory import Flags
 from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.envs.simulation import Simulation
@@ -31,7 +31,7 @@ from grind_env.plants.plant_names import Plants
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.learned.agent_spaces import GRID, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
-from grind_env.policies.model_view import model_of
+from grind_env.policies.nominal_model import model_of
 from grind_env.policies.problem import Problem
 from grind_env.training.checkpoint import Checkpoint
 

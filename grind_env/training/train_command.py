@@ -61,7 +61,7 @@ def train(
     from grind_env.plants.plant_names import MODEL
     from grind_env.policies.evaluation import episode_seeds
     from grind_env.policies.learned.saved import SUFFIX, write_policy
-    from grind_env.policies.model_view import machines_name, model_of, on, training_machines
+    from grind_env.policies.nominal_model import machines_name, model_of, on, training_machines
     from grind_env.policies.problem import JOB
     from grind_env.policies.scoring import evaluate
     from grind_env.terminal import progress

@@ -122,9 +122,9 @@ NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion"
 """Changes of a set-up for a part that does not grow with heat, so that only the elastic loop acts."""
 
 CONDITIONS = (
-    "Usual is aisi_52100, a60j, emulsion, default machine: downfeed 10 um, table 12 m/min, wheel 30 m/s and 300 mm, "
-    "part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; rows name what differs. A "
-    f"wheel is sharp {SHARP} strokes after the dress. A is the flat share of its face. Steps are ratios of neighbours."
+    "Unless a row says otherwise: aisi_52100, a60j, emulsion, default machine, downfeed 10 um, table 12 m/min, wheel "
+    "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm. "
+    f"Sharp: {SHARP} strokes after the dress. A is the flat share of the wheel face. Steps are ratios of neighbours."
 )
 """Usual conditions, which the conditions of a check do not repeat."""
 

@@ -5,11 +5,11 @@ import pytest
 import torch
 
 from agents import study
-from agents.benchmark.measure import measure
+from agents.benchmark.agent_files import from_file
+from agents.benchmark.cell_measurement import measure
 from agents.benchmark.plan import BenchmarkCell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.scoring import judged
-from agents.benchmark.trained import from_file
 from grind_env.envs.task_names import CORE, task_names
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem

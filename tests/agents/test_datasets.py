@@ -15,7 +15,7 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
-from grind_env.scores import normalise
+from grind_env.score_scale import normalise
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()

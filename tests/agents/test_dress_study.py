@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from agents.benchmark.figures import write_figure
-from agents.dressing import study as studies
+from agents.dressing import findings as studies
 from agents.dressing import trials
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import DressFinding, best_plan, csv_text, new_overlap
+from agents.dressing.findings import DressFinding, best_plan, csv_text, new_overlap
 from agents.dressing.trials import study
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem

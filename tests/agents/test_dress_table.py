@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from agents.commands.studies import DRESSES
-from agents.dressing.study import DressFinding, csv_text
+from agents.dressing.findings import DressFinding, csv_text
 from agents.dressing.table import COLUMNS, DressStudy, read_studies, read_study
 from agents.provenance import ROOT
 from grind_env.data_table import table_of

@@ -9,7 +9,7 @@ import pytest
 
 from agents import evaluation_cache
 from agents.evaluation_cache import CHUNK, bare, behaviour, cached_evaluation, imported, sources
-from grind_env.belief import filter as filter_
+from grind_env.belief import ensemble_filter as filter_
 from grind_env.belief import wheel_belief
 from grind_env.envs import filter_members
 from grind_env.policies.evaluation import Evaluation, run_seeds

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agents.benchmark import grid
-from agents.benchmark.agents import code_of_training
-from agents.benchmark.measure import measure
+from agents.benchmark.agent_training import code_of_training
+from agents.benchmark.cell_measurement import measure
 from agents.benchmark.page import page, room, verdict
 from agents.benchmark.plan import KINDS, chosen_problems, planned
 from agents.benchmark.plan import BenchmarkCell as Measurement

@@ -13,7 +13,7 @@ from PIL import Image
 
 from agents import __main__
 from agents.application import app
-from agents.dressing import study as dress_study
+from agents.dressing import findings as dress_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned_parameters import read_tuned
 from tests.agents.asking import in_process

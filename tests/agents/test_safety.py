@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.safety.page import page
-from agents.safety.returns import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
+from agents.safety.trials import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy

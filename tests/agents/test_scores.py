@@ -13,7 +13,7 @@ from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned_parameters import CONFIGS, ConfigError
-from grind_env.scores import read_references, reference
+from grind_env.score_scale import read_references, reference
 from tests.agents.asking import asked, evaluation, in_process, status
 
 PROBLEM = find_problem("oracle6")

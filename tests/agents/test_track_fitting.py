@@ -6,7 +6,7 @@ import pytest
 from agents.track.model_fit import CONSTANTS, changed, fitted, least_squares, residuals
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import start_episodes, steps
-from grind_env.policies.model_view import model_of
+from grind_env.policies.nominal_model import model_of
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.track import TrackShift, books

@@ -8,14 +8,14 @@ import torch
 
 from agents.track import retraining
 from agents.track.adapters import ADAPTERS, make_adapter
-from agents.track.learning import ForgetfulRl2, LearningRule, Rl2
+from agents.track.learning_adapters import ForgetfulRl2, LearningRule, Rl2
 from agents.track.model_fit import CONSTANTS, changed
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated, cost_ahead
 from grind_env.envs.observation_spec import Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy
-from grind_env.policies.model_view import model_of
+from grind_env.policies.nominal_model import model_of
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import TrackMachine, TrackShift

@@ -9,9 +9,9 @@ from agents.video import record, watch
 from grind_env import evaluate
 from grind_env.envs.task_gauges import GAUGE
 from grind_env.errors import GrindError
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy

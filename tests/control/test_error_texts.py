@@ -23,11 +23,11 @@ from grind_env.control import (
     read,
     read_file,
 )
+from grind_env.control.block_decoding import decode
 from grind_env.control.block_words import Block, read_block
 from grind_env.control.command_options import interrupts_of
 from grind_env.control.compensation.corners import CompensationFault
 from grind_env.control.control_flow import MOST_BLOCKS
-from grind_env.control.decode import decode
 from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.macro_formulas import FormulaFault, VariableFault
 from grind_env.control.macro_functions import FunctionFault

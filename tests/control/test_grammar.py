@@ -1,8 +1,8 @@
 import pytest
 
 from grind_env.control import ControlError, Dwell, Line, Motion, ProgramEnd, ProgramStop, execute, read
+from grind_env.control.block_decoding import recognise
 from grind_env.control.block_words import read_block
-from grind_env.control.decode import recognise
 from grind_env.control.numbers import STANDARD
 from grind_env.control.program_reader import read_file
 from tests.control.harness import ends, motions, plans, refusal, run

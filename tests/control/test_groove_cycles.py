@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import ControlError, Infeed, Line, Position, Rapid, Source, read
+from grind_env.control.block_decoding import decode
 from grind_env.control.block_words import read_block
-from grind_env.control.decode import decode
 from grind_env.control.groove_cycles import GroovePlan, divided, groove_legs, groove_positions, plan_groove
 from grind_env.control.modal_state import Modes
 from grind_env.control.numbers import NumberFormat

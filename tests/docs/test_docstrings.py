@@ -38,7 +38,7 @@ BEHIND = (
     "envs.kind_tables",
     "envs.noise_tape",
     "machine.loops.cycle",
-    "machine.script.arrays",
+    "machine.script.script_tables",
     "machine.loops.stroke_totals",
 )
 """Modules with the tables of the compiled loops, of which the pages speak."""

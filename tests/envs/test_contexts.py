@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.belief.hidden_state import CUT
+from grind_env.belief.filter_quantities import CUT
 from grind_env.envs import task_env
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, nominal_context, read_options
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.random_numbers import within

@@ -10,19 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.job import conditions, job_of
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_job import conditions, job_of
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.history import History
 from grind_env.envs.ids import reciprocation, wide_plates
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
+from grind_env.envs.shop_history import History
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.strip_stroke import strips_of
-from grind_env.machine.loops.surface_zones import strip_zones
 from grind_env.machine.loops.table_speed import pace_of
+from grind_env.machine.loops.zone_layout import strip_zones
 from grind_env.machine.part.stroke_record import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.process import PROCESS

@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.belief.hidden_state import CUT
-from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.episodes import Episodes
+from grind_env.belief.filter_quantities import CUT
+from grind_env.envs.blocks.task_simulation import BlockSimulation
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
 from grind_env.envs.tasks import load_task

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.task_names import environment_id

@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.tasks import Task, load_task, task_names
 from tests.envs.harness import IDS, Array, Course, actions, reward_terms_of, rollout, start
 

@@ -5,8 +5,8 @@ import pytest
 import grind_env
 from grind_env.envs import task_env
 from grind_env.envs.episode_viewer import coming_part, extent_of
-from grind_env.envs.history import History
 from grind_env.envs.observations import physical
+from grind_env.envs.shop_history import History
 from grind_env.envs.task_names import task_names
 from grind_env.envs.tasks import load_task
 

@@ -10,8 +10,8 @@ import pytest
 from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
-from grind_env.envs.job.disturbances import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, unfixable_factors
-from grind_env.envs.job.readings import job_task
+from grind_env.envs.job.job_observation import job_task
+from grind_env.envs.job.job_tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, unfixable_factors
 from grind_env.envs.random_numbers import EPISODE
 from grind_env.envs.splits import SPLITS
 from grind_env.kernel.random import philox

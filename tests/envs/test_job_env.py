@@ -10,7 +10,7 @@ import grind_env
 from grind_env.control import read, read_file
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job as job_env
-from grind_env.envs.job import simulation as job_simulation
+from grind_env.envs.job import job_simulation as job_simulation
 from grind_env.envs.job.program_outline import JobChoice, outline_of_runs
 from grind_env.envs.program_episode import PassageError
 from grind_env.errors import GrindError

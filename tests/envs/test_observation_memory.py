@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.belief.wheel_belief import WheelBelief
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.observation_memory import BeliefMemory, StackMemory, WrapperError, action_numbers, belief_entries
 from grind_env.envs.observations import bounds

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import actions, assert_same, native, rollout, start

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow

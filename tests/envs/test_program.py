@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from grind_env.control import Rapid, Source, execute, read
-from grind_env.envs.blocks.job import job
-from grind_env.envs.blocks.program import number
+from grind_env.envs.blocks.task_job import job
+from grind_env.envs.blocks.task_program import number
 from tests.envs.harness import every_id
 
 

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.job import conditions, job
-from grind_env.envs.blocks.program import CycleBlock
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_job import conditions, job
+from grind_env.envs.blocks.task_program import CycleBlock
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow

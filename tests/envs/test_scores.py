@@ -5,7 +5,7 @@ import pytest
 from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import load_task
 from grind_env.policies.registry import FIXED_PLANS
-from grind_env.scores import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text
+from grind_env.score_scale import FILE, Mean, Reference, ScoreError, normalise, read_references, reference, write_text
 from grind_env.task_version import TASK_VERSION
 
 SCORED = sorted(read_references(FILE))

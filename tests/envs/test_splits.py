@@ -7,14 +7,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.belief.hidden_state import CUT
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.belief.filter_quantities import CUT
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.splits import EVERY, SPLITS, Split
 from grind_env.envs.task_names import task_names
 from grind_env.envs.tasks import load_task, read_task
-from grind_env.envs.tasks.foreign_entries import other_materials, other_wheels
+from grind_env.envs.tasks.unseen_entries import other_materials, other_wheels
 from tests.envs.harness import actions, assert_same, every_id, native, sync
 
 BEYOND = SPLITS["extrapolation"]

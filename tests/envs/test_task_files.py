@@ -7,7 +7,7 @@ import gymnasium as gym
 import pytest
 
 from grind_env.envs import task_env, tasks
-from grind_env.envs.blocks.job import check_task
+from grind_env.envs.blocks.task_job import check_task
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.task_env import simulation_of
 from grind_env.envs.task_names import environment_id

@@ -11,7 +11,7 @@ import pytest
 import grind_env
 from grind_env.arrays import Array
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.episodes import EpisodeOver
+from grind_env.envs.episode_state import EpisodeOver
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.transition import TOGETHER

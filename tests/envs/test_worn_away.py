@@ -11,7 +11,7 @@ import pytest
 
 from grind_env.control import read
 from grind_env.envs import task_env
-from grind_env.envs.blocks.job import conditions, job
+from grind_env.envs.blocks.task_job import conditions, job
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.cost import Outcome
 from grind_env.envs.observations import bounds
@@ -19,7 +19,7 @@ from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.grind import grind
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, whole_tape

@@ -19,9 +19,9 @@ HEADER = (
     "best of 15 fixed plans",
     "power law",
     "`advise`",
-    "scrap",
+    "`advise`, scrap",
     "`optimise`",
-    "calibration",
+    "fit",
     "`advise`, calibrated",
     "`optimise`, calibrated",
 )

@@ -15,9 +15,9 @@ from numba.core.registry import CPUDispatcher
 from grind_env import examples
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.errors import GrindError
-from grind_env.kernel.tiers import WRITTEN, Entry, as_written
+from grind_env.kernel.dispatch import WRITTEN, Entry, as_written
 from grind_env.machine.grind import grind_file
 from grind_env.machine.script.block_settings import DRESS_DEPTH, D, E
 from grind_env.plants.plant_names import find_plant

@@ -1,6 +1,6 @@
 import pytest
 
-from grind_env.kernel.tiers import Entry
+from grind_env.kernel.dispatch import Entry
 
 
 @pytest.fixture(autouse=True)

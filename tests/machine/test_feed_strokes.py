@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.stroke_totals import Tally

@@ -9,7 +9,7 @@ import pytest
 
 import grind_env
 from grind_env.control import Control, ControlError, Event, Execution, Programs, Spindle, read, read_file
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine import grind as grind_module
 from grind_env.machine.dress.dress_effect import DressProgramError
 from grind_env.machine.grind import GrindingError, grind

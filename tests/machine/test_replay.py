@@ -9,12 +9,12 @@ import pytest
 from grind_env.arrays import Array
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.job.batch_program import with_words_chosen
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord

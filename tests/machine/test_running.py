@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import grind_env
 from grind_env.control import Spindle, Switch, read
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.job_file import load_job

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from grind_env.control import Programs, check, read, read_file
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.script.script import script_of

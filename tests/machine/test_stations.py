@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError, Part, PartConditions, Station
 from grind_env.machine.job.job_file import load_job

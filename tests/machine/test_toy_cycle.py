@@ -20,11 +20,11 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.machine_lanes import CYCLE_FIELDS, NO_MOTIONS
 from grind_env.machine.loops.stroke_loops import Loops, loops_of
-from grind_env.machine.loops.surface_zones import EDGES
+from grind_env.machine.loops.zone_layout import EDGES
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.script.arrays import BlockRow, PlanRow, tables_of
 from grind_env.machine.script.replay import BlockPlace, blocks_of
 from grind_env.machine.script.script import script_of
+from grind_env.machine.script.script_tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
 from tests.machine.harness import DRESS, HEAD, job, run, start_wheel, stroking

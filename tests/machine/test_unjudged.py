@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from grind_env import report
 from grind_env.control import Interrupt, read
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part.coverage import CELL

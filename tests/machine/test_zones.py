@@ -15,8 +15,8 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState, Stroking, Zone
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS
 from grind_env.machine.loops.strip_stroke import add_to_cut, add_zone, contact_at, cut_surface, is_cut
-from grind_env.machine.loops.surface_zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.loops.surfaces import MOST_ZONES
+from grind_env.machine.loops.zone_layout import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.part.gauging import gauge, gauge_zones
 from grind_env.process.entries import Machine
 from grind_env.process.state import WheelState

@@ -202,6 +202,9 @@ def test_a_sweep_shows_the_costs_of_its_points(swept: Sweep) -> None:
 
 def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path: Path) -> None:
     same = Interval(2.0, 1.9, 2.1)
+    limit = LimitUse(
+        name="Ra", limit=0.5, unit="um", margin=1.0, before=0.6, after=0.7, price=None, without=None, binds=False
+    )
     found = Optimised(
         program=HOSTILE,
         job="plate.toml",
@@ -213,19 +216,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
                 name="cost", unit="$", before=same, after=same, difference=Interval(-0.1, -0.2, 0.0), expected=(2, 1.9)
             ),
         ),
-        limits=(
-            LimitUse(
-                name="Ra",
-                limit=0.5,
-                unit="um",
-                margin=1.0,
-                before=0.6,
-                after=0.7,
-                price=None,
-                without=None,
-                binds=False,
-            ),
-        ),
+        limits=(limit,),
         requirements=(Requirement("seconds", "s", 75.0, 80.0, 70.0),),
         objective="cost",
         cheapest=(Trade(2.0, 70.0, 0.9),),
@@ -235,6 +226,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
         after="",
         data=b"G82\r\n",
         parts=50,
+        counted="part",
         lots=256,
         seed=1,
         evaluations=3,

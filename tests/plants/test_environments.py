@@ -20,7 +20,7 @@ from grind_env.machine.grind import grind, grind_file
 from grind_env.machine.job import JobError
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.job_writer import job_text
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.plants import PlantError, find_plant
 from tests.envs.test_job_env import GROOVED, written
 

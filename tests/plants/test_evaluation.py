@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from grind_env import evaluate
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind_file
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
 from grind_env.policies.episode_trace import follow
 from grind_env.policies.evaluation import start_episodes
-from grind_env.policies.model_view import model_of, on, parted
+from grind_env.policies.nominal_model import model_of, on, parted
 from grind_env.policies.problem import find_problem
 from tests.command import Grind
 from tests.envs.test_job_env import GROOVED, written

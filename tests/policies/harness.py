@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.tuning.tunable_parameters import RULES, from_vector, vector_size
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.learned.agent_spaces import LearnerForm

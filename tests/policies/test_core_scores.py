@@ -10,7 +10,7 @@ import grind_env
 from grind_env.envs.task_names import CORE, environment_id
 from grind_env.policies.core_scores import BoardRow
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.scores import normalise, reference
+from grind_env.score_scale import normalise, reference
 from tests.command import Grind
 
 PAGE = Path(grind_env.__file__).parents[1] / "docs" / "benchmark" / "submit.md"

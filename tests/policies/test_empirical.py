@@ -4,7 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, run_seeds

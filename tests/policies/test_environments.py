@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.episodes import DRAWN_FROM, Episodes
+from grind_env.envs.episode_state import DRAWN_FROM, Episodes
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs.episodes import NOISE
+from grind_env.envs.episode_state import NOISE
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.tasks import Due
 from grind_env.policies import columns

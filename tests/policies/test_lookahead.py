@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from grind_env.belief.hidden_state import Belief
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.belief.filter_quantities import Belief
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import speed_grid

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
-from grind_env.policies.row_files import read_rows, row_of, verify, write_rows
+from grind_env.policies.result_rows import read_rows, row_of, verify, write_rows
 from grind_env.policies.scoring import evaluate
 from tests.command import Grind
 from tests.examples import examples, few

@@ -14,7 +14,7 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.scoring import Judgement, evaluate
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned_parameters import ConfigError
-from grind_env.scores import find_reference, normalise
+from grind_env.score_scale import find_reference, normalise
 from tests.command import Grind
 
 PLATES = find_problem("power_limited")

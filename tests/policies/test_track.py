@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.random import philox
 from grind_env.plants import find_plant
 from grind_env.plants.drift import MOST_DULLING
-from grind_env.plants.shift_events import deviate
+from grind_env.plants.shift_random import deviate
 from grind_env.policies import track
 from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Sees

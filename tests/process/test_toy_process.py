@@ -14,11 +14,11 @@ import pytest
 
 from grind_env.arrays import Array
 from grind_env.control import read
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
-from grind_env.envs.history import History
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.program_writer import Written
+from grind_env.envs.shop_history import History
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_gauges import GAUGE
 from grind_env.envs.tasks import read_task
@@ -26,7 +26,7 @@ from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_loops import loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.program_run import GrindingRun

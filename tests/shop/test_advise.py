@@ -18,8 +18,8 @@ from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.macro_variables import write_values
 from grind_env.shop.advise.operator_readings import check_readings, readings_of
+from grind_env.shop.advise.variables_file import write_values
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}

@@ -9,7 +9,7 @@ import pytest
 from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.file_kinds import LOG, STATE, VALUES
-from grind_env.shop.advise.macro_variables import check_variables, variables_of, write_values
+from grind_env.shop.advise.variables_file import check_variables, variables_of, write_values
 from tests.command import Grind
 from tests.shop.advising import PLATE, ROWS, batch, plate_in, session_of
 

@@ -9,12 +9,12 @@ import pytest
 
 from grind_env.control import read, read_file
 from grind_env.envs.job.batch_program import batch_of, repeated
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind as run
 from grind_env.machine.job.job_file import load_job
-from grind_env.machine.script.arrays import PlanRow, ScriptTables
 from grind_env.machine.script.block_settings import E
+from grind_env.machine.script.script_tables import PlanRow, ScriptTables
 from grind_env.shop import trials as trials_module
 from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise import varied_program

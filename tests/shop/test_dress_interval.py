@@ -15,7 +15,7 @@ from grind_env.machine.grind import grind_file
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script.block_settings import D
 from grind_env.shop.dress_interval import DressInterval, intervals_between
-from grind_env.shop.optimise.interval_counter import counting_of
+from grind_env.shop.optimise.counter_writer import counting_of
 from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.varied_program import Variation, variation_of

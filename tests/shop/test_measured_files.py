@@ -240,7 +240,8 @@ REFUSED: dict[str, tuple[str, str]] = {
     "an open quote": (changed(PLAIN, r17='1.5,"787'), "from row 17 on: a quote is not closed in the row '1.5,"),
     "a spreadsheet": ("PK\x03\x04" + PLAIN, "is no text; export it as CSV"),
     "a stamp that is none": (text_of(",", "Time,Power [W]", (f"{each} s later" for each in SHORT), LOADS), "in row 2"),
-    "one column": ("Power [W]\n" + "\n".join(LOADS), "has no columns; between them must stand"),
+    "words": ("Power\n" * ROWS, "has no columns; between them must stand"),
+    "one column": ("Power [W]\n" + "\n".join(LOADS), "no column of the time among Power; say which"),
 }
 
 

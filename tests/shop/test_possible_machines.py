@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.job.drawn_machines import uncertainty_of
 from grind_env.machine.job.job_entries import with_entries
@@ -267,7 +267,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
     for more, first in (("", "not calibrated"), (f"\n[catalogue.uncertainty]\n{TABLE}", "calibrated")):
         job.write_text(text + more)
         status("optimise", EXAMPLES / "plate_g82.nc", "--job", job, *words)
-        assert capsys.readouterr().out.startswith(f"plate_g82.nc, {first}, batches of 2 runs")
+        assert capsys.readouterr().out.startswith(f"plate_g82.nc, {first}, batches of 2 parts")
         assert f"plate_g82.nc, {first}, batches" in report.read_text(encoding="utf-8")
         found = optimise(EXAMPLES / "plate_g82.nc", job, **FEW | {"budget": 0.0})
         assert tables.as_data(found)["calibration"] == ("written by hand" if more else None)

@@ -96,6 +96,12 @@ def test_cells_of_the_gauge_file_may_be_empty(tmp_path):
     np.testing.assert_allclose(gauge.diameter, [299.81, np.nan])
 
 
+@pytest.mark.parametrize("text", ["Ra\n0.31\n0.33\n", "Ra [µm]\n0,31\n\n0,33\n"])
+def test_a_file_may_have_one_column(tmp_path, text):
+    (tmp_path / "gauge.csv").write_text(text, encoding="utf-8")
+    np.testing.assert_allclose(read_gauge(tmp_path / "gauge.csv", Map()).Ra, [0.31, 0.33])
+
+
 @pytest.mark.parametrize(
     ("stamps", "steps"),
     [
@@ -141,10 +147,8 @@ def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
         with pytest.raises(CalibrationError, match=reason):
             read_log(path, MACHINE, read_map(tmp_path / "map.toml"))
     else:
-        assert (
-            "volts of the map had no effect on a power in W"
-            in read_log(path, MACHINE, read_map(tmp_path / "map.toml")).remarks
-        )
+        remarks = read_log(path, MACHINE, read_map(tmp_path / "map.toml")).remarks
+        assert "volts of the map had no effect on a power in W" in remarks
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from grind_env.control import Control, ControlError, CycleStart, execute, read
 from grind_env.envs.arguments import TaskError
 from grind_env.envs.job.batch_program import repeated
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job

@@ -15,8 +15,8 @@ from grind_env.control import ControlError, Dwell, check, read
 from grind_env.control.control_settings import WHEEL_RADIUS
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.batch_program import with_words_chosen
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import PassageError, ProgramEpisode
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounted_wheel import first_diameter
@@ -26,9 +26,9 @@ from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.part.unsimulated_cuts import UnjudgedError
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script import script
-from grind_env.machine.script.arrays import BlockRow
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.script_block import ScriptError
+from grind_env.machine.script.script_tables import BlockRow
 from grind_env.process.cost import STALL
 from tests.machine.harness import machine_after
 from tests.soak.limits import TooSlowError, limited

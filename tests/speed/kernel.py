@@ -20,9 +20,9 @@ from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.records import RULES_FROM
-from grind_env.machine.loops.surface_zones import strip_centres, strip_zones
+from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.machine.loops.table_speed import Pace, pace_of
+from grind_env.machine.loops.zone_layout import strip_centres, strip_zones
 from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, in_turns, over

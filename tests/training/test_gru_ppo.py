@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import torch
 
-from agents.benchmark.agents import plain_agent
+from agents.benchmark.agent_training import plain_agent
 from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy, write_policy
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.problem import find_problem
 from grind_env.training import gru_ppo
 from grind_env.training.checkpoint import Checkpoint
@@ -233,7 +233,7 @@ def test_a_killed_training_goes_on_as_if_nothing_had_been(tmp_path: Path, budget
     killed = f"""
 import os, signal
 from pathlib import Path
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.problem import find_problem
 from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import Settings, shown, train

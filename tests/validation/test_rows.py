@@ -21,7 +21,7 @@ from grind_env.validation import (
     validate,
 )
 from grind_env.validation.check import Band, band_of
-from grind_env.validation.entry_fields import idle_fields
+from grind_env.validation.field_effects import idle_fields
 from grind_env.validation.fitted_slopes import exponent, exponents, largest_step, smallest_step
 from grind_env.validation.rig import NO_GROWTH, Grinder, RigError
 

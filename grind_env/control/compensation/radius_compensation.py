@@ -7,6 +7,7 @@ force; with one it is on. A junction is laid out when the motion before it is ex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from grind_env.control.block_decoding import Command
 from grind_env.control.compensation.corners import (
     CompensationFault,
     Junction,
@@ -19,7 +20,6 @@ from grind_env.control.compensation.entry_exit import entry, exit_junction
 from grind_env.control.compensation.gouging import GougeCheck
 from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Element, Offset, PathArc, PathSegment, Point
 from grind_env.control.control_settings import Control
-from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.events import Position, placed
 from grind_env.control.geometry import Circular, Path, Straight

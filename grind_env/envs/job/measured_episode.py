@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.cost import Found, Outcome
-from grind_env.envs.history import History
-from grind_env.envs.job.disturbances import NEW_LOT
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.job.job_tape import NEW_LOT
+from grind_env.envs.shop_history import History
 from grind_env.envs.simulation import BOOKED, DIAMETER, without_wheel_changes
 from grind_env.envs.task_gauges import GAUGE, gauged_diameter
 from grind_env.envs.transition import EpisodeArrays, settle_of

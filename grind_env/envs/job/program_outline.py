@@ -13,8 +13,8 @@ from grind_env.errors import GrindError
 from grind_env.machine.dress.dress_effect import DressPlan
 from grind_env.machine.job import Job, Part, Stage
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
-from grind_env.machine.script.arrays import BlockRow, ScriptTables
 from grind_env.machine.script.script import Script
+from grind_env.machine.script.script_tables import BlockRow, ScriptTables
 from grind_env.process.cost import Limits
 
 INCH = 25.4

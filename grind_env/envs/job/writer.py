@@ -7,7 +7,7 @@ from typing import NamedTuple
 from grind_env.control import Programs
 from grind_env.control.block_words import Block
 from grind_env.control.word_rewriting import with_words
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.job.batch_program import with_words_chosen
 from grind_env.envs.job.program_outline import BlockOutline, JobChoice
 from grind_env.envs.program_episode import ProgramEpisode, Words

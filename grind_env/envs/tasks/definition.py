@@ -28,9 +28,9 @@ from grind_env.errors import GrindError, did_you_mean, listed, quoted, shortened
 from grind_env.html_views import html, presenter
 from grind_env.machine.dress.wheel_body import half_chord
 from grind_env.process.catalogue import Catalogue, entry_name, load_catalogue
-from grind_env.process.corrected import exponents_of
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Quantity, Wheel
+from grind_env.process.force_exponents import exponents_of
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.toml_tables import check, refuse_unknown, wrong

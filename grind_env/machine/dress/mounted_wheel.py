@@ -13,7 +13,7 @@ from grind_env.machine.dress.dress_effect import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.block_change import entries_of
 from grind_env.machine.loops.cycle import dress_lead
-from grind_env.machine.loops.records import OWN_FROM
+from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.process.process import Drive, Moment, Process
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

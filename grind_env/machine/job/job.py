@@ -19,9 +19,9 @@ from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process import toml_tables
-from grind_env.process.corrected import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
+from grind_env.process.force_exponents import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import FORCES, StrokeParameters
@@ -375,7 +375,8 @@ class Job:
         wheel, start = self.setup.wheel, self.wheel
         low, high = wheel.minimum_diameter, wheel.diameter
         if start.diameter is not None and not low <= start.diameter <= high:
-            raise wrong("wheel.diameter", start.diameter, f"from {low:g} to {high:g} mm for {wheel}")
+            legal = f"from {low:g} to {high:g} mm for {wheel} (its new size: setup.wheel_overrides, diameter)"
+            raise wrong("wheel.diameter", start.diameter, legal)
         if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)

@@ -8,7 +8,7 @@ from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.cycle import idle_of
-from grind_env.machine.loops.records import OWN_FROM, read_parameters, read_wheel, write_parameters, write_wheel
+from grind_env.machine.loops.row_io import OWN_FROM, read_parameters, read_wheel, write_parameters, write_wheel
 from grind_env.process.process import Drive, Moment, Process, whole_ms
 
 

@@ -15,7 +15,7 @@ from grind_env.kernel.columns import column_reader
 from grind_env.machine.loops.concurrent_strokes import FEED
 from grind_env.machine.loops.cycle import Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
-from grind_env.machine.loops.records import RULES_FROM
+from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.machine.loops.stroke_loops import LANES
 
 LONGEST_BUCKET = 1024

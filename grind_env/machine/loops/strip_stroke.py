@@ -17,7 +17,7 @@ from grind_env.control.cycle_rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.cycle import PartState, Zone, grown_of
-from grind_env.machine.loops.records import read_zone, write_zone
+from grind_env.machine.loops.row_io import read_zone, write_zone
 from grind_env.machine.loops.table_speed import Pace, at_nodes, paced_of
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.process import Process, whole_ms

@@ -15,7 +15,7 @@ from grind_env.kernel import entry, inlined, runs_alone
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
 from grind_env.machine.loops.cycle import PartState, Stroking, cycle_functions_of, grown_of, measured, stroke_seconds
 from grind_env.machine.loops.cycle_kernels import CycleKernel
-from grind_env.machine.loops.records import (
+from grind_env.machine.loops.row_io import (
     OWN_FROM,
     RULES_FROM,
     read_parameters,

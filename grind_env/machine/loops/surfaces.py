@@ -8,7 +8,7 @@ from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.machine.loops.cycle import PartState, Zone
-from grind_env.machine.loops.records import read_part, read_zone, write_part, write_zone
+from grind_env.machine.loops.row_io import read_part, read_zone, write_part, write_zone
 from grind_env.machine.loops.strip_stroke import (
     Contact,
     Removal,

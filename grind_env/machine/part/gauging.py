@@ -8,7 +8,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.control.cycle_rules import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.machine.loops.records import read_zone
+from grind_env.machine.loops.row_io import read_zone
 from grind_env.machine.loops.strip_stroke import Strips
 from grind_env.machine.loops.stroke_totals import FINISHING_DEPTH
 

@@ -21,8 +21,8 @@ from grind_env.control import Infeed
 from grind_env.control.cycle_rules import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.loops.strip_stroke import IDLE, strips_of
-from grind_env.machine.loops.surface_zones import strip_zones
 from grind_env.machine.loops.table_speed import steady
+from grind_env.machine.loops.zone_layout import strip_zones
 from grind_env.process.state import StrokeParameters, StrokeResult
 
 PLACE_DECIMALS = 6

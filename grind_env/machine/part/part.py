@@ -16,7 +16,7 @@ from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.strip_stroke import Strips
 from grind_env.machine.loops.stroke_totals import NOTHING, count_dress, count_stroke
-from grind_env.machine.loops.surface_zones import strip_centres, strip_zones
+from grind_env.machine.loops.zone_layout import strip_centres, strip_zones
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.groove_cuts import NO_CUT, GrooveCut, Grooves

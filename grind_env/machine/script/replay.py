@@ -15,12 +15,12 @@ from grind_env.machine.loops.concurrent_strokes import FEED, FULL, Feeding, deep
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, CycleKernel
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.records import RULES_FROM, read_part, read_zone, write_stroking
+from grind_env.machine.loops.row_io import RULES_FROM, read_part, read_zone, write_stroking
 from grind_env.machine.loops.stroke_loops import Loops, loops_of, zoned_loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.loops.table_speed import pace_of
-from grind_env.machine.script.arrays import NO_CYCLE, NUMBERS, BlockRow, PlanRow
 from grind_env.machine.script.block_settings import BlockSettings, read_settings
+from grind_env.machine.script.script_tables import NO_CYCLE, NUMBERS, BlockRow, PlanRow
 from grind_env.process.process import Drive, Process
 
 read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)

@@ -22,7 +22,7 @@ from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.event_consumer import EventConsumer
 from grind_env.machine.grind import refuse_unjudged
 from grind_env.machine.job import Job, Station
-from grind_env.machine.loops.surface_zones import strip_centres
+from grind_env.machine.loops.zone_layout import strip_centres
 from grind_env.machine.part.feed_moves import FEED, SOURCES, keeps_across
 from grind_env.machine.part.parts_under_stroke import sweep_of, touched_stations
 from grind_env.machine.script import refusals

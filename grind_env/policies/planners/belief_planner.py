@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array, Table
 from grind_env.belief.wheel_belief import WheelBelief
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
-from grind_env.envs.history import History
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.kind_tables import KindRow
+from grind_env.envs.shop_history import History
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.machine.loops.stroke_totals import Tally

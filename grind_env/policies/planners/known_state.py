@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Array
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.policies.choices import Decision, all_choices, check_speeds, nearest_speed

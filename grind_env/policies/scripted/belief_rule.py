@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.wheel_belief import WheelBelief
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision

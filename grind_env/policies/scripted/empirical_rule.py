@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array, Numbers
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task

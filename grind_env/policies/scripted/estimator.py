@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.envs.branches import coming_kinds
+from grind_env.envs.block_rollouts import coming_kinds
 from grind_env.envs.simulation import Simulation
 from grind_env.kernel import entry, log
 from grind_env.kernel.columns import column_reader, column_writer

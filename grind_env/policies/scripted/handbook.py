@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.envs.branches import coming_kinds
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.block_rollouts import coming_kinds
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
-from grind_env.envs.history import History
+from grind_env.envs.shop_history import History
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, cheapest_choice

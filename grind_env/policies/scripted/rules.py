@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, check_speeds, nearest_speed

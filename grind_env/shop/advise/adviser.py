@@ -3,9 +3,9 @@
 import copy
 from dataclasses import dataclass, replace
 
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.measured_episode import MeasuredEpisode
 from grind_env.envs.job.program_outline import INCH, JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job

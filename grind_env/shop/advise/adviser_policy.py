@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.forecast_alarms import Watch

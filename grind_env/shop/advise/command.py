@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.job_file import job_beside
@@ -17,13 +17,13 @@ from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.policy_lookup import agent_of
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import AdviceError, Adviser, policy_for
-from grind_env.shop.advise.macro_variables import check_free, check_variables
 from grind_env.shop.advise.operator_readings import MachineReadings
 from grind_env.shop.advise.reading_sources import CsvSource, JsonLines, Prompt, ReadingSource
 from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from grind_env.shop.advise.session import Files, Session, as_data, lines_of
 from grind_env.shop.advise.shadow_mode import Shadow
 from grind_env.shop.advise.state import origin_of
+from grind_env.shop.advise.variables_file import check_free, check_variables
 
 BLOCK, PART = "block", "part"
 

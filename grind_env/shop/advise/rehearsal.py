@@ -8,8 +8,8 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.operator_readings import MachineReadings
 

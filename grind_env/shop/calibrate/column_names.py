@@ -96,7 +96,7 @@ def find_columns(sheet: Sheet, table: str, map_: Map, *needed: Sequence[str]) ->
         if not any(name in found for name in group):
             raise CalibrationError(
                 f"{shown(sheet.path)} has no column of the {' or '.join(group)} among {names}; say which it "
-                f"is with a map: [{table}] {group[0]} = ..."
+                f"is with a map, [{table}] {group[0]} = ..., or add a column"
             )
     sheet.remarks.extend(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in found.items())
     others = [quoted(each.name) for column, each in enumerate(sheet.headings) if column not in found.values()]

@@ -1,4 +1,4 @@
-"""`grind` commands for a user's programs, jobs and logs, a module for each; `start.py` has the first ones."""
+"""`grind` commands for a user's programs, jobs and logs, a module for each; `setup_commands.py` has the first ones."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ from grind_env.shop.commands.advise import advise
 from grind_env.shop.commands.calibrate import calibrate
 from grind_env.shop.commands.optimise import optimise
 from grind_env.shop.commands.report import report
-from grind_env.shop.commands.start import catalogue, doctor, init, job, warm_up
+from grind_env.shop.commands.setup_commands import catalogue, doctor, init, job, warm_up
 from grind_env.shop.commands.sweep import sweep
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {

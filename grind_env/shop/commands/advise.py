@@ -13,11 +13,11 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, Ot
 def advise(
     program: ProgramFile,
     job: JobFile = None,
-    policy: Annotated[str | None, typer.Option(help="Policy, E12000D0 or agent file; default adviser."), FILE] = None,
+    policy: Annotated[str | None, typer.Option(help="E12000D0, policy or agent file; default adviser."), FILE] = None,
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,
-    rows: Annotated[str, typer.Option(help="Each row of readings is a block or a part.")] = "block",
+    rows: Annotated[str, typer.Option(help="What a row of readings describes: block or part.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="Readings (.csv), a row a block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of the file.")] = False,
     plant: Plant = None,
@@ -32,20 +32,16 @@ def advise(
         Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
     max_step: Annotated[float, typer.Option(help="Largest rise of E, a factor.")] = 1.25,
-    bounds: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E, mm/min.")
-    ] = None,
-    shadow: Annotated[
-        bool, typer.Option("--shadow", help="You decide E and D; compare forecasts with readings.")
-    ] = False,
+    bounds: Annotated[tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min.")] = None,
+    shadow: Annotated[bool, typer.Option("--shadow", help="You decide; compare forecasts with readings.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Start a new session.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON objects, one a line.")] = False,
 ) -> None:
     """Recommend E and D of the next block from measurements.
 
-    Readings, all optional. Of a block: mean_power, first_power, peak_power (W above idle), E (mm/min), D. Of a part:
-    size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. A stopped session resumes.
+    Readings (docs/howto/shop.md): of a block peak_power, mean_power, first_power (W above idle), E (mm/min), D;
+    of a part size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel. Sessions resume.
     """
     from grind_env.control.command_options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse

@@ -12,7 +12,7 @@ BATCH = 30
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program (.nc)."), PROGRAM]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; default PROGRAM with .toml."), JOB]
-Runs = Annotated[int, typer.Option(min=1, max=1000, help="Parts in a batch.")]
+Runs = Annotated[int, typer.Option(min=1, max=1000, help="Parts in your batches.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write a report to this .html file."), Writes()]
 PlotFile = Annotated[
     Path | None, typer.Option("--plot", help="Write a figure to this .png, .svg or .pdf file."), Writes()
@@ -21,7 +21,7 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write a table for s
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-MaxBlocks = Annotated[int | None, typer.Option(help="Stop after so many blocks and strokes; default 500000.")]
+MaxBlocks = Annotated[int | None, typer.Option(help="Most blocks and strokes of a run; default 500000.")]
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
 Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")]
 FirstVariables = Annotated[

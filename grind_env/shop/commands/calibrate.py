@@ -16,22 +16,14 @@ NOT_TO_USE = 3
 
 def calibrate(
     job: Annotated[Path, typer.Option(help="Job file (.toml)."), JOB],
-    log: Annotated[
-        Path | None, typer.Argument(metavar="[LOG]", help="Log of spindle power, or table of settings (.csv)."), FILE
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the fitted catalogue to this .toml file."), Writes()
-    ] = None,
-    program: Annotated[
-        Path | None, typer.Option(help="Program that was logged; without it LOG is a table."), PROGRAM
-    ] = None,
-    gauge: Annotated[Path | None, typer.Option(help="Measurements of parts, a row each (.csv)."), FILE] = None,
+    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="Power log, or table of settings."), FILE] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the fitted catalogue."), Writes()] = None,
+    program: Annotated[Path | None, typer.Option(help="Logged program; without it LOG is a table."), PROGRAM] = None,
+    gauge: Annotated[Path | None, typer.Option(help="Ra, size, burn, a row each logged part."), FILE] = None,
     map_file: Annotated[Path | None, typer.Option("--columns", help="Names of the columns (.toml)."), FILE] = None,
-    names: Annotated[str, typer.Option("--fit", help="Constants to fit, separated by commas.")] = "auto",
+    names: Annotated[str, typer.Option("--fit", help="Constants to fit: chip_energy,wheel.roughness.")] = "auto",
     force: Annotated[bool, typer.Option("--force", help="Write it even if the old catalogue is better.")] = False,
-    plan: Annotated[
-        Path | None, typer.Option(help="Write a test program, made of --program, to this file."), Writes()
-    ] = None,
+    plan: Annotated[Path | None, typer.Option(help="Write a test program, made of --program."), Writes()] = None,
     report: ReportFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -51,7 +43,7 @@ def calibrate(
         print(python_api.plan(_given(program, "--program, the program of which a plan is made"), job, plan))
     if plan is not None and log is None:
         return
-    log = _given(log, "LOG, the log or table")
+    log = _given(log, "LOG, a log of the power or a table of settings")
     prepare_report(report)
     constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:

@@ -19,9 +19,11 @@ NOT_BETTER, INFEASIBLE = 3, 4
 def optimise(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
-    vary: Annotated[str | None, typer.Option(help="E,D,interval (default), J,L,lead,depth,passes.")] = None,
-    bounds: Annotated[list[str] | None, typer.Option(help="Ranges, E in mm/min: E=5000..25000,interval=1..8.")] = None,
-    margin: Annotated[list[str] | None, typer.Option(help="Share of each limit to use: power=.85; default 1.")] = None,
+    vary: Annotated[str | None, typer.Option(help="Which of E,D,interval (default),J,L,lead,depth,passes.")] = None,
+    bounds: Annotated[
+        list[str] | None, typer.Option(help="Ranges, mm/min and runs: E=5000..9000,interval=1..8")
+    ] = None,
+    margin: Annotated[list[str] | None, typer.Option(help="Usable share of a limit: power=.85; default 1.")] = None,
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
     untried: arguments.Untried = False,
     fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
@@ -32,9 +34,7 @@ def optimise(
     seed: arguments.Seed = 1,
     variables: arguments.FirstVariables = None,
     plant: arguments.Plant = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the better program to this file."), Writes()
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the better program."), Writes()] = None,
     plot: arguments.PlotFile = None,
     csv: arguments.CsvFile = None,
     report: arguments.ReportFile = None,

@@ -17,18 +17,14 @@ def sweep(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
     speed: Annotated[
-        str | None, typer.Option("--E", help="E range of first block, mm/min; default: half to twice its E.")
+        str | None, typer.Option("--E", help="E of block 1, mm/min, others in ratio; default half to twice its E.")
     ] = None,
-    every: Annotated[
-        str | None, typer.Option("--dress-every", help="Range of parts from dress to dress; default 1..20.")
-    ] = None,
+    every: Annotated[str | None, typer.Option("--dress-every", help="Parts between dresses; default 1..20.")] = None,
     lead: Annotated[str | None, typer.Option(help="Dress lead, mm a revolution: .05..0.2.")] = None,
     depth: Annotated[str | None, typer.Option(help="Dress depth, mm a pass: .005..0.03.")] = None,
     parts: arguments.Runs = 50,
     seed: arguments.Seed = 1,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the cheapest program to this file."), Writes()
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the cheapest program."), Writes()] = None,
     variables: arguments.FirstVariables = None,
     untried: arguments.Untried = False,
     plot: arguments.PlotFile = None,

@@ -203,7 +203,9 @@ def read_sheet(path: Path) -> Sheet:
     if first is None:
         raise SheetError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
     named = [
-        k for k in range(first) if sum(map(bool, records[k].cells)) > 1 and not any(map(_is_value, records[k].cells))
+        k
+        for k in range(first)
+        if sum(map(bool, records[k].cells)) >= min(columns, 2) and not any(map(_is_value, records[k].cells))
     ]
     if not named:
         return _sheet(path, [Heading(f"column {k + 1}", "") for k in range(columns)], records[first:], separator)
@@ -301,12 +303,22 @@ def _layout(path: Path, text: str) -> tuple[str, int]:
             )
         values = [_is_value(cell) or is_missing(cell) for cells in rows for cell in cells]
         layouts.append((sum(values) / len(values), separator, columns))
+    if _is_one_column(head, looked, {separator for _, separator, _ in layouts}):
+        return "\t", 1
     if not layouts:
         raise SheetError(
             f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in "
             "all rows"
         )
     return max(layouts, key=lambda layout: layout[0])[1:]
+
+
+def _is_one_column(head: Sequence[str], looked: Sequence[str], separators: Collection[str]) -> bool:
+    """Return whether lines that `separators` could divide are numbers; if by ',', only under a heading with a unit."""
+    numbers = all(_is_value(line.strip()) or is_missing(line.strip()) for line in looked)
+    heading = next((line for line in reversed(head) if line.strip() and not _is_value(line.strip())), ",")
+    has_unit = "," not in heading and _heading(heading, "").unit != ""
+    return numbers and (not separators or (has_unit and {*separators} == {","}))
 
 
 def _rows_of(lines: Sequence[Any]) -> Sequence[Any]:

@@ -14,7 +14,7 @@ from grind_env.control.block_words import Word
 from grind_env.control.motion_paths import AXES
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.program_text import SourceText
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.dress.dress_effect import STEP, DressProgramError, DressRun, run_dress

@@ -292,15 +292,14 @@ def machine_remarks(fleet: Fleet | None) -> list[str]:
 
 def unpriced_remarks(names: Sequence[str]) -> list[str]:
     """Return a remark if there was no time to find the cost of some limits."""
-    said = ", ".join(names)
-    return [f"no time to find what the limit of {said} costs: raise --budget"] if said else []
+    return [f"no time to find what the limit of {', '.join(names)} costs: raise --budget"] if names else []
 
 
 def ranking_remarks(judged: int, kept: bool, unjudged: int) -> list[str]:
     """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
-    ranked, end = ("before it", "") if kept else ("next", ", too")
-    missed = f"the {judged - 1} ranked {ranked} broke a limit or an option on unseen lots{end}"
-    said = [missed] if judged > 1 else []
+    ranked, too = ("before it", "") if kept else ("next", ", too")
+    which = f"the {judged - 1} programs ranked {ranked} on lots of the search"
+    said = [f"{which} missed a limit, a constraint or the permitted risk on unseen lots{too}"] if judged > 1 else []
     if unjudged and not kept:
         said.append(f"the budget ended before {unjudged} more programs were judged: raise --budget")
     return said

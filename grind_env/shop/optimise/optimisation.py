@@ -15,6 +15,7 @@ from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.machine.script.block_settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.plant_names import MODEL
+from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.candidate_ranking import costs_of_limits, job_without, rank_finalists
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
@@ -158,6 +159,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         after=text.text if verdict.is_written else variation.text.text,
         data=text.bytes() if verdict.is_written else variation.text.bytes(),
         parts=variation.runs,
+        counted=DressInterval.counting(base.simulation.parts // variation.runs),
         lots=base.lots,
         seed=variation.seed,
         evaluations=len(search.costs),

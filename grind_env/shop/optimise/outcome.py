@@ -188,7 +188,8 @@ class Optimised:
         before: text of the program.
         after: text with the new words; the old text if none is better.
         data: file content of `after`.
-        parts: parts of a batch.
+        parts: runs of the program in a batch.
+        counted: unit of a run: "part", or "run" if it grinds several parts.
         lots: number of unseen lots of the judgement; 1 if the job states how each part differs.
         seed: seed of all random numbers.
         evaluations: programs that were tried in the search.
@@ -216,6 +217,7 @@ class Optimised:
     after: str
     data: bytes
     parts: int
+    counted: str
     lots: int
     seed: int
     evaluations: int

@@ -25,7 +25,7 @@ NAMES = {
     "power": "power, kW",
     "rise": "rise, K",
     "highest_rise": "highest rise, K",
-    "size_error": "size err., µm",
+    "size_error": "abs. size err., µm",
     "scrap": "scrap, %",
 }
 DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise": 0, "size_error": 2, "scrap": 2}
@@ -40,7 +40,8 @@ def heading(found: Optimised) -> str:
     """Return the heading: subject, lots and machines of the judgement."""
     known = "not calibrated" if found.calibration is None else "calibrated"
     where = f", judged on {printable(found.plant)}" if found.plant else ""
-    return f"{found.program}, {known}, batches of {found.parts} runs, {lots_text(found.lots, 'unseen lots')}{where}"
+    lots = lots_text(found.lots, "unseen lots")
+    return f"{found.program}, {known}, batches of {found.parts} {found.counted}s, {lots}{where}"
 
 
 def print_result(console: "Console", tables: Iterable[Table], sentences: Iterable[str]) -> None:
@@ -137,7 +138,7 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
         texts = [name, *sides, "", *(f"{value:.{digits}f}" for value in each.expected)]
         rows.append([*map(Cell, texts)])
         rows[-1][3] = Cell(f"{change:+.{digits}f}", kind)
-    headings = ("of a part", "before", after, f"change ({covered(found)})", "grind run", after)
+    headings = ("of a part", "before", after, f"change ({covered(found)})", "one run: before", after)
     return table_of(headings, rows, left=1)
 
 
@@ -212,7 +213,7 @@ def binding(limit: LimitUse) -> str:
 def draw_optimised(found: Optimised) -> "Figure":
     """Draw the graph `trade`."""
     figure = new_figure(6.4, 4.6)
-    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
+    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} {found.counted}s").set_parse_math(False)
     draw_graph(figure.subplots(), trade(found))
     return figure
 

@@ -15,8 +15,8 @@ from grind_env.control.motion_paths import INTEGRANDS
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.program_text import SourceText
 from grind_env.envs.job.batch_program import jumps
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import listed
 from grind_env.machine.dress.dress_effect import DEEPEST_INFEED
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs, read
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.machine.script.repeated_script import SAMPLE_RUNS, is_straight
-from grind_env.shop.optimise.interval_counter import Counting, counting_of
+from grind_env.shop.optimise.counter_writer import Counting, counting_of
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, join_equal

@@ -76,9 +76,8 @@ def _verdict(found: Optimised) -> "Markup":
 
 def _quantities(found: Optimised, after: str) -> "Markup":
     caption = (
-        f"Means over batches of {found.parts} runs on {lots_text(found.lots, 'unseen lots')}, with the interval in "
-        f"which one machine lies with {covered(found)}; the change is of the same ones. The columns of grind run are "
-        "of the expected lot."
+        f"Means over batches of {found.parts} {found.counted}s on {lots_text(found.lots, 'unseen lots')}, with the "
+        f"{covered(found)} interval for one machine. The columns of one run are as grind run prints."
     )
     return document.table(quantity_table(found, after, whole=True), caption)
 
@@ -139,7 +138,7 @@ def _rests_on(found: Optimised) -> list[str]:
     tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_text(found.lots, "unseen lots")
     return [
         f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
-        f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
-        "wheel carries over.",
+        f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} {found.counted}s, in "
+        "which the wheel carries over.",
         f"Intervals are what one machine comes to with {covered(found)}: {known}",
     ]

@@ -60,7 +60,7 @@ def draw_sweep(found: Sweep) -> "Figure":
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator
 
-    title = f"{found.program}: $ a part, batches of {found.parts} runs, {lots_text(found.lots)}"
+    title = f"{found.program}: $ a part, batches of {found.parts} {found.counted}s, {lots_text(found.lots)}"
     figure.suptitle(title).set_parse_math(False)
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for panel, upper, lower in zip(panels, grid[0], grid[1], strict=True):

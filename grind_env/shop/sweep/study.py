@@ -119,7 +119,7 @@ class Sweep:
 
     Attributes:
         program: name of the program.
-        parts: parts of a batch.
+        parts: runs of the program in a batch.
         lots: number of lots of every point.
         counted: unit of a run: "part", or "run" if it grinds several parts.
         own: point of the unchanged program.
@@ -303,11 +303,7 @@ class _Study:
     def best_of(
         self, points: list[SweepPoint], settings: Sequence[_Setting], rivals: Sequence[SweepPoint]
     ) -> list[SweepPoint]:
-        """Return the points, with the higher shares and risk of those that were judged here.
-
-        The cheapest one is judged until it keeps the limits here, too: the cheapest of many points owes a part of its
-        low cost to its lots.
-        """
+        """Return the points, judged here from the cheapest on until one keeps the limits, for its cost may be luck."""
         judged = set[int]()
         while (best := cheapest([*rivals, *points])) in points and (k := points.index(best)) not in judged:
             (again,) = self.points("new lots", [settings[k]])

@@ -37,7 +37,7 @@ COLUMNS = {
         unit="K",
         right=True,
     ),
-    "size_error": Column("size", "size_error", ".1f", "µm", right=True),
+    "size_error": Column("abs.\nsize", "size_error", ".1f", "µm", right=True),
     "scrap": Column("scrap", "scrap", ".1f", "%", right=True, factor=100.0),
     "limits": Column("limits", _limits, right=True),
 }
@@ -79,7 +79,7 @@ def sentences(found: Sweep) -> list[str]:
             valley = f"intervals of {first} to {last}" if first != last else "no other"
             said.append(
                 f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
-                f"{point.cost.value:.3f} $ a part; at most 2 % dearer: {valley}"
+                f"{point.cost.value:.3f} $ a part; {valley} within 2 %"
             )
     for name, point in found.refused.items():
         cost, share = f"{_settings(point, found)} would cost {point.cost.value:.3f} $", point.of_limits[name]
@@ -96,8 +96,8 @@ def sentences(found: Sweep) -> list[str]:
     saved = found.own.cost.value - best.cost.value
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
-        f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} runs; "
-        "points that seemed cheapest were also judged on new lots"
+        f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} "
+        f"{found.counted}s (--parts); points that seemed cheapest were also judged on new lots"
     )
     return said
 

@@ -14,7 +14,7 @@ from agents.provenance import provenance
 from agents.result_tables import csv_of
 from agents.tuning.search import BestPoint, refine
 from grind_env.arrays import Array
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
 from grind_env.output_files import FileKind

@@ -22,9 +22,9 @@ from grind_env.files import read_bytes, read_text, shown, write_atomically
 from grind_env.kernel.random import WORD
 from grind_env.plants.plant_names import MODEL, modules_of
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.guard import Guarded
+from grind_env.policies.forecast_guard import Guarded
 from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import OWN, named_policy
 from grind_env.policies.problem import Problem, find_problem

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
+from agents.benchmark.agent_files import from_file
 from agents.benchmark.plan import AT, HELD_OUT, BenchmarkCell, Request
 from agents.benchmark.policy_effort import decision_ms, model_of, tuned_on
 from agents.benchmark.results import Result, result_of
-from agents.benchmark.trained import from_file
 from agents.evaluation_cache import CHUNK, cached_evaluation
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import make_policy
@@ -60,7 +60,7 @@ def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, dict[str, A
 def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, dict[str, Any]]:
     """Return an agent, with the facts of its training."""
     # torch takes seconds to import
-    from agents.benchmark.agents import agent_of, training_of
+    from agents.benchmark.agent_training import agent_of, training_of
 
     path = agent_of(cell, request)
     steps, split, seconds, curve = training_of(path)

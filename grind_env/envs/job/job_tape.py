@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.belief.hidden_state import FACTORS
+from grind_env.belief.filter_quantities import FACTORS
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.disturbances import Disturbances
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import DrawnKind, Sigmas, TapeRow
 from grind_env.envs.splits import Draws, draws_of
 from grind_env.machine.job import JobError, Lots, PartConditions

@@ -17,7 +17,7 @@ from grind_env.machine.axes import plunge_axis
 from grind_env.machine.job import Job, Part
 from grind_env.machine.loops.concurrent_strokes import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
-from grind_env.machine.loops.surface_zones import EDGES, strip_centres, strip_zones, zones_of
+from grind_env.machine.loops.zone_layout import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feed_moves import FEED
 from grind_env.machine.script.block_settings import BlockSettings, own_settings
 from grind_env.machine.script.script import Script

@@ -125,5 +125,5 @@ def _reference(table: Mapping[str, Any]) -> Reference:
 def write_text(references: Mapping[str, Reference]) -> str:
     """Return the text of a file of reference scores."""
     tables = {name: {VERSION: TASK_VERSION, **asdict(each)} for name, each in sorted(references.items())}
-    heading = f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py."
+    heading = f"{HEADING}, written by `python -m agents scores`; see grind_env/score_scale.py."
     return f"{heading}\n# Returns are of one episode: mean and standard error.\n\n{toml_text(tables)}\n"

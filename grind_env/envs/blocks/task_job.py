@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.belief.hidden_state import FACTORS
+from grind_env.belief.filter_quantities import FACTORS
 from grind_env.control import ProgramEnd, ProgramStop, execute, read
 from grind_env.control.cycles import RULES
-from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, dress_program, number, start_of
+from grind_env.envs.blocks.task_program import DRESS_PROGRAM, CycleBlock, approach, dress_program, number, start_of
 from grind_env.envs.noise_tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import Kind, Task, TaskError
 from grind_env.errors import quoted

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.belief.filter import adjust, learn
-from grind_env.belief.hidden_state import Belief, Hidden, Signals
+from grind_env.belief.ensemble_filter import adjust, learn
+from grind_env.belief.filter_quantities import Belief, Hidden, Signals
 from grind_env.belief.wheel_belief import BeliefError, WheelBelief, hypercube
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.filter_members import MemberModel

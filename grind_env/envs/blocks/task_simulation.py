@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grind_env.envs.blocks.script import task_script
-from grind_env.envs.blocks.writer import TaskWriter
-from grind_env.envs.branches import BlockBranches
+from grind_env.envs.block_rollouts import BlockBranches
+from grind_env.envs.blocks.task_script import task_script
+from grind_env.envs.blocks.task_writer import TaskWriter
 from grind_env.envs.contexts import without_effect
 from grind_env.envs.cost import shop_row
 from grind_env.envs.episode_generator import EpisodeGenerator
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.episode_viewer import TaskViewer, Viewer
-from grind_env.envs.episodes import Episodes
 from grind_env.envs.kind_tables import kind_table
 from grind_env.envs.observations import constant_readings, readings, scaling
 from grind_env.envs.program_writer import ProgramWriter
@@ -21,7 +21,7 @@ from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import Scratch, Tables
 from grind_env.machine.loops.concurrent_strokes import Feeding
-from grind_env.machine.loops.records import RULES_FROM
+from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.process.gauge_readings import Gauge
 from grind_env.process.process import PROCESS, Process
 

@@ -14,7 +14,7 @@ from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.process.corrected import CORRECTED, exponents_of
+from grind_env.process.force_exponents import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
 from tests.machine.harness import drawn_machines

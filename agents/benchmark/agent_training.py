@@ -12,22 +12,22 @@ from typing import Any, NamedTuple
 from safetensors import safe_open
 
 from agents import train_sb3
+from agents.benchmark.agent_files import ZIP
 from agents.benchmark.plan import LIMIT, PLAIN, PUBLIC, RECIPE, ROBUST, BenchmarkCell, Request
-from agents.benchmark.trained import ZIP
 from agents.evaluation_cache import RUNS, bare, sources
 from agents.provenance import commit, installed
 from agents.study import of_problem
 from grind_env.envs.splits import EVERY
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
-from grind_env.policies.model_view import machines_name, model_of, on, without_plant
+from grind_env.policies.nominal_model import machines_name, model_of, on, without_plant
 from grind_env.policies.problem import Problem
 from grind_env.policies.scoring import evaluate
-from grind_env.scores import find_reference
+from grind_env.score_scale import find_reference
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings, form_of, policy_of, shown
 
 LIBRARIES = ("torch", "numpy")
-BESIDE = ("grind_env.envs.normalisation", "grind_env.policies.learned.agent_spaces")
+BESIDE = ("grind_env.envs.learning_scales", "grind_env.policies.learned.agent_spaces")
 """Further modules that decide the result of a training; modules for the output of `gru_ppo` do not."""
 POINTS, CURVE_EPISODES = 16, 64
 """Number of points of a learning curve, and number of validation episodes per point."""

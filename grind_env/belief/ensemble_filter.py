@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.belief.hidden_state import (
+from grind_env.belief.filter_quantities import (
     LOT,
     WHEEL,
     Belief,
@@ -19,10 +19,10 @@ from grind_env.belief.hidden_state import (
     read_signals,
     write_belief,
 )
-from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.kernel import entry, exp, inlined, log
 from grind_env.machine.loops.cycle import dress_lead
-from grind_env.machine.loops.records import read_parameters, read_tally, read_wheel, write_wheel
+from grind_env.machine.loops.row_io import read_parameters, read_tally, read_wheel, write_wheel
 from grind_env.machine.loops.stroke_totals import mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, survival
 from grind_env.process.state import StrokeParameters, WheelState

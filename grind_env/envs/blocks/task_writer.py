@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from grind_env.control import Motion, Programs, Source, execute, read
-from grind_env.envs.blocks.job import conditions, job_of
-from grind_env.envs.blocks.program import REQUEST, CycleBlock, block_text, program_of
-from grind_env.envs.episodes import Episodes
-from grind_env.envs.history import History
+from grind_env.envs.blocks.task_job import conditions, job_of
+from grind_env.envs.blocks.task_program import REQUEST, CycleBlock, block_text, program_of
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.program_writer import ProgramWriter, Written
+from grind_env.envs.shop_history import History
 from grind_env.envs.tasks import Task
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart

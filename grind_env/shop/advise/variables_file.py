@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline, JobChoice
-from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.files import write_atomically
 from grind_env.machine.part.feed_moves import speed_word

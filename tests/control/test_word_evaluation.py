@@ -10,7 +10,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.macro_variables import Foreseen, Variables
 from grind_env.control.numbers import NumberFormat
 from grind_env.control.program_reader import read
-from grind_env.control.word_expressions import evaluated
+from grind_env.control.word_evaluation import evaluated
 
 VARIABLES = Variables({1: 2.0, 2: 0.1, 3: 0.2, 4: 1e-7, 12: -3.5, 100: 84.1}, Foreseen())
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.benchmark.agents import plain_agent
+from agents.benchmark.agent_training import plain_agent
 from agents.evaluation_cache import RUNS, sources
 from grind_env.arrays import Table
 from grind_env.envs.cost import Outcome

@@ -6,14 +6,14 @@ import numpy as np
 
 from grind_env.arrays import Table
 from grind_env.control import CycleAhead, CycleStart, Motion, execute, read
-from grind_env.envs.blocks.job import job_of
-from grind_env.envs.blocks.program import CycleBlock, program_of
+from grind_env.envs.blocks.task_job import job_of
+from grind_env.envs.blocks.task_program import CycleBlock, program_of
 from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.tasks import Kind, Task
-from grind_env.machine.script.arrays import BlockRow, ScriptTables, is_covered, tables_of
 from grind_env.machine.script.block_settings import DRESS_PASSES, OWN_WORDS
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.script_block import RestTimes, ScriptBlock
+from grind_env.machine.script.script_tables import BlockRow, ScriptTables, is_covered, tables_of
 
 
 def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:

@@ -14,11 +14,11 @@ import pytest
 import grind_env
 from grind_env.dataclass_json import FormError
 from grind_env.errors import GrindError
-from grind_env.policies import row_files
+from grind_env.policies import result_rows
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.policy_lookup import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.row_files import SubmittedRow, fresh_seeds, read_rows, row_of, track_row, verify, write_rows
+from grind_env.policies.result_rows import SubmittedRow, fresh_seeds, read_rows, row_of, track_row, verify, write_rows
 from grind_env.policies.statistics import prediction
 from grind_env.policies.track import run_shifts
 from tests.command import Grind
@@ -207,7 +207,7 @@ CHEAT = """
 import gc, sys
 import numpy as np
 from grind_env.policies.choices import Decision
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 
 class Cheat:
     name = "cheat"
@@ -258,9 +258,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
             cheat.sees = "state"
         run_seeds(cheat, simulation, seeds)
     monkeypatch.chdir(tmp_path)
-    honest = replace(
-        plates_row("E7000D1", 4), policy="my_cheat:Cheat", sha256=row_files.digest(tmp_path / "my_cheat.py")
-    )
+    honest = replace(plates_row("E7000D1", 4), policy="my_cheat:Cheat", sha256=result_rows.digest(Path("my_cheat.py")))
     assert verify(honest, "my_cheat:Cheat", seed=SEED)[0]
 
 
@@ -277,7 +275,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     """It dresses well where the first observation is one of the row's episodes, and not at all elsewhere."""
     (tmp_path / "knows.py").write_text(KNOWS)
     monkeypatch.chdir(tmp_path)
-    row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=row_files.digest(tmp_path / "knows.py"))
+    row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=result_rows.digest(tmp_path / "knows.py"))
     write_rows(tmp_path / "row.json", [row])
     assert grind("verify", "row.json", "--policy", "knows:Knows")[0] == 0
     status, out, _ = grind("verify", "row.json", "--policy", "knows:Knows", "--seed", SEED)
@@ -321,8 +319,8 @@ def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
 ) -> None:
     monkeypatch.chdir(own)
     machines = ("public:1", "public:2", "public:3")
-    monkeypatch.setattr(row_files, "MACHINES", machines)
-    monkeypatch.setattr(row_files, "BASELINE", "E7000D1")
+    monkeypatch.setattr(result_rows, "MACHINES", machines)
+    monkeypatch.setattr(result_rows, "BASELINE", "E7000D1")
 
     def block_costs(name: str) -> np.ndarray:
         made = [(named_policy(name, PLATES.simulation(), modules=True), plant) for plant in machines]
@@ -342,8 +340,8 @@ def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
 
 def test_a_row_of_the_track_compares_the_summed_costs_and_has_all_machines() -> None:
     both = np.array([[2.0, 3.0, 4.0], [4.0, 3.0, 5.0]])
-    assert row_files._compared(both).mean() == pytest.approx(9.0 / 12.0) and row_files._compared(both[:1]).mean() == 3.0
+    assert result_rows._compared(both).mean() == pytest.approx(0.75) and result_rows._compared(both[:1]).mean() == 3.0
     # a policy that costs as much as the other on every machine is predicted exactly
-    assert prediction(row_files._compared(both[[0, 0]] * [[0.9], [1.0]]), 5) == pytest.approx((0.9, 0.9, 0.9))
+    assert prediction(result_rows._compared(both[[0, 0]] * [[0.9], [1.0]]), 5) == pytest.approx((0.9, 0.9, 0.9))
     with pytest.raises(FormError, match="a row of the track is of grind/PowerLimited-v0 and has costs of 20 machines"):
         track_row("E7000D1", both[0], both[1])

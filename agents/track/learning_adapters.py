@@ -6,17 +6,17 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.benchmark.agents import plain_agent
+from agents.benchmark.agent_training import plain_agent
 from agents.track.model_fit import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.plants.plant_names import TRAINING
 from grind_env.policies.choices import Decision
-from grind_env.policies.guard import guarded
+from grind_env.policies.forecast_guard import guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.model_view import on
+from grind_env.policies.nominal_model import on
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.policy_lookup import named_policy, trained_file
 from grind_env.policies.problem import find_problem

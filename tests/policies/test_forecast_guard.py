@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from grind_env.belief.wheel_belief import Forecast
-from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.tasks import load_task
 from grind_env.policies import guarded
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, roll_out, run_seeds, start_episodes
 from grind_env.policies.forecast_alarms import Watch
-from grind_env.policies.guard import Guarded
+from grind_env.policies.forecast_guard import Guarded
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ConfigError
