@@ -19,12 +19,12 @@ from grind_env.kernel.compile_process import Background
 PACKAGE = Path(grind_env.__file__).parent
 TOY = """
 import os, sys, time
-from grind_env.kernel import entry, tiers
+from grind_env.kernel import dispatch, entry
 from grind_env.kernel.compile_process import Background
 from numba.core.registry import CPUDispatcher
 from toy_parts import scaled
 
-tiers.CACHE_CHECK_SECONDS = 0.001
+dispatch.CACHE_CHECK_SECONDS = 0.001
 kernel, said = scaled(3.0), None
 plain = kernel(2.0)
 end = time.monotonic() + 60.0

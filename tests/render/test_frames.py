@@ -152,13 +152,13 @@ DRAWING = ("PIL", "tkinter", "pygame", "matplotlib")
 import gymnasium as gym
 import grind_env
 from grind_env.errors import GrindError
-from grind_env.envs import view as episode
-from grind_env.render import ansi, frames
+from grind_env.envs import episode_viewer as episode
+from grind_env.render import frames, terminal_view
 env = gym.make("grind/Oracle6-v0")
 env.reset(seed=0)
 simulation, episodes = env.unwrapped.simulation, env.unwrapped.episodes
 view = env.unwrapped.simulation.viewer.view(episodes, 0, [], [])
-ansi.panel(view)
+terminal_view.panel(view)
 print([name for name in DRAWING if name in sys.modules])
 try:
     frames.render(view)
