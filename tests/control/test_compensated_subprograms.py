@@ -45,7 +45,7 @@ def framed(contour: list[tuple[str, int, int, int]], plane: str, side: str) -> t
 
 @examples(150)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3), st.data())
-def test_a_contour_in_subprograms(
+def test_a_contour_split_into_subprograms_gives_the_same_path(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int, data: st.DataObject
 ) -> None:
     """The cut leaves blocks on both sides, or M99, M99 and M98 in a row would be more than compensation survives."""
@@ -60,7 +60,7 @@ def test_a_contour_in_subprograms(
 
 @examples(100)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3))
-def test_m99_in_the_block_of_the_last_motion(
+def test_m99_in_the_last_motion_block_gives_the_same_path(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int
 ) -> None:
     """Blocks behind the M99 are never executed, so they must not be what the last motion is joined to."""
@@ -72,7 +72,7 @@ def test_m99_in_the_block_of_the_last_motion(
     assert path(shared, 1.0) == path(own, 1.0)
 
 
-def test_a_restart_by_m99_leads_to_the_work_system_that_the_program_sets_first() -> None:
+def test_a_g92_after_an_m99_restart_makes_the_last_motion_the_exit_move() -> None:
     """The G92 after the restart makes the motion in the block of the M99 the exit move (lathe 21-51)."""
     blocks = ["G19 G91 F60.", "G92 Y48.57", "G42 Y5.", "Z-26.", "{} Y13. Z-39. {}"]
     arc = "\n".join(blocks).format("M99 G03", "R25.")

@@ -206,13 +206,13 @@ def test_g40_may_stand_before_the_exit_move(exit_: str) -> None:
     assert path(E1.replace("G40 Z60 X30", exit_)) == path(E1)
 
 
-def test_the_control_leaves_by_itself_when_no_exit_move_comes() -> None:
+def test_the_control_ends_compensation_by_itself_without_an_exit_move() -> None:
     moves = motions(E1.replace("G40 Z60 X30", "G40; M08; M09; M08; Z60 X30"), radius=2.0)
     assert close([(m.end[2], m.end[0]) for m in moves[-3:]], [(50, 22), (50, 20), (60, 30)])
     assert [move.end for move in generated(moves)] == [pytest.approx((20, 0, 50))]
 
 
-def test_the_program_ends_without_a_further_move() -> None:
+def test_compensation_at_the_program_end_adds_no_move() -> None:
     assert close(path("G41 G01 Z10 F100; Z30; M30"), [(10, 2), (30, 2)])
 
 
@@ -227,7 +227,7 @@ def test_g28_is_an_exit_move() -> None:
     assert close(found, [(10, 2), (30, 2), (40, 10), (60, 50), (30, 3), (20, 3), (10, 3)])
 
 
-def test_a_lapsed_compensation_enters_anew_after_g40() -> None:
+def test_moves_after_a_lapse_and_g40_are_uncompensated() -> None:
     assert close(path("G41 G01 Z10 F100; Z30; M08; M08; M08; G40 X10; Z40")[1:], [(30, 2), (30, 10), (40, 10)])
 
 
@@ -242,7 +242,7 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
     ]
 
 
-def test_a_fault_of_another_block_names_where_that_one_stands(tmp_path: Path) -> None:
+def test_a_fault_in_another_block_names_its_line_column_or_file(tmp_path: Path) -> None:
     short = "the line of 1.0000 mm in {} is too short for a radius of 2.0000 mm"
     lines = refusal("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", radius=2.0)
     assert (lines.line, lines.message.partition(" in its corners")[0]) == (4, short.format("line 3"))
@@ -278,7 +278,7 @@ def test_contours_run_beside_reciprocation_of_another_axis() -> None:
     assert close([(m.end[2], m.end[0]) for m in lines], path(E1))
 
 
-def test_a_dress_forgets_the_compensation_and_enters_again() -> None:
+def test_a_dress_cancels_the_compensation_which_enters_again_after_it() -> None:
     text = "G81 Y30. J0 E60000. P9\nG41 G01 Z10. F100.\nZ30.\nZ50.\nX20.\nG40 Z60.\nM30\nO9\nG00 X50.\nM99"
     moves = [m for m in motions(text, radius=2.0, operator_dress_at=(8.0,)) if m.source is not Source.CYCLE]
     found = [(m.end[2], m.end[0], m.source.value) for m in moves]
@@ -291,7 +291,7 @@ def test_a_dress_forgets_the_compensation_and_enters_again() -> None:
     ]
 
 
-def test_the_wheel_radius_of_entry_33_is_followed_as_it_changes() -> None:
+def test_compensation_follows_changes_of_the_wheel_radius_in_entry_33() -> None:
     execution = execute(read("T3300 G41 G01 Z10 F100; Z30; Z50; G40 X30"), Control(radii={33: 100.0}))
     ends = []
     for event in execution:

@@ -37,6 +37,8 @@ TOO_SMALL = "circular-departure-too-small"
         ("G41", 2.0, "N40 X0.0\nN50 G18 G01 X10.0 Z10.0\nN60 G40 X20.0", "block-format", 50),
     ],
 )
-def test_the_block_refused(side: str, radius: float, blocks: str, name: str, block: int) -> None:
+def test_a_faulty_contour_is_refused_at_the_block_named_by_linuxcnc(
+    side: str, radius: float, blocks: str, name: str, block: int
+) -> None:
     error = refusal(LEAD_IN.format(side) + blocks, radius=radius)
     assert (error.name, error.block) == (name, block)

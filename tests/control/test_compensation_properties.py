@@ -235,7 +235,7 @@ def transformed(path: list[Element], change: Callable[[complex], complex], flip:
 )
 @examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0))
-def test_the_path_follows_the_contour(
+def test_the_path_is_translated_turned_and_mirrored_with_its_contour(
     change: Callable[[complex], complex], flip: bool, pieces: list[Piece], side: str, plane: str, radius: float
 ) -> None:
     path = elements(pieces)

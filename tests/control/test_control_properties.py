@@ -67,7 +67,7 @@ def test_a_pick_follows_its_stroke_whichever_ends_last(feed: float, last: str) -
     assert list(ends[last]) == sorted(ends[last])
 
 
-def test_a_hold_before_a_stroke_beside_a_motion_has_the_time_of_that_stroke() -> None:
+def test_a_hold_before_a_stroke_has_the_begin_time_of_the_stroke() -> None:
     control, events = Control(), []
     for event in execute(read(COMMON + "G81 X230. I-30. E12000.\nG01 Z9. F60.\nM30"), control):
         events.append(event)

@@ -178,7 +178,7 @@ def test_every_message_is_as_recorded(outcomes: list[Outcome]) -> None:
         assert re.fullmatch(r"(part\.nc:\d+:\d+: )?[^:].* \[[a-z-]+\]", outcome.text)
 
 
-def test_every_place_that_makes_an_error_has_a_message(outcomes: list[Outcome]) -> None:
+def test_every_error_in_the_sources_has_a_recorded_message(outcomes: list[Outcome]) -> None:
     reached = set().union(*(outcome.sites for outcome in outcomes))
     silent = []
     for path in sorted(SOURCES.rglob("*.py")):

@@ -63,7 +63,7 @@ def expected(case: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("case", of_mode("exact"), ids=lambda case: case["id"])
-def test_motions(case: dict[str, Any]) -> None:
+def test_exact_cases_have_the_motions_of_linuxcnc(case: dict[str, Any]) -> None:
     ours, theirs = runs(found(case)), runs(expected(case))
     assert [run.kind for run in ours] == [run.kind for run in theirs]
     for mine, other in zip(ours, theirs, strict=True):
@@ -76,7 +76,7 @@ def test_motions(case: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("case", [c for c in of_mode("exact") if not c["compensated"]], ids=lambda case: case["id"])
-def test_blocks(case: dict[str, Any]) -> None:
+def test_uncompensated_motions_carry_the_block_numbers_of_linuxcnc(case: dict[str, Any]) -> None:
     assert [motion["block"] for motion in found(case)] == [
         motion["block"] for motion, moves in zip(expected(case), moving(expected(case)), strict=True) if moves
     ]
@@ -92,7 +92,7 @@ def moving(records: list[dict[str, Any]]) -> list[bool]:
 
 
 @pytest.mark.parametrize("case", of_mode("contour"), ids=lambda case: case["id"])
-def test_contours(case: dict[str, Any]) -> None:
+def test_contours_follow_the_elements_of_linuxcnc_except_near_corners(case: dict[str, Any]) -> None:
     theirs = runs(expected(case))
     ours, radius = iter(runs(found(case))), abs(case["radius"])
     corners = [(run.plane, run.centre) for run in theirs if run.kind == "arc" and run.scope == "dialect"]
@@ -130,7 +130,7 @@ def longest_gap(run: Run) -> float:
 
 
 @pytest.mark.parametrize("case", of_mode("error"), ids=lambda case: case["id"])
-def test_refused(case: dict[str, Any]) -> None:
+def test_faulty_programs_are_refused_at_the_block_of_linuxcnc(case: dict[str, Any]) -> None:
     with pytest.raises(ControlError) as caught:
         list(execute(read(program(case)), control(case)))
     assert caught.value.block == int(rows(case)[-1]["n"])

@@ -43,7 +43,7 @@ def modes_after(text: str) -> Modes:
     return execution.modes._replace(feed=None)
 
 
-def test_power_up() -> None:
+def test_a_program_starts_with_the_power_up_modes() -> None:
     assert modes_after("")._asdict() == POWER_UP
 
 
@@ -74,7 +74,7 @@ def test_g02_turns_clockwise_in_the_default_plane() -> None:
     assert isinstance(back, Arc) and back.centre == pytest.approx((0.0, 0.0, 10.0))
 
 
-def test_centres_are_incremental_always() -> None:
+def test_arc_centres_are_always_incremental() -> None:
     text = "G00 X5. Z5.\nG01 F77.\n{} G03 X{} Z{} I0 K10."
     absolute = motions(text.format("G90", 15.0, 15.0))[-1]
     incremental = motions(text.format("G91", 10.0, 10.0))[-1]
@@ -101,7 +101,7 @@ def test_m_words_act_before_or_after_the_motion() -> None:
     assert [move.end[0] for move in back] == [2.0, 1.0, 0.0]
 
 
-def test_wheel_and_coolant_are_switched_where_their_words_stand() -> None:
+def test_wheel_and_coolant_switch_in_the_order_of_their_words() -> None:
     def switched(text: str) -> list[tuple[int, bool]]:
         return [(event.turning, event.coolant) for event in run(text) if isinstance(event, Switch)]
 
@@ -114,13 +114,13 @@ def test_wheel_and_coolant_are_switched_where_their_words_stand() -> None:
     assert switched("M08\nG81.1 Y9. E100. P9" + dress) == [(False, True), (False, False)]
 
 
-def test_the_surface_speed_of_g96_is_told() -> None:
+def test_spindle_events_give_the_surface_speed_of_g96() -> None:
     events = run("S500\nG96 S900\nG97 S500", radii={33: 150.0})
     told = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
     assert told == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
 
 
-def test_labels_may_repeat() -> None:
+def test_block_numbers_may_repeat() -> None:
     assert ends("N10 G00 X1.\nN10 X2.\nN5 X3.") == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
 
 
@@ -131,7 +131,7 @@ def test_words_left_of_the_motion_code_belong_to_it() -> None:
     assert isinstance(rapid, Rapid) and rapid.end == (10.0, 5.0, 0.0)
 
 
-def test_the_external_offset_is_there_at_every_power_up() -> None:
+def test_the_external_offset_applies_again_at_every_start() -> None:
     control = Control(external_offset=(0.5, 0.0, 0.0))
     for _ in range(2):
         moves = [event for event in execute(read("G10 L2 P1 X1.\nG00 X1."), control) if isinstance(event, Motion)]

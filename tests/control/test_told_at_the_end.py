@@ -1,4 +1,4 @@
-"""What an option has asked for in vain is told at the end of the program."""
+"""What an option has asked for in vain is end_messages at the end of the program."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ from tests.machine.test_cli_run import PLATE
 CYCLE = "G71 G94 G90 G19\nG82 X30. I-30. Y-.02 J-.01 F60. E12000. P9{}\nG80\nM30\nO9\nG00 Y{}\nM99\n"
 
 
-def told(text: str, **settings: Any) -> list[str]:
+def end_messages(text: str, **settings: Any) -> list[str]:
     events = list(execute(read(text), Control(**settings)))
     assert isinstance(events[-1], ProgramEnd)
     return [event.text for event in events if isinstance(event, Message)]
@@ -38,30 +38,32 @@ def told(text: str, **settings: Any) -> list[str]:
         (CYCLE.format(" L#500", "9."), ""),
     ],
 )
-def test_a_variable_that_nothing_reads_is_told(text: str, said: str) -> None:
-    found = told(text, variables={500: 1.0})
+def test_a_variable_that_nothing_reads_is_reported(text: str, said: str) -> None:
+    found = end_messages(text, variables={500: 1.0})
     assert len(found) == bool(said)
     for sentence in found:
         assert sentence.startswith("#500 was given a value at the start") and said in sentence
 
 
-def test_local_variables_of_a_macro_are_others() -> None:
+def test_a_macro_does_not_read_the_local_variables_of_the_main_program() -> None:
     macro = "G65 P8 A1.\nM30\nO8\nG00 X#1\nM99"
-    assert len(told(macro, variables={1: 5.0})) == 1
-    assert told(f"G00 X#1\n{macro}", variables={1: 5.0}) == []
+    assert len(end_messages(macro, variables={1: 5.0})) == 1
+    assert end_messages(f"G00 X#1\n{macro}", variables={1: 5.0}) == []
 
 
 @pytest.mark.parametrize("whole_cycles", [False, True])
-def test_requests_that_come_too_late_are_told(whole_cycles: bool) -> None:
+def test_late_dress_and_interrupt_requests_are_reported(whole_cycles: bool) -> None:
     text = CYCLE.format("", "9.")
-    (dress,) = told(text, operator_dress_at=(0.1, 5000.0), whole_cycles=whole_cycles)
+    (dress,) = end_messages(text, operator_dress_at=(0.1, 5000.0), whole_cycles=whole_cycles)
     assert dress.startswith("the dress asked for at 5000 s is not made") and dress.endswith("ask for it before")
-    (interrupt,) = told(text, interrupts=(Interrupt(9, at=0.1), Interrupt(9, at=5000.0)), whole_cycles=whole_cycles)
+    (interrupt,) = end_messages(
+        text, interrupts=(Interrupt(9, at=0.1), Interrupt(9, at=5000.0)), whole_cycles=whole_cycles
+    )
     assert interrupt.startswith("O9, asked for at 5000 s, is not run, for the program ends at ")
-    assert told(text, operator_dress_at=(0.1,), interrupts=(Interrupt(9, at=0.2),)) == []
+    assert end_messages(text, operator_dress_at=(0.1,), interrupts=(Interrupt(9, at=0.2),)) == []
 
 
-def test_every_command_that_takes_them_tells(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_every_command_reports_options_without_effect(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     late = ["--dress-at", "5000", "--interrupt", "9100@6000"]
     variable, dress, interrupt = "#500 was given", "asked for at 5000 s", "asked for at 6000 s"
     assert status("run", PLATE, "--set", "#500=1", *late, "--json") == 0

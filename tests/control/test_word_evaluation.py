@@ -50,7 +50,7 @@ def written(text: str) -> str:
         ("X" + "[" * 20 + "1" + "]" * 20, "1."),
     ],
 )
-def test_values(text: str, value: str) -> None:
+def test_expressions_are_evaluated_to_ten_decimals(text: str, value: str) -> None:
     assert written(text) == value
 
 
@@ -64,7 +64,7 @@ def test_g_codes_are_exact_and_count_as_written_with_a_point() -> None:
         assert numbers.length(block, block.words[0], False, NumberFormat(suppression)) == 123.0
 
 
-def test_integers_and_tool_numbers() -> None:
+def test_integers_and_tool_numbers_may_be_expressions() -> None:
     block = evaluated(block_of("D[#1+1] L[#2+#2] T[100+#1]"), VARIABLES)
     dresses, spark_out, tool = block.words
     assert numbers.integer(block, dresses, 0, 9) == 3
@@ -112,7 +112,7 @@ def written_and_exact(node: tuple) -> tuple[str, Fraction | None]:
 
 
 @given(tree)
-def test_values_are_those_of_exact_fractions(node: tuple) -> None:
+def test_values_agree_with_exact_fractions(node: tuple) -> None:
     text, exact = written_and_exact(node)
     block = block_of(f"X[{text}]")
     if exact is None:

@@ -76,7 +76,7 @@ def test_d8_a_request_waits_for_the_stroke_and_its_pick() -> None:
     assert plunging(to_z40.begin + 0.4 * to_z40.seconds) == "Z0 x-0.1 Z40 operator Z0 x-0.2 Z40"
 
 
-def test_d8_the_wheel_returns_to_the_very_point() -> None:
+def test_d8_the_wheel_returns_to_the_exact_point() -> None:
     events = run(PLUNGE_AT_Z0, operator_dress_at=(0.9,))
     moves = dress_moves(events)
     assert moves[0].start == moves[-1].end == (-0.1, 0.0, 0.0)
@@ -129,7 +129,7 @@ def test_m90x_in_a_dress_program_holds_from_the_next_dress() -> None:
     assert len(backs) == 5 + 1
 
 
-def test_a_dress_program_in_isolation() -> None:
+def test_dress_program_moves_executes_a_dress_program_alone() -> None:
     programs = read("G00 X1.\nM30\n" + D1)
     moves = dress_program_moves(programs, 1000, Control(), start=(10.0, 0.0, 0.0))
     assert [move.source for move in moves] == [Source.DRESS] * 5 + [Source.RETRACE] * 5
@@ -137,7 +137,7 @@ def test_a_dress_program_in_isolation() -> None:
     assert list(execute(programs))
 
 
-def test_the_way_back_begins_at_the_m99_that_is_reached() -> None:
+def test_the_way_back_carries_the_block_of_the_m99() -> None:
     moves = dressed(D1 + "N7 X--\n")
     assert {move.block for move in moves if move.source is Source.RETRACE} == {6}
 

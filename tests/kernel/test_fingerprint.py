@@ -133,7 +133,7 @@ NAMED: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("way", NAMED)
-def test_everything_that_a_kernel_names_is_part_of_its_fingerprint(way: str) -> None:
+def test_a_fingerprint_depends_on_every_value_the_kernel_names(way: str) -> None:
     for kind, make in THINGS.items():
         first, again, other = (fingerprint(NAMED[way](make(variant))) for variant in (0, 0, 1))
         assert first == again, kind
@@ -162,18 +162,18 @@ def test_code_is_part_of_the_fingerprint(source: str, other: str) -> None:
     assert fingerprint(defined(source)) != fingerprint(defined(other))
 
 
-def test_what_a_kernel_does_not_name_is_no_part_of_its_fingerprint() -> None:
+def test_a_fingerprint_ignores_values_the_kernel_does_not_name() -> None:
     source = "def kernel(x): return x.thing + rules.limit"
     one = defined(source, unused=1, rules=module("rules", limit=1.0, unused=1))
     other = defined(source, unused=2, rules=module("rules", limit=1.0, unused=2))
     assert fingerprint(one) == fingerprint(other)
 
 
-def test_an_attribute_may_have_the_name_of_a_global_of_unknown_content() -> None:
+def test_an_attribute_may_share_its_name_with_an_unknown_global() -> None:
     fingerprint(defined("def kernel(x): return x.thing", thing=threading.Lock()))
 
 
-def test_what_such_a_global_names_still_counts_where_the_kernel_names_it_too() -> None:
+def test_a_function_shared_with_an_unknown_global_changes_the_fingerprint() -> None:
     def found(variant: int) -> str:
         add = adder(variant)
         thing = inlined(defined("def kernel(x): return add(x), lock", add=add, lock=threading.Lock()))
@@ -245,7 +245,7 @@ def test_the_compiler_is_part_of_the_fingerprint(
     assert fingerprint(kernel) != before
 
 
-def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_kernel_package_is_edited(
+def test_fingerprints_agree_across_processes_until_the_kernel_package_changes(
     tmp_path: Path,
 ) -> None:
     shutil.copytree(

@@ -63,7 +63,7 @@ def refused(text: str, radius: float) -> ControlError | None:
     st.floats(0.0, 360.0),
     st.booleans(),
 )
-def test_a_wheel_that_is_wider_than_a_neck_is_refused(
+def test_a_wheel_wider_than_a_neck_is_refused(
     width: float, depth: float, left: float, right: float, radius: float, degrees: float, mirrored: bool
 ) -> None:
     assume(abs(width - 2.0 * radius) > 0.01)
@@ -76,14 +76,14 @@ def test_a_wheel_that_is_wider_than_a_neck_is_refused(
         assert "there is no room for a wheel" in error.message and "in line" in error.message
 
 
-def test_both_blocks_are_named() -> None:
+def test_a_gouging_error_names_both_blocks() -> None:
     error = refused(contour(neck(4.0, 10.0, 20.0, 20.0, 30.0)), 3.0)
     assert error is not None
     assert (error.block, error.line) == (70, 10)
     assert "between block 70 and block 20 in line 5 there is no room for a wheel of radius 3.0000 mm" in error.message
 
 
-def test_arcs_are_seen_too() -> None:
+def test_a_wheel_wider_than_the_neck_of_a_round_pocket_is_refused() -> None:
     """A round pocket behind a neck: the arc of 300 degrees about (0, -30)."""
     reach = 20.0 * math.sin(math.radians(30.0))
     top = -30.0 + 20.0 * math.cos(math.radians(30.0))
@@ -108,11 +108,11 @@ def test_arcs_are_seen_too() -> None:
         "G17 F500. T1\nG00 X-20.\nG41 G01 X0 Y0\nX10.\nX20. Z-5.\nX20. Y-20.\nX5.\nY20.\nG40 X-20. Y30.",
     ],
 )
-def test_what_does_not_gouge_is_accepted(text: str) -> None:
+def test_contours_without_gouging_or_without_detection_are_accepted(text: str) -> None:
     assert refused(text, 3.0) is None
 
 
-def test_the_way_up_to_the_gouge_is_made() -> None:
+def test_the_motions_before_a_gouge_are_made() -> None:
     events = []
     with pytest.raises(ControlError):
         for event in execute(read(contour(neck(4.0, 10.0, 20.0, 20.0, 30.0))), Control(radius=3.0)):
