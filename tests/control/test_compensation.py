@@ -1,4 +1,4 @@
-"""Radius compensation of whole programs: the worked examples E1 to E11, and what the state machine promises."""
+"""Radius compensation of whole programs: the worked examples E1 to E11, and the rules of entry, lapse and exit."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 def path(text: str, radius: float = 2.0, **settings: object) -> list[Point]:
-    """Ends (Z, X) of the motions of a program."""
+    """Return the ends (Z, X) of the motions of a program."""
     moves = motions(text, **{"radius": radius, **settings})
     return [(move.end[2], move.end[0]) for move in moves]
 

@@ -1,4 +1,4 @@
-"""Rules of the radius compensation beyond the worked examples: which block is an entry, an exit, a generated one."""
+"""Rules of the radius compensation beyond the worked examples: entry, exit and generated blocks."""
 
 import math
 
@@ -16,7 +16,7 @@ def moved(text: str, **settings: object) -> list[Motion]:
 
 
 def path(text: str, **settings: object) -> list[Point]:
-    """Ends (Z, X) of the motions of a program."""
+    """Return the ends (Z, X) of the motions of a program."""
     return [(move.end[2], move.end[0]) for move in moved(text, **settings)]
 
 

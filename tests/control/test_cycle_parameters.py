@@ -1,4 +1,4 @@
-"""The words of the grinding cycles: what each means, what it may be, and where it comes from when left out."""
+"""The words of the grinding cycles: their meanings, ranges and values when omitted."""
 
 import pytest
 
@@ -152,7 +152,7 @@ def test_words_of_a_new_cycle_act_from_its_first_stroke() -> None:
 
 
 def test_defaults_are_not_remembered() -> None:
-    # neither the start point that stood in for I nor the F that stood in for E
+    # neither the start point used for a missing I nor the F used for a missing E
     text = "F300.\nG81 X230.\nG80\nG00 X-5.\nF500.\nG81 X230."
     first, second = (start.plan for start in plans(cycles(text, strokes=1)))
     assert (first.secondary, first.feed) == (-30.0, 300.0)

@@ -1,4 +1,4 @@
-"""The rules of a cycle by themselves."""
+"""The rules of a cycle, without a program."""
 
 import itertools
 from typing import Any
@@ -12,7 +12,7 @@ picks = st.integers(1, 40)
 
 
 def ground(rules: Rules, cycle: Any, most: int = 10_000) -> list[Any]:
-    """How far the cycle has come before every stroke and at its end."""
+    """Return the progress of a cycle before every stroke and at its end."""
     found = [rules.begin(cycle)]
     while not rules.finished(cycle, found[-1]):
         found.append(rules.after_reversal(cycle, found[-1]))

@@ -1,4 +1,4 @@
-"""Dress programs within their cycle: what is remembered, what comes back, and what stays (22-11)."""
+"""Dress programs within their cycle: remembered moves, the way back, and changes that stay (22-11)."""
 
 from collections.abc import Iterable
 
@@ -11,7 +11,7 @@ SIX = "G00 X1.\nX2.\nX3.\nX4.\nX5.\nX6.\n"
 
 
 def pre_dressed(program: str, before: str = "", cycle: str = "") -> list[Motion]:
-    """The moves of a pre-dress from X0 Z0."""
+    """Return the moves of a pre-dress from X0 Z0."""
     return dress_moves(run(f"G18\n{before}\nG81.1 Y9. E100. P7 {cycle}\nM30\nO7\n{program}M99\n"))
 
 
@@ -72,7 +72,7 @@ def test_each_of_several_dresses_at_one_reversal_returns() -> None:
 
 
 def run_with_feedhold(text: str, after: int) -> list[Event]:
-    """The events of a text, with a feedhold after so many motions that the operator ends at once."""
+    """Return the events of a program with a feedhold after `after` motions, which the operator ends at once."""
     control = Control()
     events: list[Event] = []
     for event in execute(read(text), control):

@@ -1,4 +1,4 @@
-"""Corner cases of the compensation and of interrupts that an attack on the control found."""
+"""Corner cases of compensation and interrupts, found by attacks on the control."""
 
 from math import hypot
 
@@ -9,7 +9,7 @@ from grind_env.control.numbers import NumberFormat
 
 
 def ends(text: str, **settings: object) -> list[tuple[int, tuple[float, ...]]]:
-    """Block and end of the motions of the part program."""
+    """Return block and end of the motions of the part program."""
     return [
         (move.block, tuple(round(coordinate, 4) for coordinate in move.end))
         for move in execute(read(text), Control(**settings))
@@ -78,7 +78,7 @@ def test_a_groove_after_a_type_1_interrupt_starts_at_the_tool() -> None:
     control = Control(start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),))
     moves = [event for event in execute(read(text), control) if isinstance(event, Motion)]
     groove = [move for move in moves if move.source is Source.CYCLE]
-    # where the interrupt has left the tool, in steps of I down to X, and out again
+    # from the tool position after the interrupt down to X in steps of I, and out again
     assert groove[0].start == groove[-1].end == (15.0, 0.0, 0.0)
     depths = [move.end for move in groove if isinstance(move, Infeed)]
     assert depths == [(float(x), 0.0, 0.0) for x in (*range(13, -10, -2), -10)]
@@ -110,7 +110,7 @@ def test_an_interrupt_within_g28_leaves_the_next_end_unchanged() -> None:
 
 def test_i_and_k_in_the_exit_after_a_lapse_have_no_effect() -> None:
     got = ends("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 G40 Z30. X10. I5. K5.\nM30", **R)
-    # the last compensated move has already ended as if nothing followed, so I and K have no corner to choose
+    # the last compensated move has already ended without a next move, so I and K choose no corner
     assert got[1:] == [(30, (2.0, 0.0, 20.0)), (50, (10.0, 0.0, 30.0))]
 
 
@@ -122,15 +122,13 @@ def test_g10_of_another_work_system_keeps_the_compensated_corner() -> None:
 @pytest.mark.parametrize(
     ("rest", "way"),
     [
-        # beside its own direction +X, there being no other
+        # beside its own direction +X, without a next motion
         ("M30", [(50, (2.0, 0.0, 18.0))]),
         # beside the next motion, +Z
         ("N60 Z40.\nN70 G40 X9.\nM30", [(50, (4.0, 0.0, 20.0)), (60, (4.0, 0.0, 40.0)), (70, (9.0, 0.0, 40.0))]),
     ],
 )
-def test_an_entry_that_ends_at_the_wheel_position_is_offset(
-    rest: str, way: list[tuple[int, tuple[float, ...]]]
-) -> None:
+def test_an_entry_to_the_wheel_position_is_offset(rest: str, way: list[tuple[int, tuple[float, ...]]]) -> None:
     text = ("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 X2.\n") + rest
     for kind in "AB":
         assert ends(text, compensation_type=kind, **R)[2:] == way

@@ -1,4 +1,4 @@
-"""A program may execute so many blocks and strokes, and one that will come to more is refused long before it has."""
+"""The block budget: a program that would exceed it is refused long before it has run so far."""
 
 from itertools import islice
 from pathlib import Path

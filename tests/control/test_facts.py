@@ -1,4 +1,4 @@
-"""Every statement of the manual and every decision is listed, and a test that exists holds it."""
+"""Every statement of the manual and every decision is listed, with an existing test."""
 
 import ast
 import functools
@@ -14,7 +14,7 @@ from tests.command import Grind
 ROOT = Path(__file__).parents[2]
 FACTS = load_facts()
 
-# Counted in the pages and in the decision tables of the reference files, not in facts.toml.
+# Counts from the pages and the decision tables of the reference files, not from facts.toml.
 ROWS = {
     **{"16-13.": 28, "22-11.": 17, "15-20.": 12, "L23-7.": 27},
     **{"PD-": 24, "ruling-": 13},

@@ -1,4 +1,4 @@
-"""A short, repeatable run of the random texts, and proof that it sees what it looks for."""
+"""A short, repeatable run of the random programs, and proof that the run detects faults."""
 
 from collections import Counter
 
@@ -33,7 +33,7 @@ def test_thousands_of_random_programs_break_no_promise() -> None:
 
 
 def break_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
-    """A control that fails in some way as soon as an axis comes to Z1."""
+    """Make the control fail in the given way as soon as an axis reaches Z1."""
     take = Execution.__next__
 
     def failing(self: Execution) -> Event:

@@ -35,7 +35,7 @@ def plan(text: str, position: Position, e: float = 0.5, modes: Modes = FEED) -> 
 
 
 def path(text: str, position: Position, e: float = 0.5, modes: Modes = FEED) -> str:
-    """The legs by the axis that moves: `fX23` for an infeed, `rZ-15` for a rapid."""
+    """Return the legs by the axis that moves: `fX23` for an infeed, `rZ-15` for a rapid."""
     words = []
     here = position
     for leg in groove_legs(plan(text, position, e, modes)):
@@ -239,7 +239,7 @@ def test_divided_covers_the_way_in_the_fewest_steps(total: int, step: int, count
 
 @st.composite
 def grooving(draw: st.DrawFn) -> tuple[str, Position, float, dict[str, int]]:
-    """A block, where the tool stands, e in mm, and what the block says in micrometres."""
+    """Return a block, the tool position and e in mm, and the words of the block in micrometres."""
     word = {
         "depth": draw(microns),
         "down": draw(signs),

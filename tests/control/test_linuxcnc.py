@@ -1,4 +1,4 @@
-"""Motions of LinuxCNC's interpreter (linuxcnc/README.md of the reference) as an independent implementation."""
+"""Motions compared with those of LinuxCNC's interpreter, an independent implementation (linuxcnc/README.md)."""
 
 import csv
 import itertools
@@ -43,7 +43,7 @@ def found(case: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def expected(case: dict[str, Any]) -> list[dict[str, Any]]:
-    """The rows of a case as trace records, with their scope."""
+    """Return the rows of a case as trace records, with their scope."""
     records = []
     for row in rows(case):
         centre = [float(row[column]) if row[column] else math.nan for column in ("cx", "cy", "cz")]
@@ -101,7 +101,7 @@ def test_contours_follow_the_elements_of_linuxcnc_except_near_corners(case: dict
     assert shared and (corners or slanted)
 
     def near_a_corner(point: Vector) -> bool:
-        """Round an outside corner, or at an entry or exit at an angle, which every control has its own way of."""
+        """Return whether a point is near an outside corner or an angled entry or exit, where controls differ."""
         for plane, centre in corners:
             first, second = FIRST_AND_SECOND[plane]
             if radius - TOLERANCE <= math.dist((point[first], point[second]), centre) <= 2.0 * radius + TOLERANCE:
@@ -124,7 +124,7 @@ def test_contours_follow_the_elements_of_linuxcnc_except_near_corners(case: dict
 
 
 def longest_gap(run: Run) -> float:
-    """Half the way between two of its points, and a little more."""
+    """Return a little more than half the longest distance between neighbouring points."""
     points = run.points()
     return 0.51 * max(math.dist(a, b) for a, b in itertools.pairwise(points)) + TOLERANCE
 

@@ -1,4 +1,4 @@
-"""Modal codes: what is in force at power-up, what a code changes and how long it holds (10-23)."""
+"""Modal codes: modes at power-up, effect and duration of each code (10-23)."""
 
 import math
 
@@ -37,7 +37,7 @@ GROUPS = [
 
 
 def modes_after(text: str) -> Modes:
-    """The modes once a text has been executed up to its last block, an M00."""
+    """Return the modes after a text, at the M00 that follows it."""
     execution = execute(read(text + "\nM00"), Control(radii={33: 100.0}))
     next(event for event in execution if type(event).__name__ == "ProgramStop")
     return execution.modes._replace(feed=None)
@@ -106,10 +106,10 @@ def test_wheel_and_coolant_switch_in_the_order_of_their_words() -> None:
         return [(event.turning, event.coolant) for event in run(text) if isinstance(event, Switch)]
 
     assert switched("S500 M03\nM08\nM09\nM05") == [(True, False), (True, True), (True, False), (False, False)]
-    assert switched("M03 M07\nM03 M08\nM30") == [(1, True)]  # on already
-    assert switched("M03\nM04\nM05") == [(1, False), (-1, False), (0, False)]  # the other way
+    assert switched("M03 M07\nM03 M08\nM30") == [(1, True)]  # already on
+    assert switched("M03\nM04\nM05") == [(1, False), (-1, False), (0, False)]  # in the other direction
     assert switched("M03 M05") == [(True, False), (False, False)]
-    # a dress program does not give back what it switches
+    # switches of a dress program stay after it
     dress = "\nM30\nO9\nM09 G00 X1.\nM99"
     assert switched("M08\nG81.1 Y9. E100. P9" + dress) == [(False, True), (False, False)]
 

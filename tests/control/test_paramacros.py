@@ -1,4 +1,4 @@
-"""Paramacros: variables, jumps, loops and calls, by what the programs written with them do."""
+"""Paramacros: variables, jumps, loops and calls in programs."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from tests.control.harness import COMMON, DRESS, cycle_ends, cycles, ends, plans
 
 
 def xs(text: str, **settings: object) -> list[float]:
-    """Where the X moves of a program end."""
+    """Return the ends of the X moves of a program."""
     return [round(end[0], 9) for end in ends(text, **settings)]
 
 
@@ -63,7 +63,7 @@ def shown(tree: Tree | float) -> str:
 
 
 def computed(tree: Tree | float) -> float:
-    """The value in Python's own arithmetic, what functions take rounded to ten decimals."""
+    """Return the value in Python's arithmetic, with function arguments rounded to ten decimals."""
     if isinstance(tree, float):
         return tree
     given = [computed(each) for each in tree[1:]]
@@ -250,14 +250,14 @@ def test_an_endless_loop_that_changes_values_ends_at_the_block_budget(text: str)
 
 
 def test_a_loop_that_repeats_earlier_values_may_end() -> None:
-    # the second time it sets out with the same values as the first time, from another round of the loop around it
+    # the inner loop starts with the same values in every round of the outer loop
     inner = "#1=0\nWHILE [#1 LT 2] DO 2\n#1=#1+1\nG91 X.1\nEND 2\n"
     assert len(cycles(f"#2=0\nWHILE [#2 LT 3] DO 1\n{inner}#2=#2+1\nEND 1\nM30")) > 6
     assert len(cycles("#100=0\nN1 G91 X.1\n#100=#100+1\nIF [#100 LT 3] GOTO 1\nM30")) > 2
 
 
 def test_a_jump_does_not_reread_a_long_program_from_its_start() -> None:
-    filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
+    filling = "(A)\n" * 15_000  # reading it anew at every jump would take a quarter of an hour
     loop = "#1=0\nDO 1\n#1=#1+1\nEND 1"
     assert refusal(f"{filling}{loop}\n{filling[:400]}", block_budget=60_000).name == "block-budget"
 
@@ -350,7 +350,7 @@ def test_compensation_looks_ahead_along_jumps_and_loops() -> None:
     assert contour(called) == contour(written)
 
 
-# ---------------------------------------------------------------------------------------------- what else is told
+# ------------------------------------------------------------------------------------------------------ messages
 
 
 @pytest.mark.parametrize(

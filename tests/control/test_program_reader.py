@@ -23,7 +23,7 @@ Found = tuple[int, int, str]
 
 
 def naive_remark(rest: str) -> bool:
-    """Whether what follows a ; in its line is a remark and no block."""
+    """Return whether the text after a ; is a remark and not a block."""
     rest = rest.lstrip(" \t")
     if not rest or rest[0].isspace() or rest[0] in "(/#;%":
         return False
@@ -38,7 +38,7 @@ def naive_remark(rest: str) -> bool:
 
 
 def naive_blocks(text: str) -> list[Found]:
-    """Line, column and text of every block, found character by character."""
+    """Return line, column and text of every block, found character by character."""
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     found: list[Found] = []
     line, column, commented, begun = 1, 1, False, False
@@ -98,7 +98,7 @@ def test_the_scanner_reads_any_text_like_a_reading_by_characters(text: str, chun
 
 
 def compare_scan(text: str, chunks: Sequence[int] = (*range(1, 30), 1 << 16)) -> None:
-    """Compare the blocks of a text, and those that come after every block, with a reading by characters."""
+    """Compare the blocks of a text, also those after every single block, with a reading by characters."""
     whole, expected = text_of(text, "t"), naive_blocks(text)
     with pytest.MonkeyPatch.context() as patch:
         for chunk in chunks:
@@ -140,7 +140,7 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
 
 @pytest.fixture(params=["held", "read again"])
 def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file's path; what is written there is kept in memory, or read again."""
+    """Return the path of a program file whose text is held in memory or read again from disk."""
     if request.param == "read again":
         monkeypatch.setattr(source_module, "IN_MEMORY_BYTES", -1)
     return tmp_path / "part.nc"
@@ -158,7 +158,7 @@ def test_iterations_over_a_program_are_independent(path: Path) -> None:
 
 
 class Opened:
-    """A text that remembers its handles."""
+    """A text that records the handles it opens."""
 
     def __init__(self, text: str) -> None:
         self.handles: list[BinaryIO] = []
@@ -191,7 +191,7 @@ def test_a_short_program_is_split_into_blocks_once() -> None:
 
 
 def peak(work: Path, count: int) -> tuple[int, int]:
-    """Bytes taken at most by reading and iterating that many blocks, and how many blocks came."""
+    """Return the peak memory of reading `count` lines, bytes, and the number of blocks found."""
     work.write_text(f"O1\n{lines(count)}M30\n", encoding="utf-8")
     read_block.cache_clear()
     tracemalloc.start()
@@ -324,7 +324,7 @@ def test_a_program_for_another_control_is_refused_by_the_name_of_the_control(tex
 
 
 def test_programs_for_this_control_are_not_taken_for_foreign_ones() -> None:
-    # single slips in the words of another control are told word by word
+    # single words of another control are reported one by one
     for text in (
         "N10 R1=5\nN20 G00 X1\nM30",
         "(SINUMERIK: R1=5)\n(CYCLE81)\nG00 X1 ; R1=5 *\nX2 ; BEGIN PGM *",

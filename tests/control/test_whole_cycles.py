@@ -1,4 +1,4 @@
-"""A cycle that nothing can come between is one event, and all else is as if its strokes had been stepped."""
+"""Whole cycles: a cycle without possible interruptions is one event, and all other events stay as when stepped."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
 
 @st.composite
 def programs(draw: Any) -> str:
-    """Cycles one after the other, with and without the table running on between them."""
+    """Return a program of several cycles, with or without reciprocation between them."""
     inch = draw(st.booleans())
 
     def length(mm: float) -> str:
@@ -48,7 +48,7 @@ def programs(draw: Any) -> str:
 
 
 def is_slow(made: list[events.Event], dwell: float) -> bool:
-    """Whether a pick is under way in the middle of the stroke after it."""
+    """Return whether a pick is under way in the middle of the stroke after it."""
     picked = 0.0
     for event in made:
         if isinstance(event, events.Stroke) and picked > event.begin + 0.5 * (event.seconds - dwell):
@@ -58,7 +58,7 @@ def is_slow(made: list[events.Event], dwell: float) -> bool:
 
 
 def summed(made: list[events.Event]) -> tuple[events.CycleStrokes, float]:
-    """What the stepped events of a cycle between its pre-dress and its end come to, and the seconds of its dresses."""
+    """Return the whole-cycle event of the stepped events after the pre-dress, and the seconds of the dresses."""
     seconds, finish = 0.0, 0.0
     begins: list[float] = []
     dresses: list[tuple[int, float]] = []
@@ -95,7 +95,7 @@ TIMES = ("time", "begin", "begins", "dresses")
 
 
 def numbers(value: Any, name: str = "", late: float = 0.0) -> Iterator[Any]:
-    """All that an event says, its times put back by `late` s."""
+    """Yield all values of an event, with its times reduced by `late` s."""
     if is_dataclass(value):
         yield type(value).__name__
         for item in fields(value):
@@ -110,7 +110,7 @@ def numbers(value: Any, name: str = "", late: float = 0.0) -> Iterator[Any]:
 
 
 def require_same(found: events.Event, stepped: events.Event, late: float, exact: bool = True) -> None:
-    """The event has the same bits or, if dresses have been left out, says the same but for rounding."""
+    """Require the same bits or, if dresses have been left out, the same values up to rounding."""
     if late == 0.0 and exact:
         assert found == stepped
         return
@@ -119,7 +119,7 @@ def require_same(found: events.Event, stepped: events.Event, late: float, exact:
 
 
 def require_alike(found: list[events.Event], stepped: list[events.Event], dwell: float) -> None:
-    """Whole cycles stand where the stepped ones do, and all else is the same; what can be whole is."""
+    """Require whole cycles wherever they are possible, and the stepped events everywhere else."""
     late, at, known = 0.0, 0, False
     for event in found:
         known |= isinstance(event, events.DressEnd)
@@ -164,7 +164,7 @@ def test_a_whole_cycle_ends_with_its_last_pick() -> None:
 
 
 class Progress(NamedTuple):
-    """How far a cycle of one pick each way has come."""
+    """Progress of a cycle with one pick of each kind."""
 
     made: float
     depth: float = 0.0

@@ -21,7 +21,7 @@ def block_of(text: str) -> Block:
 
 
 def written(text: str) -> str:
-    """The value of the only word, as sign, digits and point."""
+    """Return the value of the only word, as sign, digits and point."""
     (word,) = evaluated(block_of(text), VARIABLES).words
     assert word.point
     return f"{word.sign}{word.whole}.{word.decimals}"
@@ -98,7 +98,7 @@ tree = st.recursive(
 
 
 def written_and_exact(node: tuple) -> tuple[str, Fraction | None]:
-    """An expression, every operation in brackets, and its exact value; None where it divides by 0."""
+    """Return an expression with every operation in brackets, and its exact value; None for a division by 0."""
     if len(node) == 2:
         return node
     (left, a), operator, (right, b), sign = written_and_exact(node[0]), node[1], written_and_exact(node[2]), node[3]

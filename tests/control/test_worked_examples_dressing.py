@@ -10,12 +10,12 @@ Leg = tuple[float, float, float | None]
 
 
 def legs(moves: list[Motion], source: Source) -> list[Leg]:
-    """X, Z and feed (None for a rapid) of the moves from one source."""
+    """Return X, Z and feed (None for a rapid) of the moves from one source."""
     return [(move.end[0], move.end[2], getattr(move, "feed", None)) for move in moves if move.source is source]
 
 
 def dressed(program: str, before: str = "") -> list[Motion]:
-    """The moves of the pre-dress of a G81.1 at X10 Z0, with F20 active."""
+    """Return the moves of the pre-dress of a G81.1 at X10 Z0, with F20 active."""
     text = f"G00 X10.\nF20.\n{before}\nG81.1 Z40. K0 E200. P1000\nM30\n{program}"
     return dress_moves(run(text))
 
@@ -94,7 +94,7 @@ def test_a_program_motion_ends_before_a_requested_dress() -> None:
     moves = [event for event in events if isinstance(event, Motion)]
     lines = [move for move in moves if move.source is Source.PROGRAM]
     dress = dress_moves(events)
-    # the table goes on beside the motion, a stroke of 40 mm at 40 mm/s a second, and ends the one under way
+    # the table makes a stroke of 40 mm each second beside the motion, and finishes the last one
     ended = [stroke.finish for stroke in strokes(events)]
     assert sum(finish <= lines[0].finish for finish in ended) > 1
     assert dress[0].begin == min(finish for finish in ended if finish >= lines[0].finish)

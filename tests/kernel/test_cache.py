@@ -1,4 +1,4 @@
-"""Compiled kernels on disk: damage, places that cannot be written to, many writers, other compilers, first starts."""
+"""Compiled kernels on disk: damaged files, unwritable folders, concurrent processes, other compilers, first starts."""
 
 import itertools
 import json
@@ -62,7 +62,7 @@ def scaled(factor):
 print([scaled(int(factor))(2.0) for factor in sys.argv[1:]])
 print(0)
 """.replace("SINES", " + ".join(f"sin({k} * x)" for k in range(2, 60)))
-"""A kernel that calls one that is too long to be inlined."""
+"""Source of a kernel that calls another one, too long to be inlined."""
 
 RESULTS = "[1.0, 3.0]"
 
@@ -77,7 +77,7 @@ DAMAGES: list[Callable[[bytes], bytes]] = [
 
 
 class Start(NamedTuple):
-    """What a start of the toy printed."""
+    """Output of one run of the toy."""
 
     results: str
     hits: int
@@ -85,7 +85,7 @@ class Start(NamedTuple):
 
 
 class Toy:
-    """Kernels in a file, started in fresh processes."""
+    """A script with kernels, which runs in fresh processes."""
 
     def __init__(self, folder: Path, kernels: int = 2) -> None:
         self.cache = folder / "cache"
@@ -118,7 +118,7 @@ def toy(tmp_path: Path) -> Toy:
 
 @pytest.fixture(scope="module")
 def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
-    """One that has been started once."""
+    """Return a toy that has run once and filled its cache."""
     toy = Toy(tmp_path_factory.mktemp("toy"))
     assert toy.start() == (RESULTS, 0, [])
     return toy
@@ -126,7 +126,7 @@ def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
 
 @pytest.fixture
 def copied(toy: Toy, started: Toy) -> Toy:
-    """A copy of it, to do with as one likes."""
+    """Return a toy with a copy of the filled cache, which a test may change."""
     shutil.copytree(started.cache, toy.cache)
     return toy
 
@@ -263,7 +263,7 @@ def test_kernels_unused_for_30_days_are_deleted(folder: Path) -> None:
 
 
 def look_up_uncached(functions: int) -> None:
-    """Look in vain for a kernel of that many functions."""
+    """Look up a kernel of `functions` functions that is not in the cache."""
 
     def after(function: Callable[[float], float]) -> Callable[[float], float]:
         return inlined(lambda x: function(x) + 1.0)

@@ -1,4 +1,4 @@
-"""An entry runs as plain Python first, is compiled beside that, and has the same bits throughout."""
+"""An entry runs as plain Python first, is compiled in the background, and gives the same bits in both tiers."""
 
 import multiprocessing
 import os
@@ -61,7 +61,7 @@ def scaled(factor):
 
 
 def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
-    """Call the toy in a process that is no test until it is compiled."""
+    """Start a process outside the tests that calls the toy until it is compiled."""
     (folder / "toy.py").write_text(TOY)
     (folder / "toy_parts.py").write_text(PARTS)
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
@@ -71,14 +71,14 @@ def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
 
 
 def end(process: "subprocess.Popen[str]") -> list[str]:
-    """Its lines."""
+    """Return the lines that the process printed."""
     out, error = process.communicate()
     assert (process.returncode, error) == (0, "")
     return out.splitlines()
 
 
 def runs(pid: int) -> bool:
-    """Whether there is a process."""
+    """Return whether a process exists."""
     try:
         os.kill(pid, 0)
     except OSError:
@@ -91,7 +91,7 @@ def test_simultaneous_processes_share_one_background_compilation(tmp_path: Path)
     starts = [end(process) for process in [begin(tmp_path) for _ in range(4)]]
     assert {line for _, line in starts} == {"True " + starts[0][1].split()[1]}
     assert len([*tmp_path.rglob("*.nbc")]) == 1
-    # it is on disk now: nothing is asked for
+    # the kernel is on disk now, so no process compiles it
     assert end(begin(tmp_path)) == [starts[0][1]]
 
 

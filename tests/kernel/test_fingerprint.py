@@ -1,4 +1,4 @@
-"""The fingerprint of a kernel: it differs where any ingredient does, and only there."""
+"""The fingerprint of a kernel changes with each of its ingredients and with nothing else."""
 
 import importlib
 import io
@@ -27,11 +27,11 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
 from grind_env.machine.loops.stroke_loops import Loops
 
-Maker = Callable[[int], Any]  # from a variant to what a kernel names `thing`
+Maker = Callable[[int], Any]  # from a variant to the value of `thing` in a kernel
 
 
 def defined(source: str, **names: Any) -> Any:
-    """The `kernel` that a source defines; no variants share any object."""
+    """Return the `kernel` that a source defines; variants share no object."""
     exec(source, names)
     return names["kernel"]
 
@@ -62,7 +62,7 @@ def caller(variant: int) -> Any:
 
 
 class Toolpath:
-    """A class of which compiled code can know nothing."""
+    """A class that compiled code cannot use."""
 
 
 THINGS: dict[str, Maker] = {

@@ -1,4 +1,4 @@
-"""How kernels are compiled, and that what Python calls as it is written has the bits of what is compiled."""
+"""Compilation of kernels, and functions that give the same bits as plain Python and compiled."""
 
 import functools
 import subprocess
@@ -25,7 +25,7 @@ numbers = st.floats(1e-4, 1e3)
 
 @functools.cache
 def compiled(function: Any) -> Callable[..., Any]:
-    """A function as kernels have it."""
+    """Return a function compiled as in kernels."""
     return numba.njit(error_model="numpy")(function.py_func)
 
 
@@ -41,15 +41,13 @@ def test_plain_functions_give_the_same_bits_as_compiled_ones(
 
 
 @given(radius=st.floats(0.01, 2.0), share=st.floats(0.001, 1.0), flat=st.floats(0.0, 0.5))
-def test_the_plain_dress_width_has_the_same_bits_as_the_compiled_one(radius: float, share: float, flat: float) -> None:
+def test_plain_and_compiled_dress_width_have_the_same_bits(radius: float, share: float, flat: float) -> None:
     depth = radius * share
     assert eq.dress_width(depth, radius, flat).hex() == compiled(eq.dress_width)(depth, radius, flat).hex()
 
 
 @given(diameter=st.floats(200.0, 400.0), flat=st.floats(0.0, 0.5), depth=st.floats(0.001, 0.1), feed=st.floats(0.1, 20))
-def test_the_plain_dressed_wheel_and_dress_lead_equal_the_compiled_ones(
-    diameter: float, flat: float, depth: float, feed: float
-) -> None:
+def test_plain_and_compiled_dressing_agree(diameter: float, flat: float, depth: float, feed: float) -> None:
     p = load_job(examples.path("plate_g82.toml")).parameters
     wheel = dressed_wheel(diameter, flat, 0.1, depth, p)
     assert wheel == compiled(dressed_wheel)(diameter, flat, 0.1, depth, p)
@@ -60,9 +58,7 @@ def test_the_plain_dressed_wheel_and_dress_lead_equal_the_compiled_ones(
     values=st.tuples(st.floats(0.0, 2000.0), st.floats(0.0, 1.1), st.floats(0.01, 5.0), st.floats(-50.0, 50.0)),
     limits=st.tuples(*[st.floats(-1.0, 300.0)] * 4),
 )
-def test_the_plain_survival_of_a_part_equals_the_compiled_one(
-    values: tuple[float, ...], limits: tuple[float, ...]
-) -> None:
+def test_plain_and_compiled_survival_agree(values: tuple[float, ...], limits: tuple[float, ...]) -> None:
     assert survival(*values, Limits(*limits)) == compiled(survival)(*values, Limits(*limits))
 
 

@@ -52,7 +52,7 @@ def test_normal_is_the_inverse_of_the_distribution_function(word: int) -> None:
 
 
 def drawn(keys: int, counters: int) -> np.ndarray:
-    """Normal numbers, shape (keys, counters, 4): neighbouring keys, neighbouring counters."""
+    """Return normal numbers of neighbouring keys and counters, shape (keys, counters, 4)."""
     found = [[philox(key, 7, counter, 0, 0, 0) for counter in range(counters)] for key in range(keys)]
     return np.array([[[normal(uniform(word)) for word in four] for four in row] for row in found])
 

@@ -1,4 +1,4 @@
-"""Records in tables and lane buffers: compiled code does what the same calls do in plain Python."""
+"""Records in tables and lane buffers: compiled code gives the same results as plain Python."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

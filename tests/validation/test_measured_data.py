@@ -1,4 +1,4 @@
-"""The data that ship with the package, against what their README says of them and against themselves."""
+"""The measured data of the package, compared with their README, their formulas and each other."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Laws are changed one at a time, and the rows that notice them are counted."""
+"""Mutation tests: laws are changed one at a time, and the rows that notice the change are counted."""
 
 import os
 import subprocess

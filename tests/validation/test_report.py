@@ -1,4 +1,4 @@
-"""What is printed, written and returned."""
+"""The validation report: printed table, CSV file, page and exit status."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""The rows: taken from the functions of the process, judged by their bands, and known to fail only with a reason."""
+"""Validation rows: values from the functions of the process, verdicts by bands, known failures with reasons."""
 
 import math
 from dataclasses import replace
@@ -30,14 +30,14 @@ COUNTS = (
     *("no stall", "stall", "stall is told", "stall is scrap"),
     "roughness scatter",
 )
-"""Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
+"""Rows whose value is a count, a limit or a result of a job, and does not depend on the catalogue."""
 SHAPES = (
     *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
     *("flats of a coarse dress", "flats by depth", "flats by lead", "temperature factor of a fast table"),
     *("rubbing force", "power within the limit", "energy linear in flats"),
     *("texture after the lightest stroke", "temperature factor of a usual table"),
 )
-"""Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
+"""Rows whose value follows from geometry or the form of a relation, not from constants of the catalogue."""
 
 MEMORIES = {
     "expected_magnitudes": {Evidence.REMEMBERED},
@@ -48,7 +48,7 @@ MEMORIES = {
     "thermal_partition": {Evidence.REMEMBERED, Evidence.OWN},
     "dressing_overlap": {Evidence.DRAWN},
 }
-"""What may be made of a file whose numbers nobody measured for this package, by name of the file."""
+"""Permitted evidence of rows based on files of recalled or derived numbers, by name of the file."""
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def rows() -> dict[str, Row]:
 
 
 def scaled(entry: Entry, factor: float) -> Entry:
-    """An entry with every number multiplied, as far as ranges and the order of fields allow."""
+    """Return an entry with every number multiplied where ranges and the order of fields allow."""
     for name, quantity in quantities(type(entry)).items():
         value = getattr(entry, name)
         if isinstance(value, float) and quantity.allows(value * factor):
@@ -81,7 +81,7 @@ def other_catalogue() -> Catalogue:
 
 
 def made(value: float, **changes) -> Check:
-    """A check whose number is given."""
+    """Return a check that measures a given value."""
     fields = {"name": "made up", "group": 1, "what": "a number", "at": "anywhere", "band": Band(1.0, 2.0), **changes}
     return Check(measure=lambda rig: value, **fields)
 
@@ -265,7 +265,7 @@ def taken(measure) -> Row:
         ({"width": 40.0}, ["width 40 mm (a60j: at most 25)"]),
         ({"table_speed": 1000.0}, ["table speed 60 m/min (default: at most 40)"]),
         ({"changes": {"wheel": {"maximum_speed": 50.0}}, "wheel_speed": 45.0}, []),
-        # a wheel that is worn keeps its revolutions, or its surface speed
+        # a worn wheel keeps its revolutions or its surface speed
         ({"wheel_speed": 40.0, "diameter": 250.0}, []),
         (
             {"wheel_speed": 36.0, "diameter": 250.0, "constant_surface_speed": True},

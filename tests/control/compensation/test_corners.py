@@ -10,7 +10,7 @@ LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 
 
 def turned(first: Element, degrees: float, length: float = 50.0) -> PathSegment:
-    """A line that leaves the end of a first one along +u at an angle."""
+    """Return a line from the end of a first one at an angle to +u."""
     u, v = first.end
     angle = math.radians(degrees)
     return PathSegment((u, v), (u + length * math.cos(angle), v + length * math.sin(angle)))
@@ -177,7 +177,7 @@ def test_a_line_that_just_fits_has_no_length() -> None:
 
 
 def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> PathArc:
-    """About the origin, from one direction to another in degrees."""
+    """Return an arc about the origin from one direction to another, degrees."""
     return PathArc(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
 
 

@@ -1,4 +1,4 @@
-"""Entry and exit beside the worked examples E1 to E9, which test_compensation.py runs as programs."""
+"""Entry and exit beyond the worked examples E1 to E9, which test_compensation.py runs as programs."""
 
 import math
 
@@ -17,7 +17,7 @@ def ends(path: list[Element]) -> list[object]:
 def exit_path(
     last: Element, end: Point, offset: Offset, kind: str = "A", circular: bool = False, vector: Point | None = None
 ) -> list[Element]:
-    """What follows the last compensated element, a line without length to its end in front."""
+    """Return the path after the last compensated element, from a line of no length at its end."""
     junction = exit_junction(last, PathSegment(last.end, end), offset, kind, circular, vector)
     start = junction.generated[-1].end if junction.generated else junction.end
     return [PathSegment(junction.end, junction.end), *junction.generated, PathSegment(start, end)]

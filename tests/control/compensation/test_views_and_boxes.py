@@ -1,4 +1,4 @@
-"""What the compensation remembers from element to element changes nothing: compared with what remembers nothing."""
+"""Views and boxes kept from element to element give the same results as a compensation without them."""
 
 import random
 from collections import deque
@@ -25,7 +25,7 @@ BETWEEN = [
     "G40",
     "G42",
 ]
-"""Blocks between the motions, on which views end, or after which they may not go on."""
+"""Blocks between the motions that end a view or may forbid its continuation."""
 
 
 def program(seed: int) -> str:
