@@ -102,7 +102,7 @@ def _broken(case: Case) -> str | None:
 
 
 def _moment(event: Event) -> float:
-    """Return the time of an event, for a motion that of its end, s."""
+    """Return the time of an event, or of the end of a motion, s."""
     return event.finish if isinstance(event, Motion) else event.time
 
 

@@ -28,7 +28,7 @@ def generated(moves: list[Motion]) -> list[Motion]:
 E1 = "N10 G00 Z0 X0; N20 G41 G01 Z10 X10 T0101 F100; N30 Z30; N40 X20; N50 Z50; N60 G40 Z60 X30;"
 
 
-def test_e1_inside_and_outside_corner() -> None:
+def test_e1_a_contour_is_offset_at_inside_and_outside_corners() -> None:
     assert close(path(E1), [(10, 12), (28, 12), (28, 22), (50, 22), (60, 30)])
 
 
@@ -45,7 +45,7 @@ def test_e2_the_entry_depends_on_the_next_move_only(text: str, entry: Point) -> 
     assert entry in [pytest.approx(point, abs=1e-4) for point in path(text)]
 
 
-def test_e3_entry_onto_an_arc() -> None:
+def test_e3_an_entry_may_lead_onto_an_arc() -> None:
     text = "G42 G01 Z20 X10 F100; G03 Z30 X20 K0 I10; G40 G01 Z40 X40"
     moves = motions(text, radius=2.0)
     assert (moves[0].end[2], moves[0].end[0]) == pytest.approx((20, 8))
@@ -54,7 +54,7 @@ def test_e3_entry_onto_an_arc() -> None:
 
 
 @pytest.mark.parametrize(("code", "leaves_at"), [("G41", 28.0), ("G42", 32.0)])
-def test_e4_exit_after_an_arc(code: str, leaves_at: float) -> None:
+def test_e4_an_exit_after_an_arc_must_be_straight(code: str, leaves_at: float) -> None:
     text = f"{code} G01 Z20 X10 F100; G03 Z30 X20 K0 I10; G40 G01 Z40 X40"
     assert close(path(text)[1:], [(leaves_at, 20), (40, 40)])
     error = refusal(text.replace("G40 G01 Z40 X40", "G40 G02 Z40 X40 R30"), radius=2.0)
@@ -64,7 +64,7 @@ def test_e4_exit_after_an_arc(code: str, leaves_at: float) -> None:
 E5 = "N1 G00 Z-5 X5; {}N2 G42 G01 Z0 F100; N3 Z20; N4 X12; N5 Z8 X-3; N6 G40 Z0 X-10;"
 
 
-def test_e5_a_sharp_outside_corner() -> None:
+def test_e5_a_sharp_outside_corner_gets_a_line_or_with_g39_1_an_arc() -> None:
     straight = motions(E5.format(""), radius=1.0)
     found = [(move.end[2], move.end[0]) for move in straight[1:]]
     assert close(found, [(0, 4), (21, 4), (21, 13), (19.8438, 13.4056), (7.2191, -2.3753), (0, -10)])
@@ -90,12 +90,12 @@ def test_e5_a_sharp_outside_corner() -> None:
         ("K-5", (12, 2)),
     ],
 )
-def test_e6_exit_with_a_vector(words: str, end: Point, kind: str) -> None:
+def test_e6_a_vector_in_the_exit_block_shifts_the_last_point(words: str, end: Point, kind: str) -> None:
     text = f"G41 G01 Z.001 F100; Z10; G40 Z15 X10 {words}"
     assert close(path(text, compensation_type=kind)[1:], [end, (15, 10)])
 
 
-def test_e7_too_many_blocks_without_motion() -> None:
+def test_e7_too_many_blocks_without_motion_end_the_lookahead() -> None:
     text = "G41 G01 Z.001 F100; Z10; {}X10; Z20"
     assert close(path(text.format(""))[1:3], [(8, 2), (8, 12)])
     assert close(path(text.format("M08; M09; "))[1:3], [(8, 2), (8, 12)])
@@ -103,7 +103,7 @@ def test_e7_too_many_blocks_without_motion() -> None:
     assert close(path(text.format("M08; "), non_motion_blocks=0)[1:3], [(10, 2), (10, 12)])
 
 
-def test_e8_change_of_side() -> None:
+def test_e8_a_change_of_side_generates_a_block() -> None:
     moves = motions("G41 G01 Z.001 F100; Z10; G42 Z20; Z30", radius=2.0)
     assert close([(move.end[2], move.end[0]) for move in moves[1:]], [(10, 2), (10, -2), (20, -2), (30, -2)])
     assert [move.block for move in generated(moves)] == [1]
@@ -117,7 +117,7 @@ def test_e8_change_of_side() -> None:
         ("Z20 X10; X20", [(8.5858, 1.4142)]),
     ],
 )
-def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
+def test_e9_a_type_b_entry_runs_round_an_outside_corner(after: str, points: list[Point]) -> None:
     moves = path(f"G41 G01 Z10 F100; {after}", compensation_type="B")
     assert close(moves[: len(points)], points)
 
@@ -130,7 +130,7 @@ def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
         ("Z20 X8", [(10, 2), (20, 8)]),
     ],
 )
-def test_e9_type_b_exit(to: str, points: list[Point]) -> None:
+def test_e9_a_type_b_exit_runs_round_an_outside_corner(to: str, points: list[Point]) -> None:
     text = f"G41 G01 Z.001 F100; Z10; G40 {to}"
     assert close(path(text, compensation_type="B")[1:], points)
     assert close(path(text)[1:], [(10, 2), points[-1]])
@@ -139,7 +139,7 @@ def test_e9_type_b_exit(to: str, points: list[Point]) -> None:
 @pytest.mark.parametrize(
     ("code", "corner", "radius", "feed"), [("G41", (9.4641, 1), 4.0, 80.0), ("G42", (10.4721, -1), 6.0, 100.0)]
 )
-def test_e10_line_to_arc_and_its_feed(code: str, corner: Point, radius: float, feed: float) -> None:
+def test_e10_only_an_inside_arc_is_slowed(code: str, corner: Point, radius: float, feed: float) -> None:
     text = f"{code} G01 Z.001 F100; Z10; G03 Z6 X8 K-4 I3; G40 G01 Z-10 X8"
     moves = motions(text, radius=1.0)
     assert (moves[1].end[2], moves[1].end[0]) == pytest.approx(corner, abs=1e-4)
@@ -175,7 +175,7 @@ def test_t_selects_radius_and_length() -> None:
     assert whole == [pytest.approx((z + 1.0, x)) for z, x in path(text.format(""))]
 
 
-def test_t0000_goes_on_with_radius_zero() -> None:
+def test_t0000_continues_with_radius_zero() -> None:
     assert path("T0000; " + E1.replace("T0101", "")) == path("G00 Z0 X0; G01 Z10 X10 F1; Z30; X20; Z50; Z60 X30")
     assert close(path(CONTOUR.format("T0000 "))[1:], [(28, 2), (30, 20), (50, 20), (50, 30)])
 
@@ -259,7 +259,7 @@ def test_a_fault_in_another_block_names_its_line_column_or_file(tmp_path: Path) 
     assert (own.line, " in line" in own.message) == (2, False)
 
 
-def test_m800_switches_the_detection_off_and_m801_on() -> None:
+def test_m800_switches_error_detection_off_and_m801_on() -> None:
     text = "G41 G01 Z10 F100\n{}Z30\nX1\nZ0\nG40 X9"
     assert refusal(text.format("M801 "), radius=2.0).name == "backwards-motion"
     assert len(path(text.format("M800 "))) == 5
@@ -267,7 +267,7 @@ def test_m800_switches_the_detection_off_and_m801_on() -> None:
     assert refusal(small, radius=2.0).name == "circular-departure-too-small"
 
 
-def test_strict_entries_move_both_axes() -> None:
+def test_a_strict_entry_must_move_both_axes() -> None:
     assert refusal("G41 G01 Z10 F100; Z20", radius=2.0, strict_entry_both_axes=True).name == "block-format"
     assert path("G41 G01 Z10 X5 F100; Z20", strict_entry_both_axes=True)
 

@@ -254,7 +254,7 @@ def test_the_path_is_translated_turned_and_mirrored_with_its_contour(
 
 @examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0), data=st.data())
-def test_splitting_a_line_changes_nothing(
+def test_splitting_a_line_does_not_change_the_path(
     pieces: list[Piece], side: str, plane: str, radius: float, data: st.DataObject
 ) -> None:
     pieces = [

@@ -159,12 +159,12 @@ def test_defaults_are_not_remembered() -> None:
     assert (second.secondary, second.feed) == (-5.0, 500.0)
 
 
-def test_an_i_of_a_plain_block_is_remembered() -> None:
+def test_an_i_in_a_block_without_a_cycle_code_is_remembered() -> None:
     text = "G81 X230. I-30. E12000.\nI-60.\nG91 I5.\nG90 G80\nG81 X230."
     assert last_plan(text).secondary == -55.0
 
 
-def test_an_integrand_alone_names_the_axis() -> None:
+def test_an_integrand_alone_selects_the_axis_of_g81() -> None:
     plan = last_plan("G81 X230. I-30. E12000.\nG80\nG81 I-20.")
     assert (plan.axis, plan.primary, plan.secondary) == (0, 230.0, -20.0)
 

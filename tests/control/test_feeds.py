@@ -1,4 +1,4 @@
-"""F and E: the speed along the path, its duration and its limits (12-53, 12-54, 12-60)."""
+"""F and E: the speed along the path, how long it holds and its limits (12-53, 12-54, 12-60)."""
 
 import pytest
 

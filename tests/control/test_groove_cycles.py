@@ -56,7 +56,7 @@ def refusal(text: str, position: Position = (25.0, 0.0, -10.0), modes: Modes = F
 ONE_GROOVE = "fX23 rX23.5 fX21 rX21.5 fX20 rX25"
 
 
-def test_g1_one_groove() -> None:
+def test_g1_a_groove_is_cut_in_steps_with_retracts() -> None:
     assert path("G77 X20 I2 D0 F0.1", (25.0, 0.0, -10.0), modes=Modes()) == ONE_GROOVE
 
 
@@ -69,7 +69,7 @@ def test_g3_even_spacing_has_no_duplicate_at_the_end() -> None:
     assert list(groove_positions(plan("G77 X20 Z-20 I2 K5 D0", (25.0, 0.0, -10.0)))) == [-10.0, -15.0, -20.0]
 
 
-def test_g4_spacing_beyond_the_last_groove() -> None:
+def test_g4_a_spacing_beyond_the_last_groove_is_shortened() -> None:
     assert list(groove_positions(plan("G77 X20 Z-13 I2 K5 D0", (25.0, 0.0, -10.0)))) == [-10.0, -13.0]
 
 
@@ -78,16 +78,16 @@ def test_g5_cutoff_shifts_before_it_withdraws() -> None:
     assert found == "fX7 rX7.25 fX2 rX2.25 fX0 rZ-29.8 rX12"
 
 
-def test_g6_diameter_mode() -> None:
+def test_g6_diameter_mode_gives_the_same_path() -> None:
     assert path("G08 G77 X40 I2 D0", (25.0, 0.0, -10.0)) == ONE_GROOVE
     assert path("G08 G91 G77 X-10 I2 D0", (25.0, 0.0, -10.0)) == ONE_GROOVE
 
 
-def test_g7_inside_groove() -> None:
+def test_g7_an_inside_groove_is_cut_outwards() -> None:
     assert path("G77 X26 I3 D0", (20.0, 0.0, -10.0), e=0.25) == "fX23 rX22.75 fX26 rX20"
 
 
-def test_g8_face_grooves() -> None:
+def test_g8_g76_cuts_face_grooves() -> None:
     one = "fZ-0.5 rZ0 fZ-3 rZ-2.5 fZ-4 rZ2"
     found = path("G76 X18 Z-4 I4 K2.5 D0", (10.0, 0.0, 2.0))
     assert found == f"{one} rX14 {one} rX18 {one}"
@@ -152,7 +152,7 @@ def test_legs_carry_the_number_of_their_groove() -> None:
 
 @pytest.mark.parametrize("code", ["G76", "G77"])
 @pytest.mark.parametrize("plane", ["G17", "G18", "G19"])
-def test_axes_change_with_the_plane(code: str, plane: str) -> None:
+def test_the_groove_axes_follow_from_the_plane(code: str, plane: str) -> None:
     # 22-2: in another plane the axes are exchanged; in G18 the roles are those of G1 and G8
     infeed, space = INFEED_AXES[code, plane], SPACING_AXES[code, plane]
     start = [7.0, 7.0, 7.0]

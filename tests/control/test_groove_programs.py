@@ -24,7 +24,7 @@ def test_the_default_retract_is_a_round_number_in_mm_and_in_inches() -> None:
     assert [end[0] for end in ends(inch)] == pytest.approx([25.4, 22.86, 23.368, 20.32, 25.4], abs=1e-9)
     assert ends(inch, groove_retract=0.25)[2][0] == pytest.approx(23.11, abs=1e-9)
     assert ends("G70\nG71\n" + START + "G77 X20. I2. D0 F1.")[2][0] == 23.5
-    # a step of 0.02 in leaves nothing, one of 0.0201 in a little
+    # a step of 0.02 in is no larger than the retract, one of 0.0201 in is
     error = refusal("G70 G00 X1. Z-1.\nG77 X.8 I.02 D0 F1.")
     assert (error.name, "the retract of 0.508 mm" in error.message) == ("groove-retract", True)
     assert ends("G70 G00 X1. Z-1.\nG77 X.95 I.0201 D0 F1.")[1][0] == pytest.approx(25.4 * 0.9799, abs=1e-9)

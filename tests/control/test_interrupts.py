@@ -33,14 +33,14 @@ def steps(main: str, program: str, *interrupts: Interrupt) -> list[tuple[float, 
     return [(*(round(c, 3) for c in move.end), move.source.value) for move in moves]
 
 
-def test_type_1_without_motion_changes_nothing() -> None:
+def test_a_type_1_interrupt_without_motion_changes_nothing() -> None:
     plain = steps(MAIN, STILL)
     for immediate in (True, False):
         found = steps(MAIN, STILL, Interrupt(7, 1, immediate, at=0.5))
         assert [step for step in found if step[0] != 5.0] == plain
 
 
-def test_type_1_with_motion_goes_straight_to_the_end_of_the_next_block() -> None:
+def test_a_type_1_interrupt_with_motion_goes_straight_to_the_next_end() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 1, True, at=0.5))
     assert found == [
         (5.0, 0.0, 0.0, "program"),
@@ -82,7 +82,7 @@ def test_motions_after_an_interrupt_that_leads_away_are_continuous() -> None:
         assert after.start == pytest.approx(before.end)
 
 
-def test_type_2_comes_back_and_finishes_the_block() -> None:
+def test_a_type_2_interrupt_comes_back_and_finishes_the_block() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 2, True, at=0.5))
     assert found == [
         *steps(MAIN, AWAY, Interrupt(7, 1, True, at=0.5))[:3],

@@ -136,6 +136,6 @@ def test_faulty_programs_are_refused_at_the_block_of_linuxcnc(case: dict[str, An
     assert caught.value.block == int(rows(case)[-1]["n"])
 
 
-def test_every_case_is_compared() -> None:
+def test_all_71_cases_and_three_modes_are_present() -> None:
     assert len(CASES) == 71
     assert {case["mode"] for case in CASES} == {"exact", "contour", "error"}

@@ -70,11 +70,11 @@ def computed(tree: Tree | float) -> float:
     if len(given) == 1:
         given = [round(given[0], 10)]
     if len(given) == 2 and tree[0] in ("GT", "LE") and 0.0 < abs(given[0] - given[1]) < 1e-6:
-        raise ValueError  # equal but for rounding
+        raise ValueError  # the numbers differ only by rounding
     if tree[0] == "MOD" and abs(given[0]) > 1e12 * abs(given[1]):
         raise ValueError  # the quotient has more digits than the control, or than Python, can hold
     if tree[0] in ("FIX", "FUP", "ROUND", "MOD") and any(abs(8 * each - round(8 * each)) > 1e-12 for each in given):
-        raise ValueError  # rounding may move it over the edge
+        raise ValueError  # rounding may cross a step of the function
     found = OPERATORS[tree[0]](*given) if len(given) == 2 else FUNCTIONS[tree[0]](*given)
     if abs(found) > 1e6:
         raise ValueError

@@ -26,7 +26,7 @@ def test_m30_finishes_the_stroke_in_progress() -> None:
     assert story(cycles("G81 X230. I-30. E12000.\nG04 P1.5\nM30")) == "X230 X-30"
 
 
-def test_the_text_end_counts_the_strokes_already_made() -> None:
+def test_the_stroke_limit_at_the_text_end_counts_earlier_strokes() -> None:
     assert len(strokes(cycles("G81 X230. I-30. E12000.\nG04 P4.\n"))) == 10
     assert len(strokes(cycles("G81 X230. I-30. E12000.\nG04 P4.\n", strokes=2))) == 3
     assert story(cycles("G82 X230. I-30. Y-.01 J-.01 F6. E12000.\n")) == "X230 y-0.01 X-30"

@@ -109,7 +109,7 @@ def test_a_requested_dress_does_not_feed_the_standing_table_into_the_part() -> N
     assert max(before - after for before, after in itertools.pairwise(depths)) < 0.03
 
 
-def test_auto_dress_comes_before_the_operator() -> None:
+def test_an_auto_dress_comes_before_an_operator_dress() -> None:
     text = "G17\nG82 Z0 K40. X-.1 I-.1 E2400. F60. P1000 D1\nM30\n" + D1
     assert story(run("G00 Z40.\n" + text, operator_dress_at=(0.2,))) == "Z0 x-0.1 auto operator Z40"
 

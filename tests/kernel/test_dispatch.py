@@ -61,7 +61,7 @@ def scaled(factor):
 
 
 def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
-    """Start a process outside the tests that calls the toy until it is compiled."""
+    """Start a process that calls the toy until it is compiled, and that is not taken for a test."""
     (folder / "toy.py").write_text(TOY)
     (folder / "toy_parts.py").write_text(PARTS)
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}

@@ -277,7 +277,7 @@ def test_fingerprints_agree_across_processes_until_the_kernel_package_changes(
     assert not set(before) & set(found())
 
 
-def test_every_entry_has_a_fingerprint_of_its_own() -> None:
+def test_no_two_entries_share_a_fingerprint() -> None:
     modules = [
         importlib.import_module(found.name)
         for package in (grind_env, grind_env.policies.scripted)

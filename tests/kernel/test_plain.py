@@ -83,7 +83,7 @@ def test_a_plain_python_rule_is_compiled_with_the_functions_it_calls():
     rule = inlined_rule(quarter)
     assert rule(3.0) == quarter(3.0) == 0.75
     assert numba.njit(lambda x: rule(x) + 1.0)(3.0) == 1.75
-    assert type(half) is type(quarter)  # the control goes on with plain functions
+    assert type(half) is type(quarter)  # the control still uses the plain functions
 
 
 def test_a_kernel_and_its_inner_kernels_share_a_scheduler_and_restore_the_default(monkeypatch, tmp_path):

@@ -176,7 +176,7 @@ def test_a_row_is_expected_to_pass_unless_it_is_a_known_failure():
     assert not is_expected(row_of(made(1.5, name=failing), rig))
 
 
-def test_exponents_and_steps():
+def test_exponents_and_steps_are_recovered_from_series():
     x = [1.0, 2.0, 5.0]
     assert exponent(x, [3.0 * each**-1.1 for each in x]) == pytest.approx(-1.1)
     z = [2.0, 1.0, 7.0]
@@ -231,7 +231,7 @@ def test_cut_reaches_the_requested_depth(rig, depth):
     assert rig.sharp(width=5.0).cut(depth).ae == pytest.approx(depth, rel=1e-6)
 
 
-def test_a_trial_changes_nothing(rig):
+def test_a_trial_stroke_changes_no_state(rig):
     grinder = rig.sharp()
     before = states(grinder)
     grinder.trial(0.02)

@@ -190,7 +190,7 @@ def on(degrees: float, radius: float) -> Point:
     ("programmed", "trimmed_start", "trimmed_end"),
     [(30, 10, 15), (30, -10, -15), (200, 100, 90), (330, 160, 160), (330, -10, -10), (360, 0, 0), (360, 50, 60)],
 )
-def test_arcs_are_trimmed_and_lengthened(
+def test_compensated_arcs_are_trimmed_or_lengthened(
     programmed: float, trimmed_start: float, trimmed_end: float, rotation: int
 ) -> None:
     arc = arc_between(20.0, 20.0 + rotation * programmed, rotation)
