@@ -116,8 +116,8 @@ def test_wheel_and_coolant_switch_in_the_order_of_their_words() -> None:
 
 def test_spindle_events_give_the_surface_speed_of_g96() -> None:
     events = run("S500\nG96 S900\nG97 S500", radii={33: 150.0})
-    told = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
-    assert told == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
+    speeds = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
+    assert speeds == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
 
 
 def test_block_numbers_may_repeat() -> None:

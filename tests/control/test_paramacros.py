@@ -308,8 +308,8 @@ def test_whole_cycles_give_the_same_dresses_when_variables_change() -> None:
     part = "G82 X200. I-30. Y[#5-.03] J-.01 F60. E15000. P9200 D1\n"
     text = f"{COMMON}#5=0\n#105=100\n" + part * 2 + "#105=50\n" + "#5=-.03\n" + part * 2 + "M30\n"
     text += "O9200\nG90 G00 Y50.\n#3=0\nWHILE [#3 LT 2] DO 3\nG01 Z[5*#3] F#105\n#3=#3+1\nEND 3\nM99"
-    told, whole = run(text, start=(-30.0, 0.0, 0.0)), run(text, start=(-30.0, 0.0, 0.0), whole_cycles=True)
-    assert [event.dresses for event in cycle_ends(told)] == [event.dresses for event in cycle_ends(whole)]
+    stepped, whole = run(text, start=(-30.0, 0.0, 0.0)), run(text, start=(-30.0, 0.0, 0.0), whole_cycles=True)
+    assert [event.dresses for event in cycle_ends(stepped)] == [event.dresses for event in cycle_ends(whole)]
     values = [event.variables[105] for event in whole if isinstance(event, CycleStart)]
     assert values == [100.0, 100.0, 50.0, 50.0]
 
@@ -375,8 +375,8 @@ def test_text_after_a_semicolon_is_a_remark_unless_it_is_a_block() -> None:
 
 def test_a_clamped_feed_is_reported_with_the_unit_probably_meant() -> None:
     events = run(COMMON + "G70\nG82 X8. I-1. Y-.001 J-.001 F20. E9000.\nG71 G80\nG01 X5. F70000.\nM30" + DRESS)
-    told = [event.text for event in events if type(event).__name__ == "Message"]
-    assert told == [
+    messages = [event.text for event in events if type(event).__name__ == "Message"]
+    assert messages == [
         "line 3: E9000. is 228600 mm/min and clamped to 60000; G70 is in force, so write E354.3 if mm/min are meant, "
         "or G71 before it",
         "line 5: F70000. is 70000 mm/min and clamped to 60000",

@@ -126,7 +126,7 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
             programs = list(read(text))
         except ControlError:
             return
-        held = [seen(program.blocks) for program in programs]
+        actual = [seen(program.blocks) for program in programs]
     parts: list[list[Found]] = [[]]
     for found in naive_blocks(text):
         if re.sub(r"\([^()]*\)", "", found[2]).strip().startswith("O"):
@@ -134,8 +134,8 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
         else:
             parts[-1].append(found)
     comments_alone = all(not re.sub(r"\([^()%]{,126}\)", "", block).strip() for _, _, block in parts[0])
-    assert held == (parts[1:] if len(parts) > 1 and comments_alone else parts)
-    assert [len(program.blocks) for program in programs] == [len(part) for part in held]
+    assert actual == (parts[1:] if len(parts) > 1 and comments_alone else parts)
+    assert [len(program.blocks) for program in programs] == [len(part) for part in actual]
 
 
 @pytest.fixture(params=["held", "read again"])

@@ -54,9 +54,9 @@ def test_a_known_failure_is_printed_with_its_reason():
 def test_the_exit_status_says_whether_all_results_are_expected(rows, monkeypatch, capsys):
     monkeypatch.setattr(module, "validate", lambda: rows)
     assert module.main([]) == (0 if all(map(is_expected, rows)) else 1)
-    said = capsys.readouterr().out
-    assert all(title in said for title in GROUPS.values())
-    assert max(map(len, said.splitlines())) <= WIDTH == 120
+    output = capsys.readouterr().out
+    assert all(title in output for title in GROUPS.values())
+    assert max(map(len, output.splitlines())) <= WIDTH == 120
 
 
 def test_the_first_line_counts_the_rows_by_evidence(rows):

@@ -80,7 +80,7 @@ def other_catalogue() -> Catalogue:
     )
 
 
-def made(value: float, **changes) -> Check:
+def check_of(value: float, **changes) -> Check:
     """Return a check that measures a given value."""
     fields = {"name": "made up", "group": 1, "what": "a number", "at": "anywhere", "band": Band(1.0, 2.0), **changes}
     return Check(measure=lambda rig: value, **fields)
@@ -156,7 +156,7 @@ def test_a_row_fails_and_names_a_missing_catalogue_entry():
     def measure(rig: Rig) -> float:
         return rig.fresh(wheel="cardboard").wheel.A
 
-    row = row_of(replace(made(1.5), measure=measure), Rig(load_catalogue()))
+    row = row_of(replace(check_of(1.5), measure=measure), Rig(load_catalogue()))
     assert not row.passed and math.isnan(row.value)
     assert "cardboard" in row.missing
 
@@ -170,10 +170,10 @@ def test_a_known_failure_has_a_reason_and_fails(rows, name):
 def test_a_row_is_expected_to_pass_unless_it_is_a_known_failure():
     rig = Rig(load_catalogue())
     failing = next(iter(known_failures()))
-    assert is_expected(row_of(made(1.5), rig))
-    assert not is_expected(row_of(made(3.0), rig))
-    assert is_expected(row_of(made(3.0, name=failing), rig))
-    assert not is_expected(row_of(made(1.5, name=failing), rig))
+    assert is_expected(row_of(check_of(1.5), rig))
+    assert not is_expected(row_of(check_of(3.0), rig))
+    assert is_expected(row_of(check_of(3.0, name=failing), rig))
+    assert not is_expected(row_of(check_of(1.5, name=failing), rig))
 
 
 def test_exponents_and_steps_are_recovered_from_series():
@@ -250,8 +250,8 @@ def test_a_field_that_an_entry_lacks_is_refused(rig):
         rig.fresh(changes={"wheel": {"colour": 1.0}})
 
 
-def taken(measure) -> Row:
-    return row_of(replace(made(0.0), measure=measure), Rig(load_catalogue()))
+def measured_row(measure) -> Row:
+    return row_of(replace(check_of(0.0), measure=measure), Rig(load_catalogue()))
 
 
 @pytest.mark.parametrize(
@@ -274,7 +274,7 @@ def taken(measure) -> Row:
     ],
 )
 def test_setups_outside_the_catalogue_are_listed(setup, found):
-    assert [str(each) for each in taken(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
+    assert [str(each) for each in measured_row(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
 
 
 @pytest.mark.nightly
