@@ -216,7 +216,7 @@ def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
     assert large < 1.2 * small
 
 
-def test_memory_does_not_grow_with_the_blocks_of_one_line(tmp_path: Path) -> None:
+def test_a_line_of_100_000_blocks_needs_less_than_2_mb(tmp_path: Path) -> None:
     path = tmp_path / "one_line.nc"
     path.write_text("G01 X1.234 Y2.345; " * 100_000, encoding="utf-8")
     tracemalloc.start()
