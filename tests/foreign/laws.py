@@ -38,7 +38,7 @@ class Werner:
     share: float = 0.22
 
     def power(self, depth: float, speed: float, dull: float) -> float:
-        """Return the power by a power law of the chip thickness."""
+        """Return the power of a stroke by a power law of the chip thickness."""
         return 25.0 * (thickness(depth, speed) / 0.1) ** -0.4 * depth * speed * (1.0 + dull)
 
     def dulls(self, depth: float, speed: float, dull: float) -> float:

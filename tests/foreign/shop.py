@@ -365,7 +365,7 @@ class PowerLaw:
     """Rule of forty lines without a model, which `grind advise` has to beat.
 
     Peak power is a power of E and of the ground volume, learned by recursive least squares; E is at most 1.25 times the
-    last one and 88 % of the rating; a dress is due when the next part would cost more than the mean since the last one.
+    last one and 88 % of the rating; a dress is due if the next part costs more than the mean part since the last dress.
     """
 
     def __init__(self, shop: Shop, volumes: Sequence[float]) -> None:

@@ -1,4 +1,4 @@
-"""Programs on the possible machines of a job: which machines are drawn, what they give together, what is reported."""
+"""Programs on the possible machines of a job: the drawn machines, their joint trials, and the reported results."""
 
 import math
 import re

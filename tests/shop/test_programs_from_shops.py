@@ -98,7 +98,7 @@ def test_promised_quantities_match_a_run_of_the_optimised_program(
     path, job = program_and_job(name)
     known = tmp_path / path.with_suffix(".toml").name
     known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
-    if name == "maschinenmesser":  # Ra is so near its limit that few lots do not tell which program keeps it
+    if name == "maschinenmesser":  # Ra is near its limit: only many lots tell which program keeps it
         monkeypatch.setattr(varied_program, "USUAL_RUNS", 50)
     found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER

@@ -38,7 +38,7 @@ PATH = EXAMPLES / "plate_g82.nc"
 
 
 def test_the_risk_is_the_cost_ratio_not_exceeded_on_95_of_100_machines() -> None:
-    """Use two lots on each of 101 machines; on machine k the new program costs k % more in the mean."""
+    """Use two lots on each of 101 machines; the new program costs k % more on machine k in the mean."""
     trials = cast(
         Trials, SimpleNamespace(confidence=0.95, by_machine=lambda values: values.reshape(-1, 2, 101).mean(axis=1))
     )
