@@ -41,7 +41,7 @@ BEHIND = (
     "machine.script.script_tables",
     "machine.loops.stroke_totals",
 )
-"""Modules with the tables of the compiled loops, to which the pages refer."""
+"""Modules with the tables of the compiled loops, which the pages mention."""
 PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
 DERIVED = {
     "cut_root",

@@ -34,7 +34,7 @@ def trajectory(env_id: str, seed: int, options: Any, **kwargs: Any) -> tuple[Arr
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_the_nominal_context_is_the_deterministic_task(name: str) -> None:
+def test_the_nominal_context_makes_a_task_deterministic(name: str) -> None:
     env_id = IDS[task_names().index(name)]
     task = load_task(name)
     runs = [trajectory(env_id, seed, {"context": nominal_context(task)}, observation="full") for seed in (1, 99)]

@@ -39,7 +39,7 @@ NO_PRE_DRESS = {"grind/Job-v0": "the program says which cycles begin with a dres
 
 
 def kinds_of(env_id: str) -> list[dict[str, Any]]:
-    """Return keyword arguments for every kind of action; one environment has all of them also with a pre-dress."""
+    """Return keyword arguments for every kind of action, with a pre-dress for one kind (Oracle6: for every kind)."""
     forms: list[dict[str, Any]] = [{"action": form} for form in harness.FORMS]
     dressing = forms if env_id == "grind/Oracle6-v0" else forms[:1]
     return [*forms, *({**form, "predress": True} for form in dressing if env_id not in NO_PRE_DRESS)]

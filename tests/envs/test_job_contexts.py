@@ -64,7 +64,7 @@ def test_exact_gauges_have_no_noise_to_fix() -> None:
         job.make(spread=0.0).reset(options={"context": {"noise": 1.0}})
 
 
-def test_the_nominal_context_is_the_job_without_spread() -> None:
+def test_the_nominal_context_equals_a_job_without_spread() -> None:
     env, nominal = job.make(), job.make(spread=0.0)
     for seed in (0, 1):
         assert_same(episode(env, seed, {"context": "nominal"}), episode(nominal, seed))

@@ -218,7 +218,7 @@ def test_a_cycle_block_in_another_file_has_no_part_program(tmp_path: Path) -> No
     assert "O50.nc:2" in refusal(GrindError, env.part_program)
 
 
-# --- what the agent sees ------------------------------------------------------------------------------
+# --- observations -------------------------------------------------------------------------------------
 
 
 def seen(env: GrindEnv, observation: Any) -> dict[str, float]:

@@ -40,7 +40,7 @@ def test_extrapolation_scales_the_draws_of_the_same_seed() -> None:
     np.testing.assert_allclose(beyond.gauged - beyond.stock, 3.0 * (plain.gauged - plain.stock), atol=1e-12)
 
 
-def test_only_wear_and_pressure_lie_beyond_the_range_of_the_task() -> None:
+def test_wear_and_pressure_lie_beyond_the_range_of_the_task_and_other_factors_within() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     spread = simulation.task.spread
     rows = tapes(simulation, replace(BEYOND, foreign=False))

@@ -17,7 +17,7 @@ BLOCK_STRIP = 493
 
 
 def wheel_height(view: EpisodePicture) -> int:
-    """Return the rows from the highest to the lowest pixel of the wheel's colour in its middle column."""
+    """Return the height in pixels of the wheel's colour in the column through its middle."""
     machine = render(view)[MACHINE]
     rows = np.flatnonzero(near(machine, palette.wear_colour(view.wheel.A))[:, 229])
     return int(rows.max() - rows.min())
