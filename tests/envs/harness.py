@@ -15,7 +15,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
-from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import NOISE, Episodes
@@ -70,14 +69,6 @@ def reward_terms_of(info: dict[str, Any]) -> dict[str, Any]:
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
     """Return uniform actions, shape (steps, num_envs, 2), float32."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)
-
-
-def alike(task: Task, steps: int, num_envs: int) -> tuple[Array, Array]:
-    """Return E in mm/min, log-uniform over its range, and uniform D, each of shape (steps, num_envs)."""
-    u = actions(steps, num_envs)
-    speeds = ActionCodec(task).decode(u.reshape(-1, 2))[0].reshape(steps, num_envs)
-    most = task.action.executions
-    return speeds, np.minimum(np.floor(0.5 * (u[..., 1] + 1.0) * (most + 1.0)), most)
 
 
 def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
