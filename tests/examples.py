@@ -7,7 +7,7 @@ import pytest
 from hypothesis import settings
 
 ALL = 100
-"""Examples of the profile `nightly`, of which a test takes as many as it states."""
+"""Number of examples in the profile `nightly`."""
 
 
 def examples(count: int) -> settings:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 PATIENCE = 1800.0
-"""s after which something hangs; no busy machine takes as long for what these tests wait for."""
+"""Seconds after which a wait fails; even a busy machine never takes that long."""
 
 
 def wait_until(condition: Callable[[], object]) -> None:
