@@ -191,7 +191,7 @@ def test_dots_in_toml_strings_and_comments_are_no_keys(tmp_path: Path) -> None:
     assert read_toml(path) == {"name": "." * 600, "numbers": numbers}
 
 
-# --- writing ---------------------------------------------------------------------------------------------------
+# --- writing ----------------------------------------------------------------------------------------------------
 
 
 def write(path: Path, text: str) -> None:
