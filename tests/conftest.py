@@ -32,7 +32,7 @@ FIRST_HALF = {"agents", "control", "machine", "pages", "shop", "soak"}
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Have each of two processes collect one half of the tests, where `make test` asks for it."""
+    """Split the tests between two processes if `make test` asks for it."""
     if "HALVES" not in os.environ or collection_path.parent != Path(__file__).parent:
         return None
     return (collection_path.name in FIRST_HALF) != (os.environ["PYTEST_XDIST_WORKER"] == "gw0") or None

@@ -1,4 +1,4 @@
-"""How much of a test runs on a commit, and how much in the nightly job."""
+"""Numbers of examples of a test on a commit and in the nightly job."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -1,4 +1,4 @@
-"""Waiting for what other processes do, on a machine that may be busy with something else."""
+"""A function that waits for other processes, even on a busy machine."""
 
 import time
 from collections.abc import Callable

@@ -168,7 +168,7 @@ def test_bad_options_end_with_status_2(grind) -> None:
     assert grind("check", "M30", "--nonsense")[0] == 2
 
 
-def test_a_job_that_cannot_be_read_is_reported_like_an_error_of_the_program(grind, tmp_path: Path) -> None:
+def test_an_unreadable_job_is_reported_like_an_error_of_the_program(grind, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("[part]\nstock = 1")
     for name, words in (("missing.toml", "cannot be read"), ("bad.toml", "part.material is missing")):
         job = str(tmp_path / name)

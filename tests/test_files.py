@@ -90,7 +90,7 @@ DEEP = {
 
 @pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
 @pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".toml")])
-def test_deep_toml_is_refused_in_a_sentence(name: str, text: str, tmp_path: Path) -> None:
+def test_deep_toml_is_refused_in_one_sentence(name: str, text: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_text(text)
     assert_refused(path)

@@ -1,4 +1,4 @@
-"""Layers of a network, against numpy's."""
+"""Layers of a network, compared with numpy."""
 
 import numpy as np
 import pytest

@@ -18,7 +18,7 @@ from grind_env.terminal import command
 
 
 class Leaf(NamedTuple):
-    """A command of either application."""
+    """Command of `grind` or `python -m agents`."""
 
     words: tuple[str, ...]
     click: Any

@@ -33,9 +33,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         (("tasks",), ("agents", "torch", "stable_baselines3", "matplotlib", "pandas", "PIL")),
     ],
 )
-def test_a_command_imports_nothing_heavy_that_it_does_not_need(
-    words: tuple[object, ...], heavy: tuple[str, ...]
-) -> None:
+def test_a_command_imports_no_heavy_module_without_need(words: tuple[object, ...], heavy: tuple[str, ...]) -> None:
     code = "import sys\nfrom grind_env.cli import main\ntry:\n    main(sys.argv[1:])\nfinally:\n    print(*sys.modules)"
     command = [sys.executable, "-c", code, *map(str, words)]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-1].split()
@@ -89,7 +87,7 @@ def test_every_public_name_is_listed_and_documented() -> None:
 
 
 @pytest.mark.parametrize("name", grind_env.examples.names())
-def test_examples_have_a_job_beside_them(name: str) -> None:
+def test_every_example_runs_with_the_job_beside_it(name: str) -> None:
     assert grind_env.grind(grind_env.examples.path(name)).parts.size > 0
 
 

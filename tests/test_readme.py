@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_example_prints_what_the_readme_shows(tmp_path):
+def test_the_example_prints_the_output_in_the_readme(tmp_path):
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     (printed,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
     run = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True, cwd=tmp_path)
@@ -29,7 +29,7 @@ def test_each_policy_name_of_the_results_table_is_known():
         assert named_policy(name, simulation)
 
 
-def test_the_task_file_of_the_guide_is_an_environment(tmp_path):
+def test_the_task_file_of_the_guide_makes_an_environment(tmp_path):
     guide = (ROOT / "docs" / "howto" / "task.md").read_text(encoding="utf-8")
     (content,) = re.findall(r'Path\("shop\.toml"\)\.write_text\("""\n(.*?)"""\)', guide, re.DOTALL)
     file = tmp_path / "shop.toml"

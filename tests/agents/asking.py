@@ -35,7 +35,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "run_all", run_here)
 
 
-def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> StudyOptions:
+def study_options(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> StudyOptions:
     """Return the options of a study whose cache and results lie below a folder."""
     options = Options(runs=folder / "runs", console=Console(quiet=True))
     return StudyOptions(

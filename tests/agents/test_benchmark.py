@@ -230,7 +230,7 @@ def test_published_rows_are_not_run_again_and_an_interrupt_writes_finished_rows(
         (("tune", "--policies", "no_such"), "'no_such' cannot be tuned"),
     ],
 )
-def test_a_users_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentence):
+def test_a_users_mistake_gives_one_sentence(monkeypatch, capsys, arguments, sentence):
     assert status(monkeypatch, *arguments) == 2
     message = capsys.readouterr().err
     assert sentence in message

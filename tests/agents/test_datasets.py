@@ -74,7 +74,7 @@ def test_a_dataset_records_its_origin_and_its_score_scale() -> None:
         [normalise("grind/Oracle6-v0", each) for each in returns]
     )
     assert loaded.env_spec is not None
-    # a full observation would show the state to an agent that is to see measurements
+    # the recorded environment must not show the state to an agent on measurements
     assert gym.make(loaded.env_spec).observation_space != gym.make("grind/Oracle6-v0").observation_space
 
 
@@ -93,7 +93,7 @@ def test_an_impossible_folder_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
         make_dataset(make_policy("handbook", ORACLE), PROBLEM, SEEDS)
 
 
-def test_a_full_disk_is_seen_before_anything_is_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_refused_before_anything_is_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy, free = make_policy("adaptive_rule", ORACLE), shutil.disk_usage(folder)
     with monkeypatch.context() as patched, pytest.raises(FileError, match=r"\(it needs 0\.1 MB\): make room"):
         patched.setattr(shutil, "disk_usage", lambda path: free._replace(free=10_000))

@@ -13,7 +13,7 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
-from tests.agents.asking import asked, in_process
+from tests.agents.asking import in_process, study_options
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -55,9 +55,9 @@ def test_the_best_plan_is_near_the_minimum_of_a_fine_grid(monkeypatch):
 def findings(folder, problem, episodes, monkeypatch, *questions):
     """Return the findings of a study of a problem for some or all questions."""
     in_process(monkeypatch)
-    made = study(asked(folder, problem, episodes=episodes))
+    made = study(study_options(folder, problem, episodes=episodes))
     made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
-    return [DressFinding(**each) for each in made.found(asked(folder).options).values()]
+    return [DressFinding(**each) for each in made.found(study_options(folder).options).values()]
 
 
 def test_a_study_answers_all_questions_and_resumes_from_its_cache(tmp_path, monkeypatch):

@@ -68,7 +68,7 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
     assert [line(study)["task"] for study in read_studies(tmp_path)] == ["new"]
 
 
-def test_a_line_by_hand():
+def test_a_table_line_by_hand():
     assert line(DressStudy([*FOUND, decider("plain_gru", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",

@@ -75,7 +75,7 @@ def test_an_evaluation_in_a_damaged_file_is_run_again(tmp_path, evaluated, text)
     assert len(evaluated) == 2
 
 
-def test_another_parameter_or_task_is_another_evaluation(tmp_path, evaluated):
+def test_another_parameter_or_task_causes_another_evaluation(tmp_path, evaluated):
     cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
     cached_evaluation(replace(PLAN, E=9500.0), PROBLEM, SEEDS[:2], tmp_path)
     cached_evaluation(PLAN, changed(PROBLEM, factors={"kA": 2.5001}), SEEDS[:2], tmp_path)

@@ -31,7 +31,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned_parameters import CONFIGS
-from tests.agents.asking import asked, evaluation, in_process, status
+from tests.agents.asking import evaluation, in_process, status, study_options
 
 ORACLE = find_problem("oracle6")
 SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
@@ -72,9 +72,9 @@ def test_gaps_by_hand(tmp_path):
         STATE: "full_state_rule",
     }
     savings = {what: gap.saving.value for what, gap in of.gaps.items()}
-    # on 20 $ an episode
+    # shares of 20 $ an episode
     plain = {FIXED: 0.0, SPEED: 10.0, DRESS: 20.0, BOTH: 40.0, BEST: 45.0, PLANNER: 50.0, HINDSIGHT: 60.0}
-    # 12 $ on 16 $, and on 18 $
+    # 12 $ against 16 $ and against 18 $
     assert savings == pytest.approx({**plain, ADAPTING_E: 25.0, ADAPTING_D: 100.0 / 3.0, STATE: 62.5})
     assert of.gaps[ADAPTING_E].against == "adaptive_dress"
     assert of.gaps[ADAPTING_D].against == "adaptive_speed"
@@ -85,7 +85,7 @@ def test_gaps_by_hand(tmp_path):
     # both episodes alike: 10 of 16 and 14 of 24 are 37.5 and 41.7 %
     low, high = of.gaps[BOTH].saving[1:]
     assert (low, high) == pytest.approx((37.5, 100.0 * 10.0 / 24.0))
-    # 0 % of the first, 36 % of the second
+    # 0 % in the first episode, 36 % in the second
     assert of.gaps[ADAPTING_E].saving.low == 0.0
 
 
@@ -128,7 +128,7 @@ def test_evaluations_in_processes_equal_evaluations_in_one(tmp_path, monkeypatch
     alone = {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
     # only the worker processes evaluate
     monkeypatch.setattr(evaluations, "run_seeds", None)
-    pair = asked(tmp_path, ORACLE, episodes=3)
+    pair = study_options(tmp_path, ORACLE, episodes=3)
     study = Evaluations(name="pair", title="", trials=chunks(pair, lambda problem: PAIR))
     found = by_problem(study.found(replace(pair.options, jobs=2)))[ORACLE]
     assert list(found) == list(PAIR)

@@ -132,7 +132,7 @@ def test_a_plain_agent_is_trained_once_and_acts_as_trained(tmp_path):
     assert np.array_equal(first.cost, expected.cost.astype(np.float32))
     assert (first.sees, first.model, first.blocks, first.trained_on) == ("measurements", "none", 7680, "inner")
     assert first.train_seconds > 0.0
-    # one update: its point is the trained agent itself
+    # one update: the only point of the curve is the trained agent
     score = evaluate(policy, ORACLE, seeds="validation", episodes=64).score.value
     assert (first.curve_steps.tolist(), first.curve_score.tolist()) == ([7680], [pytest.approx(score)])
     again = measure(cell, request)

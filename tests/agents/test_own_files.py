@@ -20,7 +20,7 @@ from grind_env import examples
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned_parameters import CONFIGS, TUNED_FILE
 from grind_env.terminal import command
-from tests.agents.asking import asked
+from tests.agents.asking import study_options
 
 PART = examples.FOLDER / "plate_g82.nc"
 JOB = PART.with_suffix(".toml")
@@ -74,5 +74,5 @@ def test_commands_recognise_their_checked_in_files() -> None:
 @pytest.mark.parametrize("name", [name for name, of in COMMANDS.items() if not signature(of.own).parameters])
 def test_a_study_recognises_its_checked_in_files(name: str, tmp_path: Path) -> None:
     of = COMMANDS[name]
-    study = import_module(of.module).study(replace(asked(tmp_path, find_problem("rush")), results=of.folder))
+    study = import_module(of.module).study(replace(study_options(tmp_path, find_problem("rush")), results=of.folder))
     study.check(of.folder)

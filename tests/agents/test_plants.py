@@ -81,7 +81,7 @@ def test_the_adviser_scraps_few_parts_on_a_soft_machine() -> None:
     rail = StudyMachine("soft:1", PROGRAMS["rail"])
     model, simulation = StudyMachine("model", rail.program).simulation(40), rail.simulation(40)
     policy: Any = policy_for(None, model)
-    # the model alone burns more than one in ten there
+    # the policy of the model alone burns more than one part in ten
     assert ground(simulation, advised(Adviser(model, policy.model))).mean_scrap > 0.1
     assert ground(simulation, advised(Adviser(model, policy))).mean_scrap < 0.03
 

@@ -14,7 +14,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned_parameters import CONFIGS, ConfigError
 from grind_env.score_scale import read_references, reference
-from tests.agents.asking import asked, evaluation, in_process, status
+from tests.agents.asking import evaluation, in_process, status, study_options
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
@@ -27,7 +27,7 @@ def copied_parameters(folder):
 
 
 def run(folder):
-    made = asked(folder / "results", PROBLEM, episodes=4)
+    made = study_options(folder / "results", PROBLEM, episodes=4)
     made = replace(made, configs=copied_parameters(folder), options=replace(made.options, runs=folder / "runs"))
     scores.study(made).publish_to(folder / "results", made.options)
 

@@ -12,7 +12,7 @@ from agents.split_study import EVERY, SHOWN, SplitScore, judged, leading, lines_
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
-from tests.agents.asking import asked, in_process, status
+from tests.agents.asking import in_process, status, study_options
 
 ORACLE, PLATES = find_problem("oracle6"), find_problem("power_limited")
 
@@ -55,7 +55,7 @@ def test_a_split_study_is_cached_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     in_process(monkeypatch)
-    split_study.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
+    split_study.study(study_options(tmp_path, ORACLE)).publish_to(tmp_path, study_options(tmp_path).options)
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
     words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--cache", tmp_path / "runs")
     assert status(monkeypatch, *words, "--results", tmp_path) == 0

@@ -85,7 +85,7 @@ def test_a_damaged_checkpoint_is_refused(share: float, tmp_path: Path) -> None:
         train(ORACLE, "ppo", 0, 10, tmp_path / "agent.zip")
 
 
-def test_the_command_trains_and_its_agent_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_trains_an_agent_and_grind_evaluates_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "agent.zip"
     train_sb3.app(
         ["--task", "oracle6", "--algorithm", "a2c", "--steps", "1280", "-o", str(path)], standalone_mode=False

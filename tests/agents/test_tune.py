@@ -129,7 +129,7 @@ def test_tuned_parameters_do_not_depend_on_the_workers(jobs, ray, here, tmp_path
     assert tune.tune(ORACLE, names, folder=tmp_path / "c", runs=tmp_path / "b", **settings) == alone
 
 
-def test_validation_decides_between_starts(tmp_path, monkeypatch):
+def test_the_validation_cost_chooses_between_starts(tmp_path, monkeypatch):
     asked = []
     cost = tune.Tuner.cost
 
@@ -140,7 +140,7 @@ def test_validation_decides_between_starts(tmp_path, monkeypatch):
     monkeypatch.setattr(tune.Tuner, "cost", spied)
     settings = {"evaluations": 10, "starts": 3, "episodes": 1}
     found = tune.tune(ORACLE, ["power_threshold"], folder=tmp_path, runs=tmp_path, **settings)
-    # one candidate a start, and the chosen one again for the file
+    # one candidate for each start, and the chosen one again for the file
     assert [seeds for _, seeds in asked].count("validation") == 4
     candidates = [policy for policy, seeds in asked if seeds == "validation"]
     assert candidates[3] in candidates[:3]

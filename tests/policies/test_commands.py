@@ -79,7 +79,7 @@ BAD = {
 
 @pytest.mark.parametrize("command", ["evaluate", "play"])
 @pytest.mark.parametrize(("words", "sentence"), BAD.values(), ids=BAD)
-def test_a_users_mistake_is_one_sentence(
+def test_a_users_mistake_gives_one_sentence(
     command: str, words: tuple[str, ...], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, grind: Grind
 ) -> None:
     monkeypatch.chdir(tmp_path)

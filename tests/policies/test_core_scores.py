@@ -58,7 +58,7 @@ def test_an_agent_for_each_task_is_named_by_a_pattern(grind: Grind) -> None:
 
 
 @pytest.mark.parametrize("words", [("--task", "power_limited"), ("--split", "inner"), ("--first-seed", 3)])
-def test_core_scores_refuse_options_for_other_episodes(words: tuple[object, ...], grind: Grind) -> None:
+def test_core_scores_refuse_another_task_split_or_first_seed(words: tuple[object, ...], grind: Grind) -> None:
     status, out, err = grind("evaluate", "--core", *words)
     assert (status, out) == (2, "") and err.endswith(f"leave out {words[0]}\n")
 

@@ -102,7 +102,7 @@ def test_thick_or_hot_parts_lead_to_a_dress_and_a_shorter_interval() -> None:
     assert executions(-14.0)[1] == 3.0
 
 
-def test_a_thick_part_limits_the_volume_up_to_the_dress_within_it() -> None:
+def test_a_thick_part_limits_the_volume_before_its_dress() -> None:
     rule = EmpiricalRule()
     ground = GROUND | {"last_speed": 6000.0, "tolerance": 20.0, "peak_power": 2000.0, "last_executions": 1.0}
     begin = observation(PLATES, **(GROUND | {"volume": 60.0}))

@@ -87,7 +87,7 @@ def test_repeated_surprises_raise_an_alarm_only_near_a_limit() -> None:
     assert watch.said(0) == [
         "peak power 5.60 kW, where 5.03 to 5.38 was forecast; it has been above its forecast before"
     ]
-    # as far off, but far from the limit; or on the good side
+    # no alarm for an equal surprise far from the limit or on the good side
     assert not any(watched(*[{"peak_power": 3200.0}] * 20, peak=2970.0)[1])
     assert not any(watched(*[{"peak_power": 5200.0}] * 20, peak=5600.0)[1])
 
@@ -113,7 +113,7 @@ def test_low_readings_raise_doubt_but_no_alarm() -> None:
 
 
 def test_the_burn_ratio_is_given_per_watt() -> None:
-    # Malkin's ratio is a power over another one: members that take 4.5 kW stand at 0.6 of the burning line
+    # Malkin's ratio compares two powers: members that take 4.5 kW are at 0.6 of the burning limit
     watch, _ = watched({"peak_power": 6000.0}, heat=0.6)
     assert watch.burn_per_watt[0] == pytest.approx(0.6 / 4500.0, rel=1e-6)
 
@@ -185,8 +185,8 @@ def test_the_guard_is_far_cheaper_than_a_bad_plan_and_near_the_rule() -> None:
 def test_on_the_model_the_guarded_policy_decides() -> None:
     seeds = episode_seeds("validation", 8)
     plan = run_seeds(Fixed(6000.0, 1, 1), PLATES, seeds)
-    held = run_seeds(guarded(Fixed(6000.0, 1, 1)), PLATES, seeds)
-    assert np.mean(plan.speeds == held.speeds) > 0.95
+    guarded_run = run_seeds(guarded(Fixed(6000.0, 1, 1)), PLATES, seeds)
+    assert np.mean(plan.speeds == guarded_run.speeds) > 0.95
 
 
 @pytest.mark.parametrize("env", ["reciprocation", "job_shop"])

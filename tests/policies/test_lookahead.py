@@ -106,7 +106,7 @@ def test_a_look_ahead_decision_does_not_depend_on_other_episodes():
     assert np.array_equal(together.executions[1], alone.executions[0])
 
 
-def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
+def test_the_belief_rule_on_a_true_belief_equals_the_full_state_rule():
     believing = BeliefRule(**RULE, wK=0.5)
     knowing = FullStateRule(**RULE, wK=0.5, gR=0.0)
     run, reference = (run_seeds(policy, ORACLE, range(1)) for policy in (believing, knowing))

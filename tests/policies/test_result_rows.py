@@ -54,7 +54,7 @@ def test_verify_re_runs_a_submitted_row(env: str, submit: Submit, grind: Grind) 
     assert (status, err) == (0, "") and "re-run of 3 episodes: " in out
 
 
-def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_row_is_read_as_written(tmp_path: Path) -> None:
     row = plates_row("look_ahead")
     write_rows(tmp_path / "row.json", [row])
     assert read_rows(tmp_path / "row.json") == [row]

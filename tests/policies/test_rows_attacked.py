@@ -227,7 +227,7 @@ class Talker:
         2,
     ),
 )
-def test_verify_reports_every_way_in_which_a_policy_ends(
+def test_verify_reports_the_result_or_the_failure_of_a_policy(
     what: str, status: int, said: str, good: Document, tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

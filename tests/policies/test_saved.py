@@ -153,7 +153,7 @@ def test_a_trusted_zip_with_junk_in_it_is_refused(junk: bytes, model: Any, tmp_p
         load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
 
 
-def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
+def test_a_trusted_zip_with_a_missing_module_is_refused(tmp_path: Path):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as made:
         made.writestr("data", "{}")
@@ -243,14 +243,14 @@ def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
 
 
 @pytest.mark.parametrize("layer", LAYERS)
-def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_path: Path):
+def test_overflowing_finite_weights_are_refused(layer: str, good: bytes, tmp_path: Path):
     largest = float(np.abs(load(good)[f"{layer}.weight"]).max())
     data = with_factors(good, {f"{layer}.weight": 3e38 / largest})
     assert all(np.isfinite(values).all() for values in load(data).values())
     refused(tmp_path, data, f"the weights of {layer} are so large that it may overflow: train one anew")
 
 
-def test_a_gru_that_overflows_is_refused(tmp_path: Path):
+def test_an_overflowing_gru_is_refused(tmp_path: Path):
     path, agent = tmp_path / "agent.safetensors", recurrent(SIMULATION)
     write_policy(path, agent.actor, SIMULATION, "gru", agent.form, {})
     data = path.read_bytes()
@@ -279,7 +279,7 @@ def test_an_accepted_agent_does_not_overflow(powers: tuple[int, ...], seed: int,
     assert np.isfinite(values).all()
 
 
-def test_a_network_that_overflows_is_not_saved(tmp_path: Path):
+def test_an_overflowing_network_is_not_saved(tmp_path: Path):
     model = untrained(PROBLEM)
     model.policy.action_net.weight.data[:] = 3e38
     with pytest.raises(GrindError, match="the weights of action_net are so large"):

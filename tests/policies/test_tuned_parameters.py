@@ -118,7 +118,7 @@ def test_parameters_must_be_a_table(tmp_path):
         make_policy("constant", ORACLE, tmp_path)
 
 
-def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
+def test_an_impossible_folder_is_an_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="cannot be made"):
         write_tuned("job", {"a": TUNED}, tmp_path / "file" / "configs")
@@ -181,7 +181,7 @@ def test_parameters_of_a_users_file_lie_below_the_working_folder(tmp_path, monke
     assert {path.name: path.read_bytes() for path in CONFIGS.iterdir()} == shipped
     assert read_tuned("shop", Path("runs/parameters")) == tuned
     assert tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
-    # another folder comes first
+    # a named folder comes first
     tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
     assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]
     with pytest.raises(ConfigError, match=r"constant has no parameters in .*other/shop\.toml.* --parameters .*other`"):
