@@ -73,7 +73,7 @@ def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Simulate short batches on as few lots as long ones, for tests that do not check the confidence of a promise.
 
-    Draw possible machines only once.
+    Stop drawing possible machines once one of them grinds good parts.
     """
     monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
     for module in (varied_program, study):

@@ -63,7 +63,7 @@ class Dies:
 
 @dataclass
 class Guides:
-    """Policy that sets E by the wheel roughness, from all readings or the latest, shrunk to the usual wheel."""
+    """Policy that sets E by the wheel roughness, from all readings or the latest, shrunk to the usual one."""
 
     E: float
     exponent: float

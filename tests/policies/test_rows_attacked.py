@@ -249,9 +249,7 @@ JSON = st.recursive(
 
 @examples(150)
 @given(data=st.data())
-def test_any_value_in_a_row_is_accepted_or_refused_in_one_line(
-    data: st.DataObject, good: Document, tmp_path: Path
-) -> None:
+def test_any_value_in_a_row_passes_or_is_refused(data: st.DataObject, good: Document, tmp_path: Path) -> None:
     row = deepcopy(good)
     place: Any = row
     while True:

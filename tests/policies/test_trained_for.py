@@ -227,9 +227,7 @@ def test_a_damaged_record_is_refused(inputs: Any, tmp_path: Path) -> None:
         load_policy(path)
 
 
-def test_commands_accept_an_agent_of_another_part_only_with_the_option(
-    grind: Grind, agent: Path, tmp_path: Path
-) -> None:
+def test_commands_use_an_agent_of_another_part_only_on_request(grind: Grind, agent: Path, tmp_path: Path) -> None:
     program = written(tmp_path, job=changed(JOB, "stock = 0.2", "stock = 0.19"))
     readings = tmp_path / "readings.csv"
     readings.write_text("mean_power\n2600\n")
