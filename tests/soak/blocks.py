@@ -1,4 +1,4 @@
-"""Writes the blocks of random programs: the way to a part, cycles, what stands beside and behind them, grooves."""
+"""Blocks of random programs: approach to a part, cycles, blocks during and after cycles, grooves."""
 
 import math
 import random
@@ -12,11 +12,11 @@ DRESSER = 9100
 
 @dataclass
 class Table:
-    """What the program has said to the table.
+    """State of the table as programmed so far.
 
     Attributes:
-        runs: whether it reciprocates.
-        known: letters that a later cycle may leave out.
+        runs: whether the table reciprocates.
+        known: words in force, which a later cycle may omit.
     """
 
     runs: bool = False
@@ -24,32 +24,32 @@ class Table:
 
 
 class BlockWriter:
-    """Writes blocks, most of them such as shops write.
+    """Writer of random blocks, most of them like the blocks of shops.
 
     Attributes:
-        job: what is ground on.
-        plane: as G19; the next ones are the letters of its axes.
-        along: letter of the table.
-        down: letter of the plunge.
-        across: letter of the crossover.
+        job: job that the program is ground on.
+        plane: G17, G18 or G19.
+        along: letter of the table axis.
+        down: letter of the plunge axis.
+        across: letter of the crossover axis.
         inch: whether the program is in inches.
-        unsettled: whether there may be what leaves no script of the program.
+        unsettled: whether the program may have blocks that cannot be compiled to a script.
         dress: whether wheels are dressed.
-        start: of the part along the table, mm.
-        surface: of the part in depth, mm.
-        begin: where the table stands before a part, mm.
-        edge: where the edge of the wheel stands across, mm.
+        start: start of the part on the table axis, mm.
+        surface: top of the part on the plunge axis, mm.
+        begin: position of the table before a part, mm.
+        edge: position of the wheel edge on the crossover axis, mm.
     """
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
         self.table = Table()
-        self.depth = 0.0  # to which the program has led on the part, mm
-        self.height = 20.0  # where the wheel stands, mm
-        self.way, self.goal, self.pick = 0.0, 0.0, 0.0  # of the last plunge, mm
-        self.lift = ""  # block before the coming cycle
-        self.gone = 0  # loops so far
-        self.shift = (0.0, 0.0, 0.0)  # of the coordinates in force: along the table, in depth, across
+        self.depth = 0.0  # programmed depth on the part so far, mm
+        self.height = 20.0  # position of the wheel on the plunge axis, mm
+        self.way, self.goal, self.pick = 0.0, 0.0, 0.0  # travel, target and pick of the last plunge, mm
+        self.lift = ""  # block to write before the next cycle
+        self.gone = 0  # number of loops so far
+        self.shift = (0.0, 0.0, 0.0)  # offset in force: table, plunge, crossover, mm
 
     def _one(self, *values: Any) -> Any:
         return self.rng.choice(values)
@@ -58,7 +58,7 @@ class BlockWriter:
         return self.rng.random() < share
 
     def _odd(self, share: float) -> bool:
-        """Chance of what leaves no script of the program, in those that may have it."""
+        """Return True with probability `share` if the program need not compile to a script."""
         return self.unsettled and self._chance(share)
 
     def _uniform(self, low: float, high: float) -> float:
@@ -67,7 +67,7 @@ class BlockWriter:
     # --------------------------------------------------------------------------------------------- words
 
     def _length(self, mm: float, decimals: int = 3) -> str:
-        """A number of a word for so many mm."""
+        """Return the number of a word for a length in mm, in the unit of the program."""
         text = f"{mm / INCH:.4f}" if self.inch else f"{mm:.{decimals}f}"
         text = text.rstrip("0")
         if text.startswith(("0.", "-0.")) and text not in ("0.", "-0."):
@@ -75,7 +75,7 @@ class BlockWriter:
         return text if text not in ("-0.", "0.") else "0"
 
     def _at(self, letter: str, mm: float) -> str:
-        """A word for a coordinate of the machine, in those that are in force."""
+        """Return the word for a machine coordinate, in the coordinate system in force."""
         role = (self.along, self.down, self.across).index(letter)
         return letter + self._length(mm - self.shift[role])
 
@@ -87,7 +87,7 @@ class BlockWriter:
         size = max(abs(mm), least) if mm else 0.0
         return letter + self._length(math.copysign(size, mm))
 
-    # --------------------------------------------------------------------------------------------- the way to a part
+    # --------------------------------------------------------------------------------------------- approach to a part
 
     def _approach(self) -> list[str]:
         lines = [f"G00 {self._at(self.down, self.surface + 20.0)}"] if self._chance(0.8) else []
@@ -107,7 +107,7 @@ class BlockWriter:
         return lines
 
     def _edge(self) -> float:
-        """Where the edge of the wheel stands across."""
+        """Choose the position of the wheel edge on the crossover axis, mm."""
         part, wheel = self.job.part, self.job.setup.wheel
         cover = part.across - 0.5 * (wheel.width - part.width)
         kind = self.rng.random()
@@ -239,7 +239,7 @@ class BlockWriter:
         return words
 
     def _loop_of_cycles(self) -> list[str]:
-        """Cycles that go deeper in a loop within a part, by whichever way there is."""
+        """Write a loop of ever deeper cycles on one part, with WHILE or GOTO."""
         self.gone += 1
         count, step, variable = self._one(2, 3), self._one(0.01, 0.02), 130 + self.gone
         words = [each for each in self._table_words() if each]
@@ -280,10 +280,10 @@ class BlockWriter:
             f"IF [#{variable} LT {count}] GOTO {label}",
         ]
 
-    # --------------------------------------------------------------------------------------------- beside the table
+    # --------------------------------------------------------------------------------------------- during reciprocation
 
     def _fed(self) -> list[str]:
-        """Infeeds, dwells and moves of the program beside the table."""
+        """Write infeeds, dwells and moves during reciprocation."""
         lines = []
         if self.height > self.surface + 1.0:
             self.height = self.surface - self.depth
@@ -325,7 +325,7 @@ class BlockWriter:
         return [*lines, f"IF [#{variable} LT {count}] GOTO {label}"]
 
     def _redirected(self) -> str:
-        """Another reversal point or speed for the table under way."""
+        """Write another reversal point or speed for the moving table."""
         self.table.known.discard("along")
         kind = self.rng.random()
         if kind < 0.4:
@@ -334,7 +334,7 @@ class BlockWriter:
         return secondary if kind < 0.7 else self._at(self.along, self.start + self.job.part.length + 40.0)
 
     def _after_cycle(self) -> list[str]:
-        """What comes after a cycle, with the table running or not."""
+        """Write blocks after a cycle, with the table moving or not."""
         lines: list[str] = []
         for _ in range(self._one(0, 1, 1, 1, 2)):
             lines += self._one_after()
@@ -375,7 +375,7 @@ class BlockWriter:
         return []
 
     def _by_feed_moves(self) -> list[str]:
-        """Strokes by the program itself, from beside the part."""
+        """Write strokes as G01 moves, with their infeeds outside the part."""
         part, self.height = self.job.part, self.surface + 20.0
         near, far = self.start - 30.0, self.start + part.length + 30.0
         lines = [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]

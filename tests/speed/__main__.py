@@ -22,9 +22,9 @@ def main(*arguments: str) -> int:
     if not compiler():
         console.print("No gcc here: the lines of C are left out.")
     if arguments == ("--check",):
-        beyond = ratios.beyond(found)
-        console.print("\n".join(beyond), highlight=False)
-        return 1 if beyond else 0
+        over_limits = ratios.over_limits(found)
+        console.print("\n".join(over_limits), highlight=False)
+        return 1 if over_limits else 0
     console.print(starts.table())
     console.print(speed_envs.table())
     return 0

@@ -20,7 +20,7 @@ FILE = Path(__file__).with_name("ratios.toml")
 
 
 @dataclass(frozen=True)
-class Known:
+class Reference:
     """Entry of `ratios.toml` about a ratio."""
 
     last: float
@@ -31,9 +31,9 @@ class Known:
     """Largest permitted median, on any machine."""
 
 
-def known() -> dict[str, Known]:
+def known() -> dict[str, Reference]:
     """Return the entries of the file by the name of the ratio."""
-    return {name: Known(**values) for name, values in read_toml(FILE).items()}
+    return {name: Reference(**values) for name, values in read_toml(FILE).items()}
 
 
 def measured(ns: Mapping[str, Array]) -> Ratios:
@@ -41,7 +41,7 @@ def measured(ns: Mapping[str, Array]) -> Ratios:
     return kernel.ratios(ns) | others.ratios()
 
 
-def beyond(ratios: Ratios) -> list[str]:
+def over_limits(ratios: Ratios) -> list[str]:
     """Return a sentence for each ratio above its limit."""
     found = []
     for name, about in known().items():
