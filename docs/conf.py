@@ -74,7 +74,7 @@ napoleon_use_ivar = True
 python_use_unqualified_type_names = True
 
 myst_enable_extensions = ["colon_fence", "dollarmath"]
-myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ beside a blank or a number is money
+myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ next to a space or number is money
 myst_heading_anchors = 4
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True

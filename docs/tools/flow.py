@@ -35,7 +35,7 @@ class Box(NamedTuple):
     width: int = COLUMN
     height: int = 50
     ours: bool = False
-    """Whether a policy chooses this quantity, or is judged by it."""
+    """True for E and D, which a policy chooses, and for the cost."""
 
 
 BOXES = (

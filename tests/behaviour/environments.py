@@ -122,11 +122,11 @@ def row(
 ) -> dict[str, Any]:
     """Return a row of the table; a reset has only an observation."""
     seen = dict(zip(names, observation.tolist(), strict=True))
-    told = {name: value for name, value in (info or {}).items() if name not in READINGS}  # readings are observed
-    if terms := reward_terms_of(told):  # recorded under their former name
-        told = {"reward_terms": terms} | {name: value for name, value in told.items() if name[7:] not in terms}
-    came = {"reward": reward, "terminated": terminated, "truncated": truncated}
-    return {"step": step, "env": env, **seen, **came, **dict(flat("info", told))}
+    extra = {name: value for name, value in (info or {}).items() if name not in READINGS}  # readings are observed
+    if terms := reward_terms_of(extra):  # recorded under their former name
+        extra = {"reward_terms": terms} | {name: value for name, value in extra.items() if name[7:] not in terms}
+    outcome = {"reward": reward, "terminated": terminated, "truncated": truncated}
+    return {"step": step, "env": env, **seen, **outcome, **dict(flat("info", extra))}
 
 
 def actions(space: spaces.Space[Any]) -> Iterator[Any]:

@@ -42,7 +42,7 @@ def main(names: list[str]) -> int:
     for path in () if names else RECORDS.glob("*.npz"):
         if path.stem not in known:
             path.unlink()
-            print(f"{path.stem}: removed, there is no such id or program any more")
+            print(f"{path.stem}: removed, because this id or program no longer exists")
     return 0
 
 

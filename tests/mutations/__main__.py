@@ -40,7 +40,7 @@ class Mutation(NamedTuple):
         """Return the text of the file with the mistake."""
         if (count := text.count(self.old)) != 1:
             said = f"{self.file} has {self.old!r} {count} times"
-            raise GrindError(f"{self.name}: {said}; write the same mistake into a line that stands once")
+            raise GrindError(f"{self.name}: {said}; write the same mistake into a line that occurs once")
         return text.replace(self.old, self.new)
 
 
@@ -68,15 +68,15 @@ def finder(mutation: Mutation, commit: str) -> str:
         found = first_failing(tree, mutation.tests)
         source.write_text(text, encoding="utf-8")
         if found and first_failing(tree, [found]):
-            raise GrindError(f"{mutation.name}: {found} fails without the mistake, too; mend that first")
+            raise GrindError(f"{mutation.name}: {found} fails without the mistake, too; fix this test first")
         return found
 
 
 def main() -> int:
     """Try the mistakes; return 1 if the tests find fewer than `--least`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="of a mutation; all by default")
-    parser.add_argument("--least", type=int, default=0, help="exit status 1 if fewer are found")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="name of a mutation; default: all")
+    parser.add_argument("--least", type=int, default=0, help="exit status 1 if the tests find fewer; default: 0")
     options = parser.parse_args()
     known = {each["name"]: Mutation(**each) for file in FILES for each in read_toml(file)["mutation"]}
     if unknown := {*options.names} - {*known}:

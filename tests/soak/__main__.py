@@ -77,7 +77,7 @@ def report(log: Log, console: Console) -> None:
         for kind, falls in count.falls.items():
             console.rule(f"{name}: {kind}, {len(falls)} times, seeds {[seed for seed, _ in falls[:5]]}")
             console.print(falls[0][1])
-    console.print(f"cases in {log.path}")
+    console.print(f"results in {log.path}")
 
 
 if __name__ == "__main__":

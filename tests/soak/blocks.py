@@ -46,9 +46,9 @@ class BlockWriter:
         self.table = Table()
         self.depth = 0.0  # programmed depth on the part so far, mm
         self.height = 20.0  # position of the wheel on the plunge axis, mm
-        self.way, self.goal, self.pick = 0.0, 0.0, 0.0  # travel, target and pick of the last plunge, mm
+        self.travel, self.goal, self.pick = 0.0, 0.0, 0.0  # travel, target and pick of the last plunge, mm
         self.lift = ""  # block to write before the next cycle
-        self.gone = 0  # number of loops so far
+        self.loops = 0  # number of loops so far
         self.shift = (0.0, 0.0, 0.0)  # offset in force: table, plunge, crossover, mm
 
     def _one(self, *values: Any) -> Any:
@@ -140,7 +140,7 @@ class BlockWriter:
         lines.append(f"{code}{'.1' if pre else ''} {' '.join(each for each in words if each)}")
         self.table.runs = True
         if code == "G81":
-            lines += self._fed() if self._chance(0.85) else []
+            lines += self._infeeds() if self._chance(0.85) else []
         return lines
 
     def _table_words(self) -> list[str]:
@@ -196,13 +196,13 @@ class BlockWriter:
                 self.lift, self.height = f"G00 {self._at(self.down, self.surface + 0.5)}", self.surface + 0.5
                 target = self.surface + 0.3
             words.append(self._at(self.down, target))
-            self.depth, self.way = max(self.depth, self.surface - target), self.height - target
+            self.depth, self.travel = max(self.depth, self.surface - target), self.height - target
             self.height = self.goal = target
         else:
-            self.way = self.height - self.goal
+            self.travel = self.height - self.goal
             self.height = self.goal
-        if "J" not in known or self.way > 14.0 * self.pick or self._chance(0.8):
-            self.pick = max(self._one(0.01, 0.01, 0.005, 0.017, 0.02, 0.05, 0.08), self.way / 14.0)
+        if "J" not in known or self.travel > 14.0 * self.pick or self._chance(0.8):
+            self.pick = max(self._one(0.01, 0.01, 0.005, 0.017, 0.02, 0.05, 0.08), self.travel / 14.0)
             if self._chance(0.05):
                 self.pick = 0.5
             words.append(self._pick(INTEGRANDS[self.down], -self.pick))
@@ -240,8 +240,8 @@ class BlockWriter:
 
     def _loop_of_cycles(self) -> list[str]:
         """Write a loop of ever deeper cycles on one part, with WHILE or GOTO."""
-        self.gone += 1
-        count, step, variable = self._one(2, 3), self._one(0.01, 0.02), 130 + self.gone
+        self.loops += 1
+        count, step, variable = self._one(2, 3), self._one(0.01, 0.02), 130 + self.loops
         words = [each for each in self._table_words() if each]
         self.table.known |= {"along", "E"}
         goal = f"{self.down}[{self._length(self.surface - self.shift[1] - self.depth, 4)}"
@@ -271,7 +271,7 @@ class BlockWriter:
                 *body,
                 "END 2",
             ]
-        label = 100 + self.gone
+        label = 100 + self.loops
         return [
             *lines,
             f"#{variable}=0",
@@ -282,14 +282,14 @@ class BlockWriter:
 
     # --------------------------------------------------------------------------------------------- during reciprocation
 
-    def _fed(self) -> list[str]:
+    def _infeeds(self) -> list[str]:
         """Write infeeds, dwells and moves during reciprocation."""
         lines = []
         if self.height > self.surface + 1.0:
             self.height = self.surface - self.depth
             lines.append(f"G00 {self._at(self.down, self.height)}")
         if self._chance(0.2):
-            return lines + self._fed_by_loop()
+            return lines + self._infeeds_by_loop()
         for _ in range(self._one(1, 1, 2, 3, 4)):
             kind = self.rng.random()
             if kind < 0.55:
@@ -307,9 +307,9 @@ class BlockWriter:
                 lines.append(self._redirected())
         return lines
 
-    def _fed_by_loop(self) -> list[str]:
-        self.gone += 1
-        variable, count, step = 150 + self.gone, self._one(2, 3, 4), self._one(0.004, 0.01)
+    def _infeeds_by_loop(self) -> list[str]:
+        self.loops += 1
+        variable, count, step = 150 + self.loops, self._one(2, 3, 4), self._one(0.004, 0.01)
         goal = f"{self.down}[{self._length(self.surface - self.shift[1] - self.depth, 4)}"
         goal += f"-#{variable}*{self._length(step, 4)}]"
         self.depth += step * count
@@ -320,7 +320,7 @@ class BlockWriter:
         if self._chance(0.6):
             lines = [f"#{variable}=0", f"WHILE [#{variable} LT {count}] DO 1", f"#{variable}=#{variable}+1"]
             return [*lines, move, wait, "END 1"]
-        label = 200 + self.gone
+        label = 200 + self.loops
         lines = [f"#{variable}=0", f"N{label} #{variable}=#{variable}+1", move, wait]
         return [*lines, f"IF [#{variable} LT {count}] GOTO {label}"]
 
@@ -359,7 +359,7 @@ class BlockWriter:
             self.height = self.surface + self._one(0.3, 5.0, 20.0)
             return [f"G00 {self._at(self.down, self.height)}"]
         if kind < 0.76 and runs:
-            return self._fed()
+            return self._infeeds()
         if kind < 0.82:
             self.table.runs = False
             return ["G80", "M01"]

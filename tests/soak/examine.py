@@ -88,7 +88,7 @@ class Examined:
 
     def differ(self, kind: str, found: object, expected: object) -> None:
         """Record a difference."""
-        self.findings.append(Finding(kind, f"{found!r} and not {expected!r}"))
+        self.findings.append(Finding(kind, f"{found!r} instead of {expected!r}"))
 
 
 def examine(case: Case, seconds: float = SLOW) -> Examined:
@@ -146,12 +146,12 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         if _counts_otherwise(whole, stepped):
             return False
         if str(whole) != str(stepped):
-            examined.differ("run: refused on one way", str(whole)[:300], str(stepped)[:300])
+            examined.differ("run: refused in one way", str(whole)[:300], str(stepped)[:300])
         known["refused"] = str(error)
         return True
     examined.end, examined.strokes = "ground", int(whole.strokes.size)
     if known["checked"] is not None:
-        examined.differ("check: refuses what is ground", known["checked"], "ground")
+        examined.differ("check: refuses a program that is ground", known["checked"], "ground")
     _record_events(whole, examined)
     known["record"] = whole
     if examined.happened & {"stations met at once"}:
@@ -244,7 +244,7 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     except UnjudgedError as error:
         _require_sentence(error, examined)
         if record is None or not any(record.unjudged):
-            examined.differ("replay: refuses what is judged", str(error)[:300], "judged")
+            examined.differ("replay: refuses parts that are judged", str(error)[:300], "judged")
     except JobError as error:
         if str(error) != known.get("refused"):
             examined.differ("replay: refused for its job", str(error)[:300], str(known.get("refused"))[:300])
@@ -252,7 +252,7 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         return False
     else:
         if record is not None and any(record.unjudged):
-            examined.differ("replay: grinds what is not judged", "judged", str(record.unjudged)[:300])
+            examined.differ("replay: grinds parts that are not judged", "judged", str(record.unjudged)[:300])
     if record is not None and _shares(record) and case.job.parts:
         # a run uses the conditions of all parts that strokes meet, a replay only those of parts at named stations
         examined.replay = "conditions of parts that share strokes"
@@ -278,12 +278,12 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     except GrindError as error:
         _require_sentence(error, examined)
         if record is not None and not isinstance(error, JobProgramError | PassageError):
-            examined.differ("replay: refuses what is ground", str(error)[:300], "ground")
+            examined.differ("replay: refuses a program that is ground", str(error)[:300], "ground")
         examined.replay = f"refused: {type(error).__name__}"
         return False
     if record is None:
         examined.replay = "ground"
-        examined.differ("replay: grinds what is refused", "ground", known["refused"][:300])
+        examined.differ("replay: grinds a program that is refused", "ground", known["refused"][:300])
         return False
     examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
     episode, wheels = ProgramEpisode(programs, job), []

@@ -114,7 +114,7 @@ def attempt(seed: int) -> Tried:
             on_its_way = [content for place, content in unkilled.put if Path(name).name == place]
             if any(_alike(words, data, content) for content in (unkilled.files.get(name), *on_its_way)):
                 continue
-            return broken(f"{words}: a file is neither as before nor whole", f"{how}: {name}\n{(data or b'')[:2000]!r}")
+            return broken(f"{words}: a file is neither old nor complete", f"{how}: {name}\n{(data or b'')[:2000]!r}")
         if lost := set(before) - set(killed):
             return broken(f"{words}: a file is lost", f"{how}: {lost}")
         again = _run(words)

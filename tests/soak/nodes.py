@@ -48,16 +48,16 @@ def free_port():
 
 
 @contextmanager
-def node(said, *arguments):
-    """Start a node of one processor, whose output goes to the file `said`; yield its process."""
+def node(output, *arguments):
+    """Start a node of one processor, whose output goes to the file `output`; yield its process."""
     start = [sys.executable, "-m", "ray.scripts.scripts", "start", "--block", "--num-cpus=1"]
     command = [*start, "--object-store-memory=100000000", *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     for _ in range(STARTS):
-        with said.open("w") as file:
+        with output.open("w") as file:
             process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, start_new_session=True)
         try:
-            wait_until(lambda: process.poll() is not None or STARTED in said.read_text())  # noqa: B023
+            wait_until(lambda: process.poll() is not None or STARTED in output.read_text())  # noqa: B023
             if process.poll() is None:
                 yield process
                 return
@@ -65,7 +65,7 @@ def node(said, *arguments):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-    raise TimeoutError(said.read_text())
+    raise TimeoutError(output.read_text())
 
 
 @contextmanager

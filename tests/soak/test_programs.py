@@ -113,7 +113,7 @@ def test_a_failed_case_reports_its_program_job_and_finding(monkeypatch: pytest.M
     assert tried.sums["end: ground"] == 1
 
 
-# --- programs that once failed-----------------------------------------------------------------------
+# --- programs that once failed ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("text", "shop"), FOUND.values(), ids=list(FOUND))

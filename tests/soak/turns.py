@@ -20,7 +20,7 @@ ROUND = 600.0
 """Longest duration of a round, in which every part has one turn, s."""
 START = 600.0
 """Duration after which the preparation of a process counts as a hang, s."""
-SAID = 20_000
+LOGGED = 20_000
 """Number of characters of a process's output that are logged."""
 PREPARED = -1
 """Seed in the log if a process dies before its first case."""
@@ -36,8 +36,8 @@ class Turn:
     def __init__(self, part: Part, log: Log, until: float, slot: int, jobs: int) -> None:
         self.part, self.log, self.until, self.slot, self.jobs = part, log, until, slot, jobs
         self.folder = Path(tempfile.mkdtemp(prefix="soak-"))
-        self.said = self.folder / "said.log"
-        self.said.touch()
+        self.output = self.folder / "said.log"
+        self.output.touch()
         self.process = FORK.Process(target=self._serve)
         self.process.start()
 
@@ -46,9 +46,9 @@ class Turn:
         os.setsid()  # Ctrl-C is for the parent process
         ctypes.CDLL(None).prctl(DIES_WITH_PARENT, signal.SIGKILL)
         tempfile.tempdir = str(self.folder)  # removed at the end of the turn
-        said = os.open(self.said, os.O_WRONLY | os.O_APPEND)
+        output = os.open(self.output, os.O_WRONLY | os.O_APPEND)
         for descriptor in (1, 2):
-            os.dup2(said, descriptor)
+            os.dup2(output, descriptor)
         faulthandler.enable(file=2)
         faulthandler.dump_traceback_later(START, exit=True, file=2)
         part, began, first = self.part, time.monotonic(), 0.0
@@ -60,7 +60,7 @@ class Turn:
             faulthandler.dump_traceback_later(part.seconds, exit=True, file=2)
             tried = attempted(part, seed)
             faulthandler.cancel_dump_traceback_later()
-            os.ftruncate(said, 0)
+            os.ftruncate(output, 0)
             self.log.write(part.name, seed, tried)
             if not first and time.monotonic() > began + 0.25 * (self.until - began):
                 first = memory()  # memory grows in the first quarter
@@ -78,10 +78,10 @@ class Turn:
 
     def restarted(self) -> "Turn | None":
         """Log the failure of a process that ended itself; return a new turn for the remaining time, or None."""
-        said, code = self.said.read_text("utf-8", "replace")[-SAID:], self.process.exitcode
+        output, code = self.output.read_text("utf-8", "replace")[-LOGGED:], self.process.exitcode
         seed = next(iter(self.log.cut_off(self.part.name, self.slot, self.jobs)), PREPARED)
-        kind = "hang" if "Timeout (" in said else f"its process ended with {code}"
-        self.log.write(self.part.name, seed, broken(kind, said))
+        kind = "hang" if "Timeout (" in output else f"its process ended with {code}"
+        self.log.write(self.part.name, seed, broken(kind, output))
         if seed == PREPARED or time.monotonic() > self.until:
             return None
         return Turn(self.part, self.log, self.until, self.slot, self.jobs)

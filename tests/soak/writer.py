@@ -269,16 +269,16 @@ class Writer(BlockWriter):
         """Write the grinding of all parts on the table, from the first approach to the end."""
         lines: list[str] = []
         for number, place in enumerate(self.places):
-            lines += [*(self._off_the_part() if number else []), place, *self._at_a_place()]
+            lines += [*(self._lift_off() if number else []), place, *self._station_blocks()]
         return lines + self._end_of_part(last)
 
-    def _off_the_part(self) -> list[str]:
+    def _lift_off(self) -> list[str]:
         """Stop the table and lift the wheel."""
         lines = ["G80"] if self.table.runs else []
         self.table.runs, self.height = False, self.surface + 60.0
         return [*lines, f"G00 {self._at(self.down, self.height)}"]
 
-    def _at_a_place(self) -> list[str]:
+    def _station_blocks(self) -> list[str]:
         self.depth = 0.0
         lines = self._approach()
         for number in range(self._one(1, 1, 2, 2, 3)):
