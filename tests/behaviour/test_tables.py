@@ -42,7 +42,7 @@ def test_a_changed_column_is_reported_with_its_first_row_and_largest_relative_di
         ({"wear": -0.0}, "was 0.0, is -0.0"),
     ],
 )
-def test_every_change_of_a_cell_is_reported(values: dict[str, object], said: str) -> None:
+def test_a_changed_cell_is_reported_down_to_the_last_bit_and_sign_of_zero(values: dict[str, object], said: str) -> None:
     (found,) = differences(RECORDED, changed(1, **values))
     assert said in found
 
