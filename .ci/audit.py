@@ -1,6 +1,6 @@
 """Check the pinned versions of `constraints.txt` for known vulnerabilities, with pip-audit.
 
-Exit status 1: a pinned version has one. 3: the service of vulnerabilities has not told of all of them.
+Exit status 1: a pinned version is vulnerable. 3: the vulnerability service has not answered for every version.
 """
 
 import json
@@ -14,7 +14,7 @@ UNKNOWN = 3
 
 
 def main(constraints: Path = CONSTRAINTS) -> int:
-    """Print what is found; return the exit status."""
+    """Print the vulnerabilities; return the exit status."""
     command = [sys.executable, "-m", "pip_audit", "--requirement", constraints, "--no-deps", "--disable-pip"]
     ended = subprocess.run([*command, "--format", "json"], capture_output=True, text=True, check=False)
     pinned = re.findall(r"^([\w.-]+)==", constraints.read_text(encoding="utf-8"), re.MULTILINE)

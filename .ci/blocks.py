@@ -1,8 +1,8 @@
-"""Run the blocks of the README and of the pages of `docs/` as printed, each page from top to bottom in an empty folder.
+"""Run the code blocks of the README and of `docs/` as printed, each page from top to bottom in an empty folder.
 
-`.ci/blocks.py BIN [PAGE...]` runs with the commands of the folder BIN, of an environment that holds the installed
-wheel; `make blocks` makes one. A block of the shell is a bash of its own, those of Python are one session a page, and
-only the steps of the training are fewer. What cannot run there says why above it: `<!-- not run: it needs Windows -->`.
+`.ci/blocks.py BIN [PAGE...]` uses the commands in BIN, the bin folder of an environment with the installed wheel;
+`make blocks` creates one. A shell block runs in a bash of its own, the Python blocks of a page in one session; only
+trainings are shortened. A block that cannot run says why in the line above: `<!-- not run: it needs Windows -->`.
 """
 
 import os
@@ -20,20 +20,20 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN = ("sh", "python")
 SHOWN = ("text", "toml", "{eval-rst}", "{include}", "{literalinclude}", "{raw}", "{toctree}")
-"""Kinds of blocks in which nothing stands that could run."""
+"""Kinds of blocks that contain nothing to run."""
 NOT_RUN = re.compile(r"<!-- not run: (\S.*) -->\n")
 BASH = ["bash", "-euxo", "pipefail", "-c"]
 FEWER = {"1_000_000": "20_000", "grind train ": "train_briefly "}
-"""What trains here for some seconds instead of minutes."""
+"""Replacements that shorten trainings from minutes to seconds."""
 BRIEFLY = 'train_briefly() { grind train --steps 20000 --episodes 8 "$@" || [ $? = 3 ]; }\n'
-"""An agent of a brief training may not be recommended, which is exit status 3."""
+"""Shell function for a short training; exit status 3 (the agent is not recommended) is no failure."""
 READINGS = '{"mean_power": 2600, "peak_power": 2900}\n{"mean_power": 1700, "peak_power": 1900, "size_error": 1.5}\n'
-"""What somebody types at the machine: the readings of the blocks of two parts."""
+"""Standard input of the blocks: readings of two parts, as somebody types them at the machine."""
 WRITES = re.compile(r" (?:-o|--output|--plan|--plot|--record|--report|--submit) ([\w./-]+)")
 
 
 class Block(NamedTuple):
-    """What a reader may run: its place (page, colon, first line), kind, lines, and why they are not run here."""
+    """Block that a reader may run: place (page, colon, first line), kind, text, and why it is not run here."""
 
     place: str
     kind: str
@@ -42,10 +42,10 @@ class Block(NamedTuple):
 
 
 def blocks(page: Path) -> Iterator[Block]:
-    """The blocks of a page, in their order.
+    """Yield the blocks of a page in order.
 
     Raises:
-        SystemExit: nothing says how one is run, or "not run" stands above none.
+        SystemExit: a block has an unknown kind, or no block follows a "not run".
     """
     name = os.path.relpath(page, ROOT)
     tokens = MarkdownIt().parse(page.read_text(encoding="utf-8"))
@@ -63,7 +63,7 @@ def blocks(page: Path) -> Iterator[Block]:
 
 
 def _printed(info: str, content: str) -> tuple[str, str]:
-    """Kind and lines of a block as a reader sees it: cells are Python or a shell, or hidden."""
+    """Return kind and text of a block as a reader sees it; a cell is Python, shell or hidden."""
     if info != "{code-cell}":
         return info.split(" ")[0], content
     if content.startswith(":tags: [remove-input]\n"):
@@ -72,7 +72,7 @@ def _printed(info: str, content: str) -> tuple[str, str]:
 
 
 def script(found: list[Block]) -> str:
-    """Lines of Python that run blocks one after the other; tracebacks have the lines of the page."""
+    """Return Python code that runs blocks one after the other; tracebacks have the line numbers of the page."""
     lines = []
     for place, kind, text, _ in found:
         page, _, line = place.rpartition(":")
@@ -93,7 +93,7 @@ def run(found: list[Block], environment: dict[str, str]) -> str | None:
             ["python", "-c", script(found)], cwd=empty, env=environment, input=READINGS, text=True, check=False
         )
         if ended.returncode != 0:
-            return f"a block has ended with status {ended.returncode}, as told above"
+            return f"a block ended with status {ended.returncode}; see its output above"
         written = [f"/{each.relative_to(empty).as_posix()}" for each in Path(empty).rglob("*")]
     named = [name for block in found if block.kind == "sh" for name in WRITES.findall(block.text)]
     missing = [name for name in named if not any(each.endswith(f"/{name}") for each in written)]
@@ -101,9 +101,9 @@ def run(found: list[Block], environment: dict[str, str]) -> str | None:
 
 
 def main(folder: str, *chosen: str) -> str | None:
-    """Run pages, all unless some are chosen, and print a line of each; return what is wrong, or None."""
+    """Run the chosen pages, or all, and print a line for each; return what is wrong, or None."""
     environment = {**os.environ, "PATH": f"{Path(folder).resolve()}{os.pathsep}{os.environ['PATH']}"}
-    environment.pop("PYTHONPATH", None)  # of a checkout
+    environment.pop("PYTHONPATH", None)  # it may lead to a checkout
     found = {page: list(blocks(page)) for page in [Path(each).resolve() for each in chosen] or PAGES}
     told, failed = [], []
     for page, all_blocks in found.items():

@@ -1,6 +1,6 @@
-"""Check a core install: without torch and Stable-Baselines3, environments are stepped, and policies judged and played.
+"""Check an install without torch and Stable-Baselines3: step the environments, evaluate and play policies.
 
-Run by `make core` from outside the checkout, with the Python of the environment that holds the install alone.
+`make core` runs this script outside the checkout, with the Python of an environment that has only this install.
 """
 
 import importlib.util
@@ -39,19 +39,19 @@ def main() -> str | None:
     rule = grind_env.evaluate("adaptive_rule", "grind/PowerLimited-v0", episodes=8)
     agent = grind_env.evaluate("plain_gru", "power_limited", episodes=8)
     if not rule.score or not agent.score or agent.score.value < rule.score.value:
-        return f"the shipped agent is no better than a rule: {agent}, {rule}"
+        return f"the bundled agent is no better than a rule: {agent}, {rule}"
     task = Path("shop.toml")
     task.write_text('base = "power_limited"\nblocks = 6\n', encoding="utf-8")
     command = [sys.executable, "-m", "grind_env", "play", "--no-window", "--policy", "E12000D1", "--task", task]
     played = subprocess.run(command, capture_output=True, text=True, check=False)
     if played.returncode != 0 or "good parts of 6" not in played.stdout:
-        return f"a task file is not played: {played.stderr or played.stdout}"
+        return f"playing a task file failed: {played.stderr or played.stdout}"
     shipped = [sys.executable, "-m", "grind_env", "play", "--output", "played.nc"]
     if (
         subprocess.run(shipped, capture_output=True, check=False).returncode != 0
         or "G82" not in Path("played.nc").read_text()
     ):
-        return "the shipped policy is not played"
+        return "playing the bundled agent failed"
     grind = [sys.executable, "-m", "grind_env"]
     policy = ["--policy", str(SHIPPED / "plain_gru" / "rush.safetensors")]
     submitted = [*grind, "evaluate", *policy, "--env", "rush", "--submit", "row.json"]
@@ -60,7 +60,7 @@ def main() -> str | None:
         [*grind, "verify", "row.json", *policy, "--seed", "31415926535897932384"], capture_output=True, check=False
     )
     if verified.returncode != 0:
-        return f"a row is not verified: {verified.stdout.decode()} {verified.stderr.decode()}"
+        return f"verifying a row failed: {verified.stdout.decode()} {verified.stderr.decode()}"
     print(f"OK: core install of grind_env {grind_env.__version__}, {len(ids)} environments stepped, {agent}")
     return None
 

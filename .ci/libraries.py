@@ -1,6 +1,6 @@
-"""Run the blocks of `docs/` that are marked `<!-- not run: nightly -->`, with the wheel that is given.
+"""Run the blocks of `docs/` that are marked `<!-- not run: nightly -->`, with a given wheel.
 
-A block of the shell installs a library in an environment of its own; the blocks of Python after it run there.
+A shell block installs a library in a new environment; the Python blocks after it run in this environment.
 """
 
 import os
@@ -18,7 +18,7 @@ TORCH = re.compile(r"^torch==.*$", re.MULTILINE)
 
 
 def groups(page: Path) -> list[list[Any]]:
-    """Return the nightly blocks of a page, those of one environment together."""
+    """Return the nightly blocks of a page, grouped by environment."""
     found: list[list[Any]] = []
     for block in CI["blocks"](page):
         if block.not_run == "nightly":
@@ -36,13 +36,13 @@ def run(blocks: list[Any], wheel: str) -> str | None:
         venv.create(f"{folder}/venv", with_pip=True)
         path = f"{folder}/venv/bin{os.pathsep}{os.environ['PATH']}"
         environment = {**os.environ, "PATH": path, "PIP_CONSTRAINT": str(pins)}
-        environment.pop("PYTHONPATH", None)  # of a checkout
+        environment.pop("PYTHONPATH", None)  # it may lead to a checkout
         subprocess.run(["pip", "install", "--quiet", wheel], env=environment, check=True)
         return CI["run"](blocks, environment)
 
 
 def main(wheel: str) -> str | None:
-    """Run all of them and print a line of each environment; return what is wrong, or None."""
+    """Run all nightly blocks and print a line for each environment; return what is wrong, or None."""
     failed = []
     for page in CI["PAGES"]:
         for blocks in groups(page):

@@ -13,7 +13,7 @@ import grind_env
 sys.path.insert(0, str(Path(__file__).parent / "tools"))
 
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # pages run `grind`
-os.environ |= {"COLUMNS": "92", "TTY_COMPATIBLE": "0"}  # of what they print; kernels pretend to be terminals
+os.environ |= {"COLUMNS": "92", "TTY_COMPATIBLE": "0"}  # for their output; kernels pretend to be terminals
 
 project = "grind_env"
 copyright = "2026, the grind_env authors"
@@ -38,7 +38,7 @@ DOCUMENTED = re.findall(
     r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md"))
 )
 nitpick_ignore_regex = [
-    # other libraries, whose inventories are on the net
+    # other libraries: links to them would need the network
     ("py:.*", r"(abc|collections|decimal|enum|os|pathlib|types|typing)\..*"),
     ("py:.*", r"(numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
     ("py:.*", r"(Axes|Console|Figure|Graph|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
@@ -61,7 +61,7 @@ html_sidebars = {
     ]
 }
 html_copy_source = False
-html_use_index = False  # `lean` says why
+html_use_index = False  # see docs/tools/lean.py
 html_search_scorer = str(Path(__file__).parent / "tools" / "scorer.js")
 
 add_module_names = False
@@ -74,17 +74,17 @@ napoleon_use_ivar = True
 python_use_unqualified_type_names = True
 
 myst_enable_extensions = ["colon_fence", "dollarmath"]
-myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ beside a blank or a number is money
+myst_dmath_allow_space = myst_dmath_allow_digits = False  # a $ next to a space or number is money
 myst_heading_anchors = 4
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
-# Notebooks come with the outputs that are checked in; how-to pages are executed here, so that no output is retyped.
+# Notebooks have their outputs in git; how-to pages are executed here, so that no output is copied by hand.
 nb_ipywidgets_js = {}
 nb_execution_mode = "force"
 nb_execution_excludepatterns = ["tutorials/*.ipynb"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 1800
-# one block for what a command prints; `nb_merge_streams` breaks the lines at which its pieces meet
+# show the output of a command as one block; `nb_merge_streams` would break lines between its pieces
 execution.executenb = partial(execution.executenb, coalesce_streams=True)

@@ -1,4 +1,4 @@
-"""One cycle on each of many machines, as arrays of records: what tests and the benchmark hand to the loops."""
+"""Arrays of records for one cycle on each of many machines: input of the loops in tests and benchmark."""
 
 import math
 from collections.abc import Mapping
@@ -21,13 +21,13 @@ from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, WheelState
 
 FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(CYCLE_KERNELS["G82"]), zoned_loops_of(CYCLE_KERNELS["G83"])
-"""Of the process of the package."""
+"""Compiled loops of the package's process."""
 
 CYCLE = dtype_of(Stroking, PlungeCycle)
-"""Of a G82."""
+"""Record of a G82 cycle."""
 PARAMETERS, PART, TALLY = map(dtype_of, (StrokeParameters, PartState, Tally))
 WHEEL = dtype_of(WheelState, PROCESS.own)
-"""With what the process remembers besides."""
+"""Record of a wheel with the state of the process."""
 
 
 def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, *, threads: int = 1) -> Array:
@@ -38,7 +38,7 @@ def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, 
         parameters: shape (N,), dtype `PARAMETERS`.
         wheels: shape (N,), dtype `WHEEL`; updated in place.
         parts: shape (N,), dtype `PART`; updated in place.
-        threads: how many share the machines.
+        threads: number of threads that share the machines.
 
     Returns:
         Tallies, shape (N,), dtype `TALLY`.
@@ -46,14 +46,14 @@ def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, 
     tallies, order = np.zeros(len(cycles), TALLY), np.empty(len(cycles), np.int64)
     longest_first_of(PlungeCycle)(as_table(cycles), np.arange(len(cycles)), order)
     tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
-    # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
+    # the kernel releases the GIL, and threads take machines in turn: each thread gets long and short cycles
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(lambda first: PLUNGES.lanes(*tables, NO_MOTIONS, order, first, threads), range(threads)))
     return tallies
 
 
 def cold(wheel: WheelState) -> tuple[float, ...]:
-    """A row of `WHEEL` before the first stroke of a part."""
+    """Return a row of `WHEEL` before the first stroke of a part."""
     return (*wheel, *PROCESS.own())
 
 
@@ -65,7 +65,7 @@ def as_table(records: Array) -> Array:
 def feeding_row(
     infeed: Infeed, E: float, motion: int, pre_dress: float, numbers: Mapping[str, float]
 ) -> tuple[float, ...]:
-    """The row of a G81 block at E (mm/min) whose motions begin in row `motion`; part and dress are in `numbers`.
+    """Return the row of a G81 block at E (mm/min); its motions begin in row `motion`, `numbers` has part and dress.
 
     The table turns 30 mm beside the part.
     """

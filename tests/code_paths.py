@@ -1,7 +1,7 @@
-"""Runs the tests that promise equal bits as other machines would: `python -m tests.code_paths [NAME ...]`.
+"""Runs the tests of bit-equal results as on other machines: `python -m tests.code_paths [NAME ...]`.
 
-The code of a matrix product, of numpy's and of torch's loops and of the compiled kernels is chosen by the processor.
-Each path here makes them choose as another processor would, or as another number of threads does.
+The processor decides which code runs in matrix products, in numpy's and torch's loops and in compiled kernels.
+Each code path makes the libraries choose as on another processor or with another number of threads.
 """
 
 import os
@@ -18,7 +18,7 @@ HASWELL = """
     64bit avx avx2 bmi bmi2 cmov crc32 cx16 cx8 f16c fma fsgsbase fxsr invpcid lzcnt mmx movbe pclmul popcnt rdrnd sahf
     sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave xsaveopt
 """
-"""What a Haswell can do, in the names of LLVM."""
+"""Features of a Haswell processor, as LLVM names them."""
 
 AFFORDABLE = ("tests/behaviour/test_programs.py", "tests/machine/test_equality.py", "tests/test_layers.py")
 """Tests that take seconds in plain Python."""
@@ -27,19 +27,19 @@ Environment = dict[str, str]
 
 
 class CodePath(NamedTuple):
-    """Variables that lead there, and the tests that are run; all by default."""
+    """Environment variables of a code path, and the tests to run on it; all by default."""
 
     variables: Environment
     tests: tuple[str, ...] = ()
 
 
 def threads(count: int) -> Environment:
-    """As many threads as wanted, wherever a library starts some by itself."""
+    """Return the variables that set the number of threads of every library."""
     return dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(count))
 
 
 def code_paths() -> dict[str, CodePath]:
-    """Those that this processor can take."""
+    """Return the code paths that this processor can run, by name."""
     here = llvm.get_host_cpu_features()
     avx2 = {
         # the name alone would leave numba the features of this processor
@@ -59,7 +59,7 @@ def code_paths() -> dict[str, CodePath]:
 
 
 def main(names: list[str]) -> int:
-    """Run the tests on the paths of those names, on all by default; the exit status."""
+    """Run the tests on the named paths, by default on all; return the exit status."""
     known = code_paths()
     unknown = [name for name in names if name not in known]
     if unknown:

@@ -7,7 +7,7 @@ import pytest
 from grind_env.cli import main
 
 Grind = Callable[..., tuple[int, str, str]]
-"""From the words behind `grind` to exit status, output and errors."""
+"""Function that takes the words behind `grind` and returns exit status, output and errors."""
 
 
 def status(*words: object) -> int:

@@ -15,8 +15,8 @@ from grind_env.shop.sweep import study
 from tests.command import Grind, status
 from tests.examples import ALL
 
-# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly;
-# fixtures that a test shares among its examples hold nothing that an example changes
+# no deadline: the first call of a compiled function compiles it, and a busy machine draws slowly;
+# no example changes a fixture that the examples of a test share
 QUIET = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
 settings.register_profile("nightly", deadline=None, suppress_health_check=QUIET, max_examples=ALL)
 settings.register_profile("commit", settings.get_profile("nightly"), max_examples=10)
@@ -32,7 +32,7 @@ FIRST_HALF = {"agents", "control", "machine", "pages", "shop", "soak"}
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Have each of two processes collect one half of the tests, where `make test` asks for it."""
+    """Split the tests between two processes if `make test` asks for it."""
     if "HALVES" not in os.environ or collection_path.parent != Path(__file__).parent:
         return None
     return (collection_path.name in FIRST_HALF) != (os.environ["PYTEST_XDIST_WORKER"] == "gw0") or None
@@ -40,7 +40,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave further environments to the nightly job where a test takes one of `ON_COMMITS`, too."""
+    """Mark other environments as nightly in tests that also run with one of `ON_COMMITS`."""
     known = {*task_names(), *map(environment_id, task_names()), *ON_COMMITS, "grind/Task-v0"}
     taken: dict[pytest.Function, str] = {}
     for item in (each for each in items if isinstance(each, pytest.Function) and hasattr(each, "callspec")):
@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
-    """Runs a command of `grind`: exit status, output and errors."""
+    """Return a function that runs a command of `grind` and returns exit status, output and errors."""
 
     def call(*words: object) -> tuple[int, str, str]:
         return status(*words), *capsys.readouterr()
@@ -65,15 +65,15 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
 
 @pytest.fixture(autouse=True)
 def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Little work runs as plain Python, as for users, also after a test whose work was compiled at once."""
+    """Run small work as plain Python, as for users, even after a test that compiled at once."""
     monkeypatch.setattr(Entry, "at_once", False)
 
 
 @pytest.fixture
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is.
+    """Simulate short batches on as few lots as long ones, for tests that do not check the confidence of a promise.
 
-    Nor are more machines drawn that agree with good parts than are drawn at once.
+    Stop drawing possible machines once one of them grinds good parts.
     """
     monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
     for module in (varied_program, study):
@@ -82,18 +82,18 @@ def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is compiled for a search, where a test takes what it would vary and searches nothing."""
+    """Compile nothing for a search, for tests that read its variables but never search."""
     monkeypatch.setattr(varied_program, "compile_all", lambda _: None)
 
 
 @pytest.fixture
 def coarse_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A search tries E in steps of 1 m/min, which is quicker."""
+    """Let a search try E in steps of 1 m/min, which is quicker."""
     monkeypatch.setitem(variables.STEPS, "E", (Decimal(1000), Decimal(50)))
 
 
 @pytest.fixture
 def clock_of_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The clock of a search goes on by 10 ms whenever it is looked at, however busy the machine is."""
+    """Advance the clock of a search by 10 ms at every reading, however busy the machine is."""
     looks = itertools.count()
     monkeypatch.setattr(clock, "monotonic", lambda: 0.01 * next(looks))

@@ -1,4 +1,4 @@
-"""How much of a test runs on a commit, and how much in the nightly job."""
+"""Numbers of examples of a test on a commit and in the nightly job."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import settings
 
 ALL = 100
-"""Examples of the profile `nightly`, of which a test takes as many as it states."""
+"""Number of examples in the profile `nightly`."""
 
 
 def examples(count: int) -> settings:

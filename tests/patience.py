@@ -1,10 +1,10 @@
-"""Waiting for what other processes do, on a machine that may be busy with something else."""
+"""A function that waits for other processes, even on a busy machine."""
 
 import time
 from collections.abc import Callable
 
 PATIENCE = 1800.0
-"""s after which something hangs; no busy machine takes as long for what these tests wait for."""
+"""Seconds after which a wait fails; even a busy machine never takes that long."""
 
 
 def wait_until(condition: Callable[[], object]) -> None:

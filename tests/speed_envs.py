@@ -24,17 +24,17 @@ from tests.batches import PLUNGES
 compile_at_once()
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
-"""Those of G82 blocks, which are timed beside their kernel."""
+"""Tasks of G82 blocks, timed beside their kernel."""
 SIZES = (64, 256, 1024, 4096)
-"""Environments beside each other."""
+"""Numbers of environments in a vector env."""
 WITH_RESETS, BYTES = 1.3, 5000.0
 """Targets: vector steps over their kernel; bytes that an environment takes up."""
 SECONDS = 1.0
-"""Measured for each task and size, about."""
+"""Approximate time of the measurement of each task and size."""
 
 
 class EmptyEnv(gym.Env[Any, Any]):
-    """Does nothing but make a Box observation of `size` numbers."""
+    """Environment that only returns a Box observation of `size` numbers."""
 
     def __init__(self, size: int) -> None:
         self.observation_space = spaces.Box(-1.0, 1.0, (size,), np.float32)
@@ -42,19 +42,18 @@ class EmptyEnv(gym.Env[Any, Any]):
         self.values = [0.0] * size
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """An observation, and nothing else."""
         return np.array(self.values, np.float32), 0.0, False, False, {}
 
 
 def seconds(clock: Callable[[], float], call: Callable[..., object], *arguments: Any) -> float:
-    """Time of one call, s."""
+    """Return the time of one call, s."""
     begin = clock()
     call(*arguments)
     return clock() - begin
 
 
 def actions_of(env_id: str, n: int) -> Any:
-    """A random action for every block of an episode, shape (blocks, n, 2)."""
+    """Return a random action for every block of an episode, shape (blocks, n, 2)."""
     blocks = gym.make(env_id).unwrapped.task.blocks
     return np.random.default_rng(0).uniform(-1.0, 1.0, (blocks, n, 2)).astype(np.float32)
 
@@ -62,9 +61,9 @@ def actions_of(env_id: str, n: int) -> Any:
 def vector_rounds(
     env_id: str, actions: Any, clock: Callable[[], float] = time.process_time
 ) -> Iterator[tuple[Array, Array, float]]:
-    """Seconds of every step of an episode in the vector env, of the kernel of each, and of the restart; round by round.
+    """Yield for each round the seconds of every vector step of an episode, of each kernel, and of the restart.
 
-    The last step holds a restart, too. Every step is timed once a round, and its kernel just before it. CPU time by
+    The last step includes a restart. Every step is timed once a round, and its kernel just before it. CPU time by
     default: other work on the machine counts less in it than in wall time.
     """
     blocks, n, _ = actions.shape
@@ -92,7 +91,7 @@ def vector_rounds(
             results[:] = 0.0
             prepare(tables, state, choices, everyone, results)
             ready, tallies = (episodes.wheels.copy(), episodes.parts.copy()), results.copy()
-            grind(tables, state, choices, everyone, results)  # which writes the cycles, too
+            grind(tables, state, choices, everyone, results)  # also writes the cycles
             (episodes.wheels[:], episodes.parts[:]), results[:] = ready, tallies
             cores[k] = seconds(clock, kernel)
             episodes.wheels[:], episodes.parts[:] = wheels, parts
@@ -104,9 +103,9 @@ def vector_rounds(
 def vector_episode(
     env_id: str, actions: Any, clock: Callable[[], float] = time.process_time
 ) -> tuple[float, float, float]:
-    """Seconds of an episode in the vector env: its steps with the restart at its end, the kernel, that restart.
+    """Return the seconds of an episode in the vector env: steps with the final restart, kernel, restart alone.
 
-    Of every step, kernel and restart the shortest time of all rounds.
+    Each step, kernel and restart counts with its shortest time of all rounds.
     """
     steps, cores, restarts = zip(*vector_rounds(env_id, actions, clock), strict=True)
     return float(np.min(steps, axis=0).sum()), float(np.min(cores, axis=0).sum()), min(restarts)
@@ -121,7 +120,7 @@ def rounds(end: float) -> Iterator[int]:
 
 
 def single_step(env_id: str) -> tuple[float, float]:
-    """Seconds of a step of the single env without its strokes, and of an empty step; means over an episode.
+    """Return the mean seconds of a step of the single env without its strokes, and of an empty step.
 
     Wall time: reading the CPU clock takes as long as an empty step.
     """
@@ -140,12 +139,12 @@ def single_step(env_id: str) -> tuple[float, float]:
 
 
 def over_kernel(env_id: str, n: int) -> Array:
-    """Time of the vector steps of an episode over that of their kernel, resets included; one number a round."""
+    """Return the time ratio of the vector steps of an episode, resets included, to their kernel; one a round."""
     return np.array([steps.sum() / cores.sum() for steps, cores, _ in vector_rounds(env_id, actions_of(env_id, n))])
 
 
 def bytes_each(env_id: str, n: int) -> float:
-    """Memory that a vector env takes up for each environment, between two steps."""
+    """Return the memory of a vector env per environment between two steps, bytes."""
     gym.make_vec(env_id, 1)
     tracemalloc.start()
     env = gym.make_vec(env_id, n)
@@ -157,13 +156,13 @@ def bytes_each(env_id: str, n: int) -> float:
 
 
 def quartiles(values: Array) -> str:
-    """The median of some numbers, and between which of them half of all lie."""
+    """Return the median and the quartiles of some numbers as text."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
     return f"{middle:.2f} ({low:.2f} to {high:.2f})"
 
 
 def table() -> Table:
-    """What a step costs, with quartiles, and the memory of an environment."""
+    """Return a table of step times with quartiles and of the memory of an environment."""
     result, env_id = Table(title="Environments"), "grind/PowerLimited-v0"
     for name in ("measure", "value", "target"):
         result.add_column(name, justify="left" if name == "measure" else "right")

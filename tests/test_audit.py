@@ -1,4 +1,4 @@
-"""The audit of CI reads every pinned version, and says so if it does not know of one."""
+"""The audit of CI checks every pinned version and reports each version that it cannot check."""
 
 import json
 import runpy
@@ -25,7 +25,7 @@ SKIPPED = {"name": "pillow", "skip_reason": "not on PyPI"}
         (None, 3, "NOT AUDITED: 2 of the 2 versions in pins.txt. The first reason: no network\n"),
     ],
 )
-def test_what_is_not_audited_is_told_and_a_vulnerability_fails(
+def test_the_audit_fails_on_vulnerable_and_on_unaudited_versions(
     tmp_path: Path, monkeypatch, capsys, found: list[dict] | None, status: int, told: str
 ) -> None:
     output = "" if found is None else json.dumps({"dependencies": found})

@@ -1,4 +1,4 @@
-"""`.ci/blocks.py` has every block of every page, runs them as a reader would, and lets none go that it does not run."""
+"""`.ci/blocks.py` finds every block of every page, runs it as a reader would, and refuses unknown blocks."""
 
 import re
 import runpy
@@ -23,7 +23,7 @@ def page(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_every_block_of_a_page_is_run_or_says_why_not(path: Path) -> None:
+def test_every_block_of_a_page_is_found(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     fences = [k for k, line in enumerate(lines, 1) if line.lstrip().startswith(("```", "~~~", ":::"))]
     shown = re.compile(r"```(text|toml|\{(eval-rst|toctree|include|literalinclude|raw)\})")
@@ -43,7 +43,7 @@ def test_every_block_of_a_page_is_run_or_says_why_not(path: Path) -> None:
         ("<!-- not run: it is a table -->\n```toml\na = 1\n```\n", "page.md:1: 'not run' stands above nothing"),
     ],
 )
-def test_a_block_that_nothing_is_known_of_is_told(page: Path, text: str, told: str) -> None:
+def test_an_unknown_block_or_a_stray_comment_is_refused(page: Path, text: str, told: str) -> None:
     page.write_text(text, encoding="utf-8")
     with pytest.raises(SystemExit, match=re.escape(told)):
         list(CI["blocks"](page))
@@ -120,7 +120,7 @@ def test_only_trainings_are_shortened() -> None:
     assert shortened == {"README.md", "docs/howto/shop.md", "docs/howto/train.md"}
 
 
-def test_tables_that_pages_show_are_read(tmp_path: Path) -> None:
+def test_toml_tables_on_pages_are_valid_jobs_or_catalogues(tmp_path: Path) -> None:
     job, catalogue = tmp_path / "part.toml", tmp_path / "ours.toml"
     shown = [table for path in PAGES for table in re.findall(r"```toml\n(.*?)```", path.read_text(), re.DOTALL)]
     assert shown
@@ -136,11 +136,11 @@ def test_tables_that_pages_show_are_read(tmp_path: Path) -> None:
         grind_env.load_job(job)
 
 
-def test_commands_of_a_checkout_take_what_pages_show() -> None:
+def test_agents_commands_accept_the_options_shown_on_pages() -> None:
     known = get_command(agents).commands
     left_out = "".join(block.text for path in PAGES for block in CI["blocks"](path) if block.not_run)
     lines = re.findall(r"^python -m agents (.+)$", left_out, re.MULTILINE)
     assert lines
     for line in lines:
         name, *words = shlex.split(line, comments=True)
-        known[name].make_context(name, words)  # raises what is wrong with an option
+        known[name].make_context(name, words)  # raises on a wrong option

@@ -24,7 +24,7 @@ M99
 
 @pytest.fixture
 def grind(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Writes a program, runs `grind COMMAND` on it, and returns exit status, output and errors."""
+    """Return a function that runs `grind COMMAND` on a program and returns exit status, output and errors."""
 
     def call(command: str, text: str | bytes | None, *options: str) -> tuple[int, str, str]:
         path = tmp_path / "part.nc"
@@ -77,17 +77,17 @@ def test_trace_prints_one_object_a_motion(grind) -> None:
     assert "feed" not in records[0] and "feed" not in records[3]
 
 
-def test_trace_says_when_motions_beside_each_other_begin(grind) -> None:
+def test_trace_gives_the_start_times_of_concurrent_motions(grind) -> None:
     text = "G71 G94 G19 G00 X-25.\nG81 X75. I-25. E6000.\nG01 Y-3. F60.\nG04 P2.\nG80\nG00 Y20.\nM30"
     _, out, _ = grind("trace", text, "--acceleration", "1000")
     records = [json.loads(line) for line in out.splitlines()]
     way, feed, dwell, out_of_it = (record for record in records if record["source"] == "program")
     strokes = [record for record in records if record["source"] == "cycle"]
-    turn = feed["start"]  # the table sets out with the first motion beside it
+    turn = feed["start"]  # the table starts with the first motion beside it
     assert turn == way["seconds"]
     for k, stroke in enumerate(strokes):  # of 100 mm at 100 mm/s, with 0.1 s for the ramps
         assert (stroke["start"], stroke["seconds"]) == pytest.approx((turn + 1.1 * k, 1.1))
-    # Y is 1 mm/s below 0 while the feed move lasts: where it is when a stroke ends, its start tells
+    # Y falls by 1 mm/s during the feed move, so the end time of a stroke gives its depth
     during = [stroke for stroke in strokes if stroke["start"] + stroke["seconds"] < turn + 3.0]
     assert len(during) == 2
     for stroke in during:
@@ -101,7 +101,7 @@ def test_trace_says_when_motions_beside_each_other_begin(grind) -> None:
     assert sum(record["seconds"] for record in records) > last + 4.0
 
 
-def test_trace_says_when_picks_begin(grind) -> None:
+def test_trace_gives_the_start_times_of_picks(grind) -> None:
     text = "G71 G94 G19 G00 X-30.\nG82 X230. I-30. Y-.02 J-.01 L1 F6. E12000.\nM30"
     _, out, _ = grind("trace", text, "--acceleration", "1000")
     _, *cycle = (json.loads(line) for line in out.splitlines())
@@ -109,7 +109,7 @@ def test_trace_says_when_picks_begin(grind) -> None:
     strokes = [record for record in cycle if record["feed"] == 12_000.0]
     ends = [stroke["start"] + stroke["seconds"] for stroke in strokes]
     assert len(picks) == 2
-    for pick in picks:  # as the table brakes, 0.2 s from 200 mm/s
+    for pick in picks:  # a pick begins as the table brakes, 0.2 s from 200 mm/s
         assert min(abs(pick["start"] + 0.2 - end) for end in ends) < 1e-9
     assert [stroke["start"] for stroke in strokes[1:]] == pytest.approx(ends[:-1])
 
@@ -121,7 +121,7 @@ def test_trace_uses_the_units_in_force(grind) -> None:
     assert [record["feed"] for record in records] == [7.0, 7.0, 177.8]
 
 
-def test_trace_options(grind) -> None:
+def test_trace_limits_strokes_and_skips_deleted_blocks(grind) -> None:
     text = "/ G00 X1\nG81 X9. I0 E600.\n"
     assert len(grind("trace", text)[1].splitlines()) == 11
     assert len(grind("trace", text, "--strokes", "3", "--block-delete")[1].splitlines()) == 3
@@ -143,7 +143,7 @@ def test_trace_ends_with_an_error_line(grind) -> None:
 
 
 @pytest.mark.parametrize(("text", "line"), [(None, None), (b"\xff\xfe\x00G", 1)])
-def test_files_that_cannot_be_read(grind, text, line) -> None:
+def test_trace_and_check_report_an_unreadable_file(grind, text, line) -> None:
     status, out, err = grind("trace", text)
     assert (status, err) == (2, "")
     record = json.loads(out)
@@ -153,7 +153,7 @@ def test_files_that_cannot_be_read(grind, text, line) -> None:
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -> None:
+def test_an_error_in_a_called_program_names_its_file(grind, tmp_path: Path) -> None:
     (tmp_path / "O7.nc").write_text("G00 X-\nM99")
     _, out, _ = grind("trace", "M98 P7\nM30")
     record = json.loads(out)
@@ -161,14 +161,14 @@ def test_an_error_in_a_file_beside_the_program_names_it(grind, tmp_path: Path) -
     assert (record["line"], record["column"]) == (1, 5)
 
 
-def test_bad_options_are_bad_input(grind) -> None:
+def test_bad_options_end_with_status_2(grind) -> None:
     status, out, _ = grind("trace", "M30", "--acceleration", "0")
     assert (status, json.loads(out)["error"]) == (2, "setting")
     assert grind("check", "M30", "--strokes", "0")[0] == 2
     assert grind("check", "M30", "--nonsense")[0] == 2
 
 
-def test_a_job_that_cannot_be_read_is_reported_like_an_error_of_the_program(grind, tmp_path: Path) -> None:
+def test_an_unreadable_job_is_reported_like_an_error_of_the_program(grind, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("[part]\nstock = 1")
     for name, words in (("missing.toml", "cannot be read"), ("bad.toml", "part.material is missing")):
         job = str(tmp_path / name)
@@ -180,7 +180,7 @@ def test_a_job_that_cannot_be_read_is_reported_like_an_error_of_the_program(grin
         assert (status, err, json.loads(out)) == (2, "", error)
 
 
-def test_check_sums_up(grind, tmp_path: Path) -> None:
+def test_check_summarises_a_program_and_suggests_its_job(grind, tmp_path: Path) -> None:
     status, out, err = grind("check", DRESSED)
     assert (status, err) == (0, "")
     assert out.splitlines()[0].startswith("2 programs, 8 blocks, 12 motions, ")
@@ -189,7 +189,7 @@ def test_check_sums_up(grind, tmp_path: Path) -> None:
     assert grind("check", DRESSED)[1].endswith(f"--job {tmp_path / 'part.toml'}\n")
 
 
-def test_check_as_json(grind) -> None:
+def test_check_prints_its_report_as_json(grind) -> None:
     status, out, _ = grind("check", DRESSED, "--json")
     report = json.loads(out)
     assert status == 0
@@ -218,7 +218,7 @@ def test_check_counts_the_strokes_between_cycles(grind) -> None:
     assert len(between) == 1
 
 
-def test_check_tells_every_faulty_block_with_its_remedy(grind, tmp_path: Path) -> None:
+def test_check_lists_every_faulty_block_and_where_execution_stopped(grind, tmp_path: Path) -> None:
     (tmp_path / "O9.nc").write_text("G999\nM99\n")
     text = "G71 G90\nM98 P9\nG00 X- Y1\nG82 X1.\nX#[\nM30\nO5\nY1 Q\nM99\n"
     status, out, err = grind("check", text)
@@ -244,12 +244,12 @@ def test_check_goes_on_after_faulty_program_names_and_does_not_execute(grind) ->
         read(text)
 
 
-def test_check_of_what_is_no_program_ends(grind) -> None:
+def test_check_limits_the_number_of_errors(grind) -> None:
     _, _, err = grind("check", "X-\n" * 3000)
     assert err.count("\n") == MOST_ERRORS + 1
 
 
-def test_a_terminal_without_a_letter_shows_its_code(tmp_path: Path) -> None:
+def test_a_letter_missing_in_the_encoding_is_shown_as_its_code(tmp_path: Path) -> None:
     path = tmp_path / "grün.nc"
     path.write_text("G00 X")
     command = [sys.executable, "-c", "from grind_env.cli import main; main()", "check", str(path)]

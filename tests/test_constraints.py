@@ -13,7 +13,7 @@ PINNED = re.compile(r"^([\w.-]+)==\S+?(; .*)?$", re.MULTILINE)
 
 
 def needed(name: str, extras: frozenset[str], known: set[tuple[str, str]]) -> set[str]:
-    """Names of all that an installed distribution needs here, and that these need in their turn."""
+    """Return the names of all direct and indirect requirements of an installed distribution."""
     found = set[str]()
     for extra in {"", *extras}:
         if (name, extra) in known:
@@ -27,7 +27,7 @@ def needed(name: str, extras: frozenset[str], known: set[tuple[str, str]]) -> se
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="pinned are the versions for Python 3.11 and newer")
 @pytest.mark.skipif(sys.platform != "linux", reason="on other systems other packages are needed, too")
-def test_all_that_is_installed_is_pinned() -> None:
+def test_every_installed_requirement_is_pinned() -> None:
     text = (Path(__file__).parents[1] / "constraints.txt").read_text("utf-8")
     pinned = [canonicalize_name(name) for name, _ in PINNED.findall(text)]
     assert len(pinned) == len(set(pinned))

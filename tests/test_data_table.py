@@ -1,4 +1,4 @@
-"""One table, written in three ways."""
+"""One table as Markdown, HTML and terminal text."""
 
 import io
 from typing import NamedTuple
@@ -42,7 +42,7 @@ def test_markdown_aligns_numbers_and_escapes_bars():
     ]
 
 
-def test_html_escapes_and_marks_what_is_bad():
+def test_html_escapes_text_and_marks_bad_cells():
     html = SHOWN.html(lambda right, kind: f' class="{kind}{right:d}"')
     assert '<td class="0">a|&lt;b&gt;</td>' in html
     assert '<td class="bad1">25</td>' in html
@@ -57,12 +57,12 @@ def test_a_terminal_of_any_width_shows_every_number(width):
     assert lines[3:] == ["a|<b>      2.00 ± 1.00     1.5     25", "long name            –       –      0"]
 
 
-def test_sentences_are_broken_where_a_column_allows_it():
+def test_a_wrapping_column_breaks_sentences():
     words = table_of([Column("what", wrap=True)], [("one two three four",)])
     assert printed(words, 10)[2:] == ["one two", "three four"]
 
 
-def test_of_a_long_table_the_first_and_the_last_rows_stay():
+def test_a_shortened_table_keeps_its_first_and_last_rows():
     short = table_of(("n", "m"), [(k, k) for k in range(9)]).shortened(4)
     assert [row[0].text for row in short.rows] == ["0", "1", "… 5 more", "7", "8"]
     assert 'colspan="2"' in short.html(lambda right, kind: "")

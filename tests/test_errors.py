@@ -1,4 +1,4 @@
-"""What messages quote of input, however long, deep or odd it is."""
+"""Messages quote long, deep or odd input in one short printable line."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ MOST = 400
 
 
 @given(st.text(max_size=60).filter(str.isprintable))
-def test_what_is_short_is_quoted_as_it_is(text: str) -> None:
+def test_short_printable_text_is_quoted_unchanged(text: str) -> None:
     assert shortened(text) == text
     assert quoted(text[:50]) == shortened(repr(text[:50]))
 
@@ -38,7 +38,7 @@ def nested(depth: int) -> Any:
     return value
 
 
-def test_values_that_have_no_repr_are_named_by_their_type() -> None:
+def test_values_too_large_for_repr_are_named_by_their_type() -> None:
     assert quoted(nested(100_000)) == "a value of type dict that is too large to be shown"
     assert quoted(1 << 100_000) == "a value of type int that is too large to be shown"
 

@@ -1,4 +1,4 @@
-"""What a user's path may be, to be read or written; all else is refused at once, in one sentence."""
+"""Paths that users may read or write; every other path is refused at once, in one sentence."""
 
 import os
 import shutil
@@ -61,7 +61,7 @@ ENDLESS = {
 
 @pytest.mark.parametrize("kind", ENDLESS)
 @pytest.mark.parametrize("name", READERS)
-def test_what_has_no_end_is_refused_in_a_sentence(
+def test_readers_refuse_endless_files_pipes_and_folders_in_one_sentence(
     name: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(files, "PATIENCE", 0.01)
@@ -71,7 +71,7 @@ def test_what_has_no_end_is_refused_in_a_sentence(
 
 
 def assert_refused(path: Path) -> None:
-    """A reader refuses the file in one short sentence that names it."""
+    """Assert that the reader refuses the file in one short sentence that names it."""
     with pytest.raises(GrindError) as caught:
         READERS[path.name](path)
     message = str(caught.value)
@@ -90,13 +90,13 @@ DEEP = {
 
 @pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
 @pytest.mark.parametrize("name", [name for name in READERS if name.endswith(".toml")])
-def test_deep_toml_is_refused_in_a_sentence(name: str, text: str, tmp_path: Path) -> None:
+def test_deep_toml_is_refused_in_one_sentence(name: str, text: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_text(text)
     assert_refused(path)
 
 
-def test_a_file_is_read_up_to_its_limit_and_not_beyond(tmp_path: Path) -> None:
+def test_a_file_beyond_the_size_limit_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"12345")
     assert read_bytes(path, 5) == b"12345"
@@ -104,14 +104,14 @@ def test_a_file_is_read_up_to_its_limit_and_not_beyond(tmp_path: Path) -> None:
         read_bytes(path, 4)
 
 
-def test_a_pipe_is_read_as_far_as_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pipe_beyond_the_size_limit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "MOST_BYTES", 100_000)
     monkeypatch.setattr(files, "PATIENCE", PATIENCE)
     path = tmp_path / "pipe"
     os.mkfifo(path)
     writers = []
     for size in (100_000, 100_001):
-        # the reader goes away before it has taken all of the second one
+        # the reader closes the second pipe before it has read all
         writers.append(threading.Thread(target=lambda size=size: _write(path, b"a" * size)))
         writers[-1].start()
         if size <= files.MOST_BYTES:
@@ -127,7 +127,7 @@ def _write(path: Path, data: bytes) -> None:
         path.write_bytes(data)
 
 
-def test_a_writer_may_take_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_open_pipe_is_read_even_if_its_writer_is_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files, "PATIENCE", 0.01)
     path = tmp_path / "pipe"
     os.mkfifo(path)
@@ -138,21 +138,21 @@ def test_a_writer_may_take_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     late.join()
 
 
-def test_a_pipe_whose_writer_had_nothing_to_say_is_empty() -> None:
+def test_a_pipe_closed_without_data_reads_as_empty() -> None:
     reading, writing = os.pipe()
     os.close(writing)
     assert read_bytes(Path(f"/dev/fd/{reading}")) == b""
     os.close(reading)
 
 
-def test_names_that_no_file_has_are_shortened(tmp_path: Path) -> None:
+def test_impossible_file_names_are_shortened_in_messages(tmp_path: Path) -> None:
     for name in ("a\0b", "a" * 100_000):
         with pytest.raises(ReadError, match="cannot be read") as caught:
             read_bytes(tmp_path / name)
         assert len(str(caught.value)) < 400 and str(caught.value).isprintable()
 
 
-def test_the_file_that_may_be_meant_is_named(tmp_path: Path) -> None:
+def test_a_missing_file_suggests_a_similar_name(tmp_path: Path) -> None:
     for name in ("part.nc", "part.toml", "shop.toml"):
         (tmp_path / name).touch()
     names = {"prat.nc": "part.nc", "part.tml": "part.toml", "Shop.toml": "shop.toml", "other.nc": "", "no/part.nc": ""}
@@ -163,7 +163,7 @@ def test_the_file_that_may_be_meant_is_named(tmp_path: Path) -> None:
         assert str(caught.value).endswith(expected)
 
 
-def test_texts_are_utf_8(tmp_path: Path) -> None:
+def test_only_utf_8_text_is_read(tmp_path: Path) -> None:
     path = tmp_path / "file.toml"
     path.write_bytes(b'\xef\xbb\xbfx = "\xc3\xbc"')
     assert (read_text(path), read_toml(path)) == ('x = "ü"', {"x": "ü"})
@@ -184,21 +184,21 @@ def test_texts_are_utf_8(tmp_path: Path) -> None:
             read_toml(path)
 
 
-def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None:
+def test_dots_in_toml_strings_and_comments_are_no_keys(tmp_path: Path) -> None:
     path = tmp_path / "part.toml"
     numbers = [1.5] * 600
     path.write_text(f'name = "{"." * 600}"  # {"." * 600}\n# {"." * 600}\nnumbers = {numbers}\n', encoding="utf-8")
     assert read_toml(path) == {"name": "." * 600, "numbers": numbers}
 
 
-# --- what is written --------------------------------------------------------------------------------------------
+# --- writing ----------------------------------------------------------------------------------------------------
 
 
 def write(path: Path, text: str) -> None:
     write_atomically(path, lambda partial: partial.write_text(text))
 
 
-def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
+def test_writing_to_a_link_replaces_its_target_and_keeps_the_link(tmp_path: Path) -> None:
     (tmp_path / "far").mkdir()
     (tmp_path / "there.csv").symlink_to("far/data.csv")
     (tmp_path / "link.csv").symlink_to("there.csv")
@@ -210,7 +210,7 @@ def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("through", ["itself", "a link"])
-def test_devices_pipes_and_the_output_are_not_written_to(through: str, tmp_path: Path) -> None:
+def test_devices_pipes_and_standard_output_are_refused_as_targets(through: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for name in ("/dev/null", str(tmp_path / "pipe")):
         path = Path(name)
@@ -240,7 +240,7 @@ def test_devices_pipes_and_the_output_are_not_written_to(through: str, tmp_path:
         ("file/a.csv", "Not a directory; name another file"),
     ],
 )
-def test_names_of_which_there_can_be_no_file_are_told(name: str, what: str, tmp_path: Path) -> None:
+def test_impossible_target_paths_are_refused_with_the_reason(name: str, what: str, tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     (tmp_path / "circle.csv").symlink_to("circle.csv")
@@ -252,7 +252,7 @@ def test_names_of_which_there_can_be_no_file_are_told(name: str, what: str, tmp_
         write(tmp_path / name, "text")
 
 
-def test_a_disk_that_is_full_keeps_the_file_before(tmp_path: Path) -> None:
+def test_a_full_disk_keeps_the_previous_file(tmp_path: Path) -> None:
     path = tmp_path / "file"
     write(path, "before")
 
@@ -264,7 +264,7 @@ def test_a_disk_that_is_full_keeps_the_file_before(tmp_path: Path) -> None:
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("file", "before")]
 
 
-# --- what a program calls ---------------------------------------------------------------------------------------
+# --- called programs --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -280,7 +280,7 @@ def test_a_disk_that_is_full_keeps_the_file_before(tmp_path: Path) -> None:
         ("G01 X7.", []),
     ],
 )
-def test_the_programs_that_one_may_call_are_found(text: str, called: list[int], tmp_path: Path) -> None:
+def test_called_files_finds_every_possible_subprogram(text: str, called: list[int], tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(text)
     for number, own in ((7, "M98 P8"), (8, "M98 P7"), (9100, "M99")):
         (tmp_path / f"O{number}.nc").write_text(own)

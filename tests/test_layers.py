@@ -1,4 +1,4 @@
-"""Layers of a network, against numpy's."""
+"""Layers of a network, compared with numpy."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def layer() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return rng.uniform(-3.0, 3.0, (ROWS, INPUTS)), rng.uniform(-2.0, 2.0, (INPUTS, OUTPUTS)), rng.uniform(size=OUTPUTS)
 
 
-def test_they_are_those_of_numpy(layer):
+def test_layers_match_numpy(layer):
     values, weights, bias = layer
     sums = linear(values, weights, bias)
     np.testing.assert_allclose(sums, values @ weights + bias, rtol=1e-12, atol=1e-13)
@@ -23,7 +23,7 @@ def test_they_are_those_of_numpy(layer):
 
 
 @pytest.mark.bits
-def test_a_sum_runs_over_the_inputs_in_their_order(layer):
+def test_linear_sums_the_inputs_in_order(layer):
     values, weights, bias = layer
     for i, row in enumerate(linear(values, weights, bias)):
         for j, found in enumerate(row.tolist()):
@@ -35,7 +35,7 @@ def test_a_sum_runs_over_the_inputs_in_their_order(layer):
 
 @pytest.mark.bits
 @pytest.mark.parametrize("activation", [tanh_layer, logistic_layer])
-def test_a_number_does_not_depend_on_those_beside_it(activation, layer):
+def test_an_activation_does_not_depend_on_neighbouring_values(activation, layer):
     values = layer[0]
     together = activation(values)
     for i, j in np.ndindex(values.shape):

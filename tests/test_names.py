@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SHARED = {"Block", "Entry", "Fixed", "Infeed", "Place", "Signals"}
-"""Names still shared: the other class is in compiled code, where a new name would compile all kernels anew."""
+"""Names still shared: one of the two classes is in compiled code, where a new name recompiles all kernels."""
 
 
 def test_no_two_classes_share_a_name() -> None:

@@ -1,4 +1,4 @@
-"""What every notebook keeps to, without being run: `make notebooks` runs them."""
+"""Rules for every notebook, checked without running it: `make notebooks` runs them."""
 
 import ast
 import json
@@ -20,12 +20,12 @@ def cells(path: Path, kind: str) -> list[str]:
     return ["".join(cell["source"]) for cell in found if cell["cell_type"] == kind]
 
 
-def test_there_are_eight_in_order():
+def test_there_are_eight_notebooks_numbered_from_1():
     assert [path.name[:3] for path in NOTEBOOKS] == [f"{number:02d}_" for number in range(1, 9)]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_it_has_a_title_a_question_a_conclusion_and_two_exercises(path):
+def test_a_notebook_has_a_title_a_question_a_conclusion_and_two_exercises(path):
     first = json.loads(path.read_text("utf-8"))["cells"][0]
     assert first["cell_type"] == "markdown" and "".join(first["source"]).startswith("# ")
     text = "\n\n".join(cells(path, "markdown"))
@@ -37,8 +37,8 @@ def test_it_has_a_title_a_question_a_conclusion_and_two_exercises(path):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_it_needs_the_installed_package_alone(path):
-    """No checkout: nothing of `agents`, `tests` or the paths of modules; Python only, so that any kernel runs it."""
+def test_a_notebook_needs_only_the_installed_package(path):
+    """It is plain Python and needs no checkout, so that any kernel runs it."""
     for code in cells(path, "code"):
         for node in ast.walk(ast.parse(code)):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
@@ -49,8 +49,8 @@ def test_it_needs_the_installed_package_alone(path):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_knob_turns_what_a_cell_before_it_draws_for_a_static_page(path):
-    """A slider is a cell of its own that is not run without a reader: nbclient may wait for its output for ever."""
+def test_a_slider_varies_a_function_of_an_earlier_cell(path):
+    """The cell of a slider is skipped in execution: nbclient may wait for its output for ever."""
     before: dict[str, list[str]] = {}
     called: set[str] = set()
     knobs = 0
@@ -72,7 +72,7 @@ def test_a_knob_turns_what_a_cell_before_it_draws_for_a_static_page(path):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_it_shows_what_it_showed_when_it_was_executed(path):
+def test_a_notebook_holds_the_outputs_of_one_run_without_errors(path):
     text = path.read_text("utf-8")
     assert len(text.encode()) <= MOST
     run = [
@@ -87,7 +87,7 @@ def test_it_shows_what_it_showed_when_it_was_executed(path):
 
 
 def notebook(text: str, *, tags: tuple[str, ...] = (), picture: str = "") -> dict[str, Any]:
-    """One that has been executed."""
+    """Return an executed notebook that printed a text."""
     outputs = [
         {"output_type": "stream", "name": "stderr", "text": ["compiling, about 20 s\n"]},
         {"output_type": "stream", "name": "stdout", "text": [text]},
@@ -99,7 +99,7 @@ def notebook(text: str, *, tags: tuple[str, ...] = (), picture: str = "") -> dic
     return {"cells": [cell]}
 
 
-def test_another_text_is_told_unless_it_varies(tmp_path):
+def test_changed_output_is_reported_unless_its_cell_varies(tmp_path):
     kept, executed = tmp_path / "kept.ipynb", tmp_path / "executed.ipynb"
     executed.write_text(json.dumps(notebook("2.46 $\n")))
     assert keep(executed, kept) == "" == compare(executed, kept)

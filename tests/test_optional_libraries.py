@@ -1,4 +1,4 @@
-"""What needs an extra says which, and how it is installed, in the same words everywhere."""
+"""A feature that needs an extra names it and its installation, in the same words everywhere."""
 
 import re
 import subprocess
@@ -51,7 +51,7 @@ def test_the_adapter_names_its_extra() -> None:
         4,
     ),
 )
-def test_a_command_names_the_extra_that_is_missing_before_the_work(
+def test_a_command_names_a_missing_extra_before_any_work(
     library: str, words: tuple[str, ...], said: str, extra: str
 ) -> None:
     ended = without(library, "from grind_env.cli import main; main(sys.argv[1:])", *words)

@@ -1,4 +1,4 @@
-"""No command loses a file: asked of every command, every output and every input, from the tree of commands itself."""
+"""No command overwrites one of its inputs: checked for every command, output and input."""
 
 import functools
 import inspect
@@ -18,7 +18,7 @@ from grind_env.terminal import command
 
 
 class Leaf(NamedTuple):
-    """A command of either application."""
+    """Command of `grind` or `python -m agents`."""
 
     words: tuple[str, ...]
     click: Any
@@ -28,7 +28,7 @@ class Leaf(NamedTuple):
         return inspect.unwrap(self.click.callback)
 
     def option(self, name: str) -> str:
-        """How an argument is given; empty for one by its place."""
+        """Return the option of an argument; empty for a positional one."""
         (parameter,) = (each for each in self.click.params if each.name == name)
         return next((text for text in parameter.opts if text.startswith("--")), "")
 
@@ -61,7 +61,7 @@ def test_the_tree_has_all_commands() -> None:
 
 
 @pytest.mark.parametrize("name", TREE)
-def test_every_argument_that_is_a_path_says_whether_it_is_read_or_written(name: str) -> None:
+def test_every_path_argument_is_declared_as_read_or_written(name: str) -> None:
     leaf = TREE[name]
     roles = roles_of(leaf.function)
     for each in inspect.signature(leaf.function, eval_str=True).parameters.values():
@@ -79,7 +79,7 @@ PROGRAMS = {
     "O9100.nc": "O9100 (OURS)\nM98 P0009200\nM99\n",
     "O9200.nc": "O9200\nG65 P7\nM99\n",
 }
-"""A program and those that it calls; the job beside it, and another one, each with its catalogue."""
+"""A program and its subprograms; the job beside it and another job, each with its catalogue."""
 JOBS = {"job.toml": CATALOGUES.format("tools/own.toml"), "tools/own.toml": "# own\n"}
 TASKS = {
     "task.toml": 'base = "base.toml"\n' + CATALOGUES.format("lots.toml"),
@@ -90,7 +90,7 @@ TASKS = {
 
 
 def situations(leaf: Leaf) -> Iterator[tuple[dict[str, str], dict[str, str]]]:
-    """What a command may be given for all that it reads, and the files that it then reads, with their texts."""
+    """Yield sets of input arguments of a command, each with the names and texts of the files it then reads."""
     roles = {name: role for name, role in roles_of(leaf.function).items() if isinstance(role, Reads)}
     programs = [name for name, role in roles.items() if role is PROGRAM or role is PROBLEM]
     jobs = [name for name, role in roles.items() if role is JOB]
@@ -115,7 +115,7 @@ def situations(leaf: Leaf) -> Iterator[tuple[dict[str, str], dict[str, str]]]:
 
 
 def spellings(file: Path, folder: Path) -> Iterator[Path]:
-    """Names of a file: its own, others by way of folders, and links."""
+    """Yield names of a file: its own, paths through other folders, and links."""
     yield file
     yield folder / "sub" / ".." / file
     yield Path(file)
@@ -131,7 +131,7 @@ def state_of(folder: Path) -> dict[str, bytes]:
 
 
 def refused(leaf: Leaf, given: dict[str, str], capsys: pytest.CaptureFixture[str]) -> str:
-    """The sentence with which a command is refused."""
+    """Return the sentence with which a command refuses its arguments."""
     with pytest.raises(SystemExit) as ended:
         leaf.call(given)
     said = capsys.readouterr()
@@ -140,7 +140,7 @@ def refused(leaf: Leaf, given: dict[str, str], capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("name", WRITING)
-def test_no_output_is_an_input(
+def test_a_command_refuses_to_overwrite_its_inputs(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     leaf, tried = TREE[name], 0
@@ -176,7 +176,7 @@ def test_no_output_is_an_input(
         if any(isinstance(role, Writes) and role.default_suffix for role in roles_of(TREE[each].function).values())
     ],
 )
-def test_a_usual_name_is_no_input_and_no_file_of_somebody(
+def test_a_default_output_never_replaces_an_input_or_a_users_file(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     leaf = TREE[name]
@@ -200,7 +200,7 @@ def test_a_usual_name_is_no_input_and_no_file_of_somebody(
 
 
 @pytest.mark.parametrize("name", WRITING)
-def test_two_outputs_are_two_files_in_a_folder_that_is_there(
+def test_outputs_must_be_distinct_files_in_existing_folders(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     leaf = TREE[name]
@@ -228,13 +228,13 @@ def test_two_outputs_are_two_files_in_a_folder_that_is_there(
 
 
 def arguments_of(leaf: Leaf) -> dict[str, Any]:
-    """What a command is called with that is given nothing."""
+    """Return the arguments of a command that is called without any."""
     parameters = inspect.signature(leaf.function).parameters.values()
     return {each.name: None if each.default is each.empty else each.default for each in parameters}
 
 
 @pytest.mark.parametrize("name", WRITING)
-def test_every_other_output_is_let_through(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_harmless_outputs_are_accepted(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     leaf, called = TREE[name], list[dict[str, Any]]()
     monkeypatch.chdir(tmp_path)
 

@@ -1,4 +1,4 @@
-"""Nothing here is judged by the clock of a machine that may be busy."""
+"""No property test fails because the machine is busy."""
 
 import ast
 from pathlib import Path
@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, settings
 TESTS = Path(__file__).parent
 
 
-def test_no_property_is_timed_by_hypothesis() -> None:
+def test_hypothesis_sets_no_deadline() -> None:
     profile = settings()
     assert profile.deadline is None and HealthCheck.too_slow in profile.suppress_health_check
     for path in TESTS.rglob("*.py"):
@@ -16,5 +16,5 @@ def test_no_property_is_timed_by_hypothesis() -> None:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "settings":
                 given = {each.arg: ast.unparse(each.value) for each in node.keywords}
                 assert given.get("deadline", "None") == "None", path
-                # what a test names replaces what the profile names
+                # settings of a test replace those of the profile
                 assert "HealthCheck.too_slow" in given.get("suppress_health_check", "HealthCheck.too_slow"), path

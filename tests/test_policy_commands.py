@@ -27,13 +27,13 @@ def help_of(click: Any, name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", TREE)
-def test_a_command_has_short_help_and_two_examples_and_is_shown_and_tested(name: str) -> None:
+def test_a_command_has_short_help_two_examples_a_page_and_a_test(name: str) -> None:
     click, (_, *words) = TREE[name].click, TREE[name].words
     examples = click.epilog.splitlines()
     assert len(examples) == 2 and all(name in each for each in examples)
     assert help_of(click, name)[-3:] == ["Examples:", *(f"  {each}" for each in examples)]
     assert any(f"{name}{end}" in PAGES for end in "` \n"), f"{name} is on no page: show it in docs/howto/"
-    # the first word of what is run: a key such as outcomes["cost"] is none
+    # the first word of a command line, but no key such as outcomes["cost"]
     run = re.search(rf"""[(,] ?\[?\*?["'](agents |grind )?{words[0]}["' ]""", TESTS)
     assert run, f"no test runs {name}"
 

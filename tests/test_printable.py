@@ -1,4 +1,4 @@
-"""What users name and write never controls a terminal or a spreadsheet."""
+"""Names and texts of users never control a terminal or a spreadsheet."""
 
 import csv
 import io
@@ -61,7 +61,7 @@ def hostile(tmp_path: Path) -> Path:
         ("evaluate", "--policy", "E12000D0", "--episodes", "2", "--program"),
     ],
 )
-def test_no_command_prints_them(
+def test_no_command_prints_control_characters_of_a_program(
     words: tuple[str, ...], hostile: Path, monkeypatch: pytest.MonkeyPatch, grind: Grind
 ) -> None:
     monkeypatch.chdir(hostile.parent)
@@ -79,7 +79,7 @@ def test_no_argument_is_printed_raw(
 
 
 @given(st.text() | st.sampled_from(FORMULA).map(lambda sign: f'{sign}HYPERLINK("x")'))
-def test_a_cell_is_no_formula_and_keeps_its_text(text: str) -> None:
+def test_a_csv_cell_is_no_formula_and_keeps_its_text(text: str) -> None:
     cell = csv_cell(text)
     assert isinstance(cell, str) and not cell.startswith(FORMULA)
     assert cell in (text, f"'{text}")

@@ -1,4 +1,4 @@
-"""The names at the top of the package: they do what the commands do, and cost nothing before they are used."""
+"""Public names of the package: they agree with the commands and import nothing heavy before their use."""
 
 import json
 import subprocess
@@ -33,9 +33,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         (("tasks",), ("agents", "torch", "stable_baselines3", "matplotlib", "pandas", "PIL")),
     ],
 )
-def test_a_command_imports_nothing_heavy_that_it_does_not_need(
-    words: tuple[object, ...], heavy: tuple[str, ...]
-) -> None:
+def test_a_command_imports_no_heavy_module_without_need(words: tuple[object, ...], heavy: tuple[str, ...]) -> None:
     code = "import sys\nfrom grind_env.cli import main\ntry:\n    main(sys.argv[1:])\nfinally:\n    print(*sys.modules)"
     command = [sys.executable, "-c", code, *map(str, words)]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-1].split()
@@ -68,19 +66,19 @@ def test_every_env_loads_and_needs_no_optional_package() -> None:
     [
         "import gymnasium, grind_env",
         "import grind_env, gymnasium.envs.registration",
-        # as libraries look whether it is there, and as notebooks import again what they have edited
+        # libraries look a module up without importing it, and notebooks reload edited modules
         "import grind_env, importlib.util; importlib.util.find_spec('gymnasium'); import gymnasium",
         "import grind_env, importlib; importlib.reload(grind_env.envs); importlib.reload(grind_env); import gymnasium",
     ],
 )
-def test_ids_are_registered_whichever_is_imported_first(imports: str) -> None:
+def test_environments_are_registered_in_every_order_of_imports(imports: str) -> None:
     code = f"{imports}; print(sorted(name for name in gymnasium.registry if name.startswith('grind/')))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == str(sorted(name for name in gym.registry if name.startswith("grind/")))
     assert "grind/PowerLimited-v0" in found and "grind/Job-v0" in found
 
 
-def test_every_public_name_is_there_documented_and_completed() -> None:
+def test_every_public_name_is_listed_and_documented() -> None:
     for name in grind_env.__all__:
         assert name in dir(grind_env)
         assert getattr(grind_env, name).__doc__
@@ -89,16 +87,16 @@ def test_every_public_name_is_there_documented_and_completed() -> None:
 
 
 @pytest.mark.parametrize("name", grind_env.examples.names())
-def test_examples_have_a_job_beside_them(name: str) -> None:
+def test_every_example_runs_with_the_job_beside_it(name: str) -> None:
     assert grind_env.grind(grind_env.examples.path(name)).parts.size > 0
 
 
-def test_an_example_that_there_is_not_is_told() -> None:
+def test_an_unknown_example_suggests_a_similar_name() -> None:
     with pytest.raises(GrindError, match=r"did you mean plate_g82.nc"):
         grind_env.examples.path("plate_g83.nc")
 
 
-def test_grind_is_grind_run(grind: Grind) -> None:
+def test_grind_returns_the_results_of_the_run_command(grind: Grind) -> None:
     status, out, _ = grind("run", PLATE, "--set", "#101=5", "--dress-at", 12, "--json")
     record = grind_env.grind(PLATE, variables={101: 5.0}, dress_at=[12.0])
     said = json.loads(out)
@@ -108,21 +106,21 @@ def test_grind_is_grind_run(grind: Grind) -> None:
     assert len(said["dresses"]) == len(record.dresses) == 2
 
 
-def test_a_program_and_a_job_may_be_given_as_they_were_read() -> None:
+def test_grind_accepts_a_loaded_program_only_with_a_job() -> None:
     program, job = grind_env.read_program(PLATE), grind_env.load_job(PLATE.with_suffix(".toml"))
     assert grind_env.grind(program, job).seconds == grind_env.grind(PLATE).seconds
     with pytest.raises(JobError, match=r"plate_g82.nc.*give one"):
         grind_env.grind(program)
 
 
-def test_sweep_is_grind_sweep(grind: Grind) -> None:
+def test_sweep_returns_the_best_cost_of_the_sweep_command(grind: Grind) -> None:
     words = ("--E", "12000..20000", "--dress-every", "1..2", "--parts", 2)
     said = json.loads(grind("sweep", PLATE, *words, "--json")[1])
     pairs = grind_env.sweep(PLATE, E=(12_000, 20_000), dress_every=(1, 2), parts=2)
     assert said["best"]["cost"]["value"] == pairs.best.cost.value
 
 
-def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_optimise_starts_the_same_search_as_its_command(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     class Asked(Exception):
         pass
 
@@ -141,7 +139,7 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
     assert asked[0] == asked[1]
 
 
-def test_report_is_grind_report(grind: Grind, tmp_path: Path) -> None:
+def test_report_writes_the_same_file_as_its_command(grind: Grind, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     by_call = grind_env.report(PLATE, output=tmp_path / "a.html")
     grind("report", PLATE, "-o", tmp_path / "b.html")

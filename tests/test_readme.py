@@ -14,14 +14,14 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_example_prints_what_the_readme_shows(tmp_path):
+def test_the_example_prints_the_output_in_the_readme(tmp_path):
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     (printed,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
     run = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True, cwd=tmp_path)
     assert run.stdout == printed
 
 
-def test_each_policy_of_the_results_table_is_a_name_for_evaluate():
+def test_each_policy_name_of_the_results_table_is_known():
     names = re.findall(r"^\| (\w+) \| .* to ", README, re.MULTILINE)
     assert len(names) == 6
     simulation = find_problem("power_limited").simulation()
@@ -29,7 +29,7 @@ def test_each_policy_of_the_results_table_is_a_name_for_evaluate():
         assert named_policy(name, simulation)
 
 
-def test_the_task_file_of_the_guide_is_an_environment(tmp_path):
+def test_the_task_file_of_the_guide_makes_an_environment(tmp_path):
     guide = (ROOT / "docs" / "howto" / "task.md").read_text(encoding="utf-8")
     (content,) = re.findall(r'Path\("shop\.toml"\)\.write_text\("""\n(.*?)"""\)', guide, re.DOTALL)
     file = tmp_path / "shop.toml"
@@ -42,29 +42,29 @@ def test_the_task_file_of_the_guide_is_an_environment(tmp_path):
 
 
 def paths(text: str) -> list[str]:
-    """The paths that a text links or names."""
+    """Return the paths that a text links or names."""
     found = re.findall(r"\]\(([\w./-]+)\)|`((?:grind_env|agents|notebooks|docs|tests)/[\w./]+)`", text)
     return [first or second for first, second in found]
 
 
-def test_the_files_it_names_are_there():
+def test_files_named_in_the_readme_exist():
     assert paths(README)
     for path in paths(README):
         assert (ROOT / path).exists(), path
 
 
-def test_the_files_to_change_are_there():
+def test_files_named_in_the_change_guide_exist():
     page = (ROOT / "docs" / "where-to-change-what.md").read_text(encoding="utf-8")
     for ref in re.findall(r"(?<![\w/])(?:(?:\w+/)+(?:\w+\.(?:py|toml|csv|md))?|\w+\.py)(?![\w<])", page):
         assert any(any((ROOT / at).glob(ref if "/" in ref else f"**/{ref}")) for at in ("grind_env", ".", "docs")), ref
 
 
-def test_the_commands_it_names_exist():
+def test_make_targets_named_in_the_readme_exist():
     targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert set(re.findall(r"make ([a-z]+)", README)) <= set(targets)
 
 
-def test_it_is_short():
+def test_the_readme_is_short():
     assert len(README.split()) <= 700
     code = re.findall(r"```(?:sh|python)\n(.*?)```", README, re.DOTALL)
     assert len(code) == 3 and all(len(line) <= 80 for block in code for line in block.splitlines())

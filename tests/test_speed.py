@@ -1,4 +1,4 @@
-"""The measurements of speed run to their end, with next to nothing measured."""
+"""The speed measurements run to their end; they measure as little as possible here."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from tests.speed.c_reference import compiler
 
 @pytest.fixture
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As little of everything as there can be."""
+    """Measure as little as possible."""
     least: dict[Any, dict[str, Any]] = {
         kernel: {"SECONDS": 0.0, "TURN": 1},
         others: {"SECONDS": 0.0, "N": 2, "STEPS": 1, "TIMES": 1},
@@ -26,7 +26,7 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.nightly
-def test_make_speed_ends(brief: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_make_speed_prints_every_table(brief: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert speed.main() == 0
     printed = capsys.readouterr().out
     titles = "ns per stroke", "Ratios", "First results", "Environments"
@@ -34,7 +34,7 @@ def test_make_speed_ends(brief: None, capsys: pytest.CaptureFixture[str]) -> Non
     assert ("No gcc here" in printed) == (compiler() is None)
 
 
-def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
+def test_a_ratio_beyond_its_tolerance_fails_the_check(
     brief: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measured = {name: np.array([0.5, about.last, 1e9]) for name, about in ratios.known().items()}
@@ -50,7 +50,7 @@ def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
 
 
 @pytest.mark.nightly
-def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:
+def test_the_file_of_ratios_lists_every_measured_ratio(brief: None) -> None:
     of_c = {name for name in ratios.known() if "in C" in name}
     measured = ratios.measured(kernel.strokes())
     assert {*ratios.known()} - {*measured} == (set() if compiler() else of_c)

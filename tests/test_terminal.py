@@ -1,4 +1,4 @@
-"""Commands whose output nobody takes, and commands that are interrupted: no traceback, and a status that says so."""
+"""Interrupted commands and commands without a working output end with their exit status and no traceback."""
 
 import errno
 import io
@@ -33,12 +33,12 @@ COMMANDS = {
 
 
 def without_notice(said: str) -> str:
-    """What was said but that kernels are compiled, as the first command on a machine says."""
+    """Return errors without the notice of compilation, which the first command on a machine prints."""
     return "".join(line for line in said.splitlines(keepends=True) if not line.startswith("compiling "))
 
 
 @pytest.mark.parametrize("words", few(COMMANDS.values(), 2), ids=COMMANDS)
-def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
+def test_a_full_disk_is_reported_in_one_sentence(words: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         ended = subprocess.run(words, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     name = "agents" if words[1] == "-m" else "grind"
@@ -47,7 +47,7 @@ def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("words", few(COMMANDS.values(), 2), ids=COMMANDS)
-def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
+def test_a_command_ends_silently_if_its_output_pipe_is_closed(words: list[str]) -> None:
     started = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert started.stdout is not None and started.stderr is not None
     started.stdout.close()
@@ -56,11 +56,11 @@ def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
     started.stderr.close()
 
 
-def test_a_warning_is_one_line_and_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_warning_is_printed_once_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.warns(DeprecationWarning, match="of another library"), command("grind"):
         for _ in range(2):
             warnings.warn("#500 is not read\x1b", GrindWarning, stacklevel=1)
-            with warnings.catch_warnings():  # as libraries do, after which Python would tell again what it has told
+            with warnings.catch_warnings():  # as libraries do; Python would then repeat its warnings
                 pass
         warnings.warn("of another library", DeprecationWarning, stacklevel=1)
     assert capsys.readouterr().err == "grind: warning: #500 is not read\\x1b\n"
@@ -96,7 +96,7 @@ main()
         ]
     ),
 )
-def test_an_interrupted_import_says_nothing(entry: str, module: str, arguments: list[str]) -> None:
+def test_an_interrupted_import_prints_nothing(entry: str, module: str, arguments: list[str]) -> None:
     script = INTERRUPTED.format(entry=entry, module=module, arguments=arguments)
     ended = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout, ended.stderr) == (128 + signal.SIGINT, "", "")
@@ -114,7 +114,9 @@ def test_an_interrupted_import_says_nothing(entry: str, module: str, arguments: 
     ],
     ids=repr,
 )
-def test_how_a_command_ends(error: BaseException, status: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_exception_has_its_exit_status_and_message(
+    error: BaseException, status: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as ended, command("grind"):
         raise error
     assert ended.value.code == status
@@ -122,7 +124,7 @@ def test_how_a_command_ends(error: BaseException, status: int, said: str, capsys
     assert found.endswith(said) and found.count("\n") == bool(said)
 
 
-def test_the_console_script_is_the_command_whose_imports_are_guarded() -> None:
+def test_the_console_script_is_the_guarded_main() -> None:
     assert 'grind = "grind_env.__main__:main"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 
 
@@ -139,7 +141,7 @@ TABLES = {
 
 
 def printed(words: list[str], columns: str, monkeypatch: pytest.MonkeyPatch, out: io.StringIO) -> list[str]:
-    """The lines that a command prints where it is told that there are so many columns."""
+    """Return the lines that a command prints if COLUMNS is set to `columns`."""
     monkeypatch.setenv("COLUMNS", columns)
     monkeypatch.setattr(sys, "stdout", out)
     assert status(*words) in (0, 3)
@@ -147,7 +149,7 @@ def printed(words: list[str], columns: str, monkeypatch: pytest.MonkeyPatch, out
 
 
 class Screen(io.StringIO):
-    """A terminal."""
+    """Output stream that calls itself a terminal."""
 
     def isatty(self) -> bool:
         return True
@@ -162,16 +164,16 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.usefixtures("few_lots")
 @pytest.mark.parametrize("name", few(TABLES, 2))
-def test_tables_are_whole_in_a_pipe(name: str, sample: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_are_complete_in_a_pipe(name: str, sample: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(sample)
     narrow, wide = (printed(TABLES[name], columns, monkeypatch, io.StringIO()) for columns in ("40", "2000"))
     assert narrow == wide
     assert len(wide) > 1
     assert not any("…" in line for line in wide)
-    assert max(map(len, wide)) < 1000  # nothing is drawn over all that there is
+    assert max(map(len, wide)) < 1000  # no line is drawn across the full width
 
 
-def test_a_description_of_a_table_stands_in_one_line_of_a_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_task_description_stays_on_one_line_in_a_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
     from grind_env.pages import summaries
 
     lines = printed(["tasks"], "40", monkeypatch, io.StringIO())

@@ -1,4 +1,4 @@
-"""How the package is cited, from `CITATION.cff`."""
+"""BibTeX entry of the package, made from `CITATION.cff`."""
 
 import re
 from pathlib import Path
@@ -8,13 +8,13 @@ import yaml
 
 
 def read_citation(path: Path) -> dict[str, Any]:
-    """What the file says, by its keys."""
+    """Return the content of the file by its keys."""
     found: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
     return found
 
 
 def bibtex(cited: dict[str, Any], licence: str) -> str:
-    """A BibTeX entry; before a release its year is that of the licence. Names of organisations are kept whole."""
+    """Return a BibTeX entry. Before a release, its year is that of the licence. Organisations are in braces."""
     (year,) = re.findall(r"Copyright \(c\) (\d{4})", licence)
     authors = " and ".join(_author(each) for each in cited["authors"])
     fields = {

@@ -1,4 +1,4 @@
-"""The page of a command-line application, from its own help."""
+"""Page of a command-line application, made from its help."""
 
 import re
 
@@ -8,7 +8,7 @@ from typer.main import get_command
 
 
 def commands_page(app: typer.Typer, name: str) -> str:
-    """Markdown: a section for every command with its arguments and options."""
+    """Return the Markdown page: a section for every command with its arguments and options."""
     command = get_command(app)
     context = typer.Context(command, info_name=name)
     text = get_docs_for_click(obj=command, ctx=context, name=name)

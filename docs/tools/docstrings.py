@@ -1,8 +1,7 @@
-"""Sphinx extension: docstrings of the package as Sphinx understands them.
+"""Sphinx extension: adapt the docstrings of the package to Sphinx.
 
-Sections of long docstrings have Markdown headings, texts of attributes may hold colons, which napoleon takes for a
-type, and what a field of a table holds is part of its annotation, which belongs into its text and not into the
-signature.
+Long docstrings have Markdown headings. Texts of attributes may contain colons, which napoleon takes for a type. Units
+and ranges of fields are in their annotations; the extension moves them from the signature into the text.
 """
 
 import re
@@ -14,16 +13,16 @@ from sphinx.application import Sphinx
 from grind_env.process.entries import Choice, Quantity
 
 COLON = "\ue000"
-"""Stands for a colon while napoleon reads."""
+"""Replacement of a colon while napoleon reads."""
 BEFORE_NAPOLEON, AFTER_NAPOLEON = 100, 900
 ANNOTATED = re.compile(r"~?(?:typing|types)?\.?Annotated\[(.+?), ~?[\w.]*?(?:Quantity|Choice)\(.*?\)\]")
 MADE_OF_FUNCTIONS = re.compile(r"((?:Process|Gauge) = )\(.+?\)(?=, \w+: )")
-"""A process or gauge as default: Sphinx writes its functions out, and can then read no type of the signature."""
+"""Pattern of a process or gauge as default: Sphinx prints its functions and then cannot parse the signature."""
 FIELD = re.compile(r"^:ivar (\w+): ")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register what is done to docstrings and signatures."""
+    """Register the changes of docstrings and signatures."""
     app.connect("autodoc-process-docstring", _hide_colons, BEFORE_NAPOLEON)
     app.connect("autodoc-process-docstring", _show_colons, AFTER_NAPOLEON)
     app.connect("autodoc-process-docstring", _say_units, AFTER_NAPOLEON)

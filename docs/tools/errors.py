@@ -1,4 +1,4 @@
-"""The page of all errors that the package raises for mistakes of its users."""
+"""Page of all errors that the package raises for mistakes of users."""
 
 import pkgutil
 import re
@@ -12,20 +12,20 @@ from grind_env.errors import GrindError
 INTRODUCTION = """\
 # Errors
 
-A mistake of a user raises a subclass of `GrindError` with one sentence that names place and remedy; at the command
-line it is that sentence and exit status 2. Anything else that is raised is a fault of the package.
+A mistake of a user raises a subclass of `GrindError`: one sentence says what is wrong, where, and what to do. The
+command line prints this sentence and ends with exit status 2. Every other exception is a bug of the package.
 
 ```{eval-rst}
 .. automodule:: grind_env.errors
 ```
 
-These are of modules without a page; the others stand with their module.
+The errors below belong to modules without a page. All other errors are on the page of their module.
 """
 DIRECTIVE = "\n```{{eval-rst}}\n.. autoexception:: {}.{}\n   :no-members:\n```\n"
 
 
 def errors_page(docs: Path) -> str:
-    """The page, Markdown: all subclasses in modules that no page of `docs` documents."""
+    """Return the Markdown page: all subclasses in modules that no page of `docs` documents."""
     for module in pkgutil.walk_packages(grind_env.__path__, "grind_env."):
         if not module.name.endswith("__main__"):
             import_module(module.name)

@@ -1,4 +1,4 @@
-"""The page of the facts of the control, from `grind_env/control/facts.toml`."""
+"""Page of the facts of the control, made from `grind_env/control/facts.toml`."""
 
 import re
 from collections.abc import Iterator
@@ -9,18 +9,18 @@ from grind_env.data_table import table_of
 INTRODUCTION = """\
 # Facts of the control
 
-What the simulated control does, statement by statement: `grind facts` prints the same list. A page is one of the
-grinder manual 8520-GUM; L stands before a page of the lathe manual, M of the mill manual, AMP of the AMP reference,
-OCI of the operator interface.
+This list describes what the simulated control does; `grind facts` prints the same list. Page numbers are those of the
+grinder manual 8520-GUM. A prefix marks a page of another manual: L lathe, M mill, AMP the AMP reference, OCI the
+operator interface.
 
-A statement that is **seen** stands on the page, one that is **inferred** follows from it. **DECIDED** marks what the
-manuals leave open or contradict, and what this project has chosen; look there first if your own machine does
-otherwise. Every statement names the tests that hold it, or says why the simulator leaves it out."""
+A **seen** statement is on the page, an **inferred** one follows from the page. **DECIDED** marks a choice of this
+project where the manuals are silent or contradict each other; look there first if your own machine behaves
+differently. Every statement names the tests that check it, or says why the simulator leaves it out."""
 HEADING = re.compile(r"^# --- (.+)$|^id = \"(.+)\"$", re.MULTILINE)
 
 
 def facts_page() -> str:
-    """The page, Markdown: a table for each section of the file."""
+    """Return the Markdown page: a table for each section of the file."""
     known = {fact.id: fact for fact in load_facts()}
     count = ", ".join(f"{sum(fact.mark == mark for fact in known.values())} {mark}" for mark in MARKS)
     parts = [INTRODUCTION, f"{len(known)} statements: {count}."]
@@ -31,7 +31,7 @@ def facts_page() -> str:
 
 
 def _sections() -> Iterator[tuple[str, list[str]]]:
-    """Headings of the file, which are comments in it, with the facts below them."""
+    """Yield the headings, which are comments in the file, with the facts below them."""
     heading, ids = "", list[str]()
     for match in HEADING.finditer(FILE.read_text(encoding="utf-8")):
         if match[1] is None:

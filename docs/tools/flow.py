@@ -1,6 +1,6 @@
-"""The overview figure of the process, what flows from E and D to the cost of a part, as an SVG within a page.
+"""Overview figure of the process, from E and D to the cost of a part, as an SVG: `python docs/tools/flow.py` prints it.
 
-It takes its colours from the page, light or dark, and is as wide as a phone is: `python docs/tools/flow.py` prints it.
+The figure takes its colours from the page, light or dark, and fits on a phone.
 """
 
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape
 WIDTH, HEIGHT = 400, 568
 LEFT, RIGHT = 14, 208
 COLUMN = 178
-"""Left ends of the two columns, and how wide both are; lines run beside and between them."""
+"""Left ends and width of the two columns; lines run beside and between them."""
 STYLE = """\
 .flow { max-width: 31rem; width: 100%; height: auto; display: block; margin: 1rem auto; font-size: 12.5px; }
 .flow rect { fill: var(--color-background-secondary, #f8f9fb); stroke: var(--color-foreground-border, #878787); }
@@ -24,18 +24,18 @@ STYLE = """\
 
 
 class Box(NamedTuple):
-    """A step of the flow."""
+    """Step of the flow."""
 
     title: str
     words: str
     page: str
-    """Beside the page that shows the figure."""
+    """Link, relative to the page that shows the figure."""
     x: int
     y: int
     width: int = COLUMN
     height: int = 50
     ours: bool = False
-    """Whether it is what a policy chooses, or what it is judged by."""
+    """True for E and D, which a policy chooses, and for the cost."""
 
 
 BOXES = (
@@ -81,16 +81,16 @@ ARROWS = (
     "M262 470 V506",  # limits to cost
 )
 JOINTS = ("M192 196 H200", "M192 268 H200")
-"""Lines without a tip: what joins the way from force and heat."""
+"""Lines without a tip, which join the line from force and heat to the limits."""
 SECOND = {"Limits": "how likely the part is scrap", "Time": "and loading"}
 """Third lines of boxes that have one."""
 
 
 def flow() -> str:
-    """The figure, one `svg` element with its style."""
+    """Return the figure, one `svg` element with its style."""
     parts = [
         f'<svg class="flow" viewBox="0 0 {WIDTH} {HEIGHT}" xmlns="http://www.w3.org/2000/svg" role="group"'
-        ' aria-label="What flows from table speed and dresses to the cost of a part">',
+        ' aria-label="From table speed and dresses to the cost of a part">',
         f"<style>{STYLE}</style>",
         '<defs><marker id="tip" viewBox="0 0 8 8" refX="4" refY="4" markerWidth="5.5" markerHeight="5.5"'
         ' orient="auto"><path class="tip" d="M0 0 L8 4 L0 8 z"/></marker></defs>',

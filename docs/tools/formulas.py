@@ -1,7 +1,7 @@
-"""Sphinx extension: the equations of the process as formulas, from their code, drawn by the browser without a script.
+"""Sphinx extension: formulas of the equations of the process, made from their code.
 
-`latexify` turns expressions of the code into LaTeX, so that what a page shows is what the simulation runs; symbols are
-those of `symbols.toml`. `latex2mathml` turns LaTeX into MathML, which needs neither network nor JavaScript.
+`latexify` turns expressions of the code into LaTeX, so that a page shows the equations that the simulation computes.
+Symbols come from `symbols.toml`. `latex2mathml` makes MathML, which needs neither network nor JavaScript.
 """
 
 import ast
@@ -22,7 +22,7 @@ from grind_env.toml import read_toml
 SYMBOLS = read_toml(Path(__file__).parent / "symbols.toml")
 EQUATIONS = frozenset(name for name, value in vars(equations).items() if callable(value))
 INDEXED = re.compile(r"([A-Za-z])(?:_([a-z]+)|([A-Z]?[a-z]?\d?|max))$")
-"""Names that are one letter and its index."""
+"""Pattern of a name that is one letter with an index."""
 INDEX = re.compile(r"_(?:(\w)|\{([\w,]+)\})")
 LN = r"\ln "
 SPACE = r" \\, "
@@ -39,7 +39,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 
 def formula(function: Any) -> str:
-    """LaTeX of a function of scalars: what it gives, and a line before it for all that it works out on the way."""
+    """Return the LaTeX of a function of scalars: a line for each intermediate value, and then the results."""
     name = inspect.unwrap(function).__name__
     results = map(_upright, SYMBOLS[name]["is"])
     write = _Writer(name)
@@ -51,14 +51,14 @@ def formula(function: Any) -> str:
 
 
 def words(function: Any) -> dict[str, str]:
-    """The arguments whose symbol does not begin as their name does, with it."""
+    """Return the symbols of the arguments whose symbol does not follow from their name."""
     plain = inspect.unwrap(function)
     found = {name: symbol(name.removeprefix("per_"), plain.__name__) for name in inspect.signature(plain).parameters}
     return {name: text for name, text in found.items() if text != _indexed(name.removeprefix("per_"))}
 
 
 def symbol(name: str, equation: str) -> str:
-    """LaTeX of a name in an equation: of a quantity, or of what another equation gives."""
+    """Return the LaTeX of a name in an equation: a quantity, or the result of another equation."""
     if name in EQUATIONS:
         return _upright(SYMBOLS[name]["is"][0])
     given = SYMBOLS[equation].get(name) or SYMBOLS["names"].get(name)
@@ -75,7 +75,7 @@ def _upright(text: str) -> str:
 
 
 class _Writer(ExpressionCodegen):
-    """Names as their symbols, numbers as they are read."""
+    """Writer of LaTeX with symbols for names and readable numbers."""
 
     def __init__(self, equation: str) -> None:
         super().__init__(use_math_symbols=True)
@@ -107,7 +107,7 @@ class _Writer(ExpressionCodegen):
 
 
 def _insert(_app: Sphinx, what: str, name: str, value: Any, _options: Any, lines: list[str]) -> None:
-    """Put the formula of an equation below the first paragraph of its docstring, and its symbols of arguments."""
+    """Put formula and symbols of an equation below the first paragraph of its docstring."""
     if what == "function" and getattr(equations, name.rpartition(".")[2], None) is value:
         place = lines.index("") if "" in lines else len(lines)
         known = ", ".join(f":math:`{text}` = {_code(argument)}" for argument, text in words(value).items())
@@ -116,7 +116,7 @@ def _insert(_app: Sphinx, what: str, name: str, value: Any, _options: Any, lines
 
 
 def _hide_guard(_app: Sphinx, _what: str, _name: str, value: Any, _skip: bool, _options: Any) -> bool | None:
-    """Leave out numbers that only keep quotients finite, as the formulas do."""
+    """Hide constants that only keep quotients finite, as the formulas do."""
     return True if isinstance(value, float) and keeps_finite(value) else None
 
 

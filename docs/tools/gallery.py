@@ -1,4 +1,4 @@
-"""Stills of the environments: `python docs/tools/gallery.py FILE.png` puts those of the tasks on one sheet."""
+"""Pictures of the environments: `python docs/tools/gallery.py FILE.png` puts eight tasks on one sheet."""
 
 import io
 import sys
@@ -19,15 +19,15 @@ from grind_env.render.frames import render
 
 ON_SHEET = (*CORE, "CBN")
 COLUMNS, WIDTH, GAP = 3, 480, 8
-"""Of the sheet; px."""
+"""Columns of the sheet; width of a picture and gap between pictures, px."""
 SHARE = 0.4
-"""Of an episode, that is over."""
+"""Share of an episode that is over in the picture."""
 UNDER = (244, 244, 240)
 
 
 @cache
 def still(name: str) -> Image.Image:
-    """A task, by name or id, in the middle of an episode of its shipped agent, or of what stands in for one."""
+    """Return a picture from an episode of a task (name or id), with its bundled agent or another usual policy."""
     problem = find_problem(name)
     simulation = problem.simulation()
     policy = named_policy(usual_name(simulation), simulation)
@@ -38,14 +38,14 @@ def still(name: str) -> Image.Image:
 
 
 def png(image: Image.Image) -> bytes:
-    """The picture in few colours."""
+    """Return a picture as PNG with few colours."""
     content = io.BytesIO()
     image.save(content, "PNG")
     return lighter(content.getvalue())
 
 
 def sheet() -> Image.Image:
-    """Stills side by side, smaller."""
+    """Return the pictures of the tasks side by side, smaller."""
     pictures = [still(name) for name in ON_SHEET]
     height = round(WIDTH * pictures[0].height / pictures[0].width)
     rows = -(-len(pictures) // COLUMNS)

@@ -1,7 +1,7 @@
-"""Sphinx extension: a site without what nobody sees of it, a tenth of its bytes.
+"""Sphinx extension: remove invisible parts of the site, a tenth of its bytes.
 
-Words of signatures stand in a span each that only forbids hyphens, and the theme brings the sources of its scripts.
-Names of the API are found as names: as entries of the index, too, they would stand before every page in a search.
+Sphinx puts each word of a signature into a span that only forbids hyphens; the theme adds the sources of its scripts.
+Index entries of API names would come before every page in a search, which finds these names anyway.
 """
 
 import re
@@ -16,7 +16,7 @@ SPAN = re.compile(r'<span class="pre">([^<]*)</span>')
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register what is done to pages and files."""
+    """Register the changes of pages and files."""
     app.connect("doctree-read", lambda _app, page: unindexed(page))
     app.connect("html-page-context", _lean)
     app.connect("build-finished", _without_sources)
@@ -24,12 +24,12 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 
 def lean(page: str) -> str:
-    """A page whose signatures have no span around each word."""
+    """Return a page without the spans around the words of signatures."""
     return SIGNATURE.sub(lambda signature: SPAN.sub(r"\1", signature[0]), page)
 
 
 def unindexed(page: nodes.document) -> None:
-    """Take the entries of the index from a page."""
+    """Remove the index entries from a page."""
     for entry in list(page.findall(addnodes.index)):
         entry.parent.remove(entry)
 

@@ -10,7 +10,7 @@ LINKS = {"a": "href", "link": "href", "img": "src", "script": "src", "source": "
 
 
 def broken(folder: Path) -> list[str]:
-    """A line for every link to a file or an anchor of the folder that is not there."""
+    """Return a line for every link to a missing file or anchor in the folder."""
     pages = {path: BeautifulSoup(path.read_bytes(), "html.parser") for path in sorted(folder.rglob("*.html"))}
     anchors = {
         path: {element.get(name) for name in ("id", "name") for element in page.find_all(attrs={name: True})}

@@ -1,6 +1,6 @@
-"""Write the pictures of the site anew with 128 colours, a third as long: `python docs/tools/pictures.py FOLDER`.
+"""Reduce the pictures of the site to 128 colours, a third of their size: `python docs/tools/pictures.py FOLDER`.
 
-Exit status 1 if the site is then heavier than it may be.
+Exit status 1: the site is still larger than permitted.
 """
 
 import io
@@ -10,11 +10,11 @@ from pathlib import Path
 from PIL import Image
 
 MOST = 12_000_000
-"""Bytes of the site."""
+"""Largest permitted size of the site, bytes."""
 
 
 def lighter(data: bytes) -> bytes:
-    """A .png picture with 128 of its own colours, the rare ones among them, or as it is where that is no shorter."""
+    """Return a .png picture with 128 of its colours, also rare ones; unchanged if the result is not smaller."""
     made = io.BytesIO()
     shown = Image.open(io.BytesIO(data)).convert("RGBA")
     white = Image.new("RGBA", shown.size, "white")
@@ -33,5 +33,5 @@ if __name__ == "__main__":
     weight = sum(path.stat().st_size for path in Path(sys.argv[1]).rglob("*") if path.is_file())
     if weight > MOST:
         sys.exit(
-            f"the site has {weight / 1e6:.2f} MB, more than {MOST / 1e6:g}: leave a picture out, or make it smaller"
+            f"the site has {weight / 1e6:.2f} MB, more than {MOST / 1e6:g} MB: leave out a picture or make it smaller"
         )

@@ -1,4 +1,4 @@
-"""Sphinx extension: no page says in which folders it was made."""
+"""Sphinx extension: remove the folders of the building machine from the pages."""
 
 import re
 from pathlib import Path
@@ -14,17 +14,17 @@ PLACES = (
     (re.compile(rf"{BEGINS}{re.escape(str(Path.home()))}(?=/\.)"), "~"),
     (re.compile(rf"{BEGINS}{re.escape(gettempdir())}/tmp\w+"), "/tmp/..."),
 )
-"""The checkout, what is hidden in the home of who makes the site, folders that are there only while it is made."""
+"""Replacements of the checkout, of hidden folders in the home folder, and of temporary folders."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register what is done to pages."""
+    """Register the change of pages."""
     app.connect("html-page-context", _shorten)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def anywhere(text: str) -> str:
-    """A text without the folders of this machine."""
+    """Return a text without the folders of this machine."""
     for place, short in PLACES:
         text = place.sub(short, text)
     return text

@@ -1,4 +1,4 @@
-/* Order of what a search finds: titles, then exact names of the API, then words of pages, then names that only hold the word. */
+/* Order of search results: titles, exact names of the API, words of pages, names that only contain the word. */
 var Scorer = {
   objNameMatch: 11,
   objPartialMatch: 4,

@@ -1,6 +1,6 @@
-"""Sphinx extension: cells of a shell as what is typed into it, so that what is copied runs in bash as printed.
+"""Sphinx extension: show shell cells without `%%bash`, so that copied cells run in bash.
 
-A notebook marks them by `%%bash`, which no shell understands; on a page a label does that, which is not copied.
+Notebooks need this mark, but no shell understands it. On a page, a label that is not copied replaces the mark.
 """
 
 from docutils import nodes
@@ -10,13 +10,13 @@ MARK = "%%bash\n"
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register what is done to cells."""
+    """Register the change of cells."""
     app.connect("doctree-read", lambda _app, page: unmarked(page))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def unmarked(page: nodes.document) -> None:
-    """Take the mark from every cell of a page that has it, and say in its class what it is."""
+    """Remove the mark from every shell cell of a page, and give the cell a class instead."""
     for block in page.findall(nodes.literal_block):
         text = block.astext()
         if text.startswith(MARK):

@@ -1,8 +1,8 @@
-"""The notebooks as they are checked in, with what they have shown: `python docs/tools/shown.py keep|compare`.
+"""Outputs of the notebooks in git: `python docs/tools/shown.py keep|compare`.
 
-`make notebooks` executes them into `build/notebooks`. `keep` takes what they have shown over into `notebooks/`, so that
-a code host shows it; `compare` says where an execution shows another text than is checked in. Cells with the tag
-`varies` show what differs from machine to machine: times, and what torch has learned.
+`make notebooks` executes the notebooks into `build/notebooks`. `keep` copies their outputs into `notebooks/`, so that a
+code host shows them. `compare` reports the first text of a notebook that differs from git. Cells with the tag `varies`
+are not compared, because they differ between machines: times and results of training.
 """
 
 import json
@@ -19,15 +19,15 @@ ROOT = Path(__file__).parents[2]
 KEPT, EXECUTED = ROOT / "notebooks", ROOT / "build" / "notebooks"
 VARIES = "varies"
 MOST = 400_000
-"""Bytes of a notebook that is checked in."""
+"""Largest permitted size of a notebook in git, bytes."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+|/tmp/\S+")
-"""What is another one in every process."""
+"""Pattern of texts that differ in every process."""
 
 Notebook = dict[str, Any]
 
 
 def shown(executed: Notebook) -> Notebook:
-    """A notebook that has been executed, with no more than what a reader is to see of it."""
+    """Return an executed notebook with only the outputs that a reader needs."""
     count = 0
     for cell in executed["cells"]:
         if cell["cell_type"] != "code":
@@ -44,7 +44,7 @@ def shown(executed: Notebook) -> Notebook:
 
 
 def joined(outputs: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Outputs in which successive pieces of a stream, however it came, are one."""
+    """Return outputs in which successive pieces of a stream are joined."""
     found: list[dict[str, Any]] = []
     for output in outputs:
         last = found[-1] if found else {}
@@ -56,7 +56,7 @@ def joined(outputs: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _seen(output: dict[str, Any]) -> dict[str, Any] | None:
-    """An output in its lightest form; None for what a process says of itself."""
+    """Return an output in its smallest form, or None for standard error."""
     if output["output_type"] == "stream":
         return output if output["name"] == "stdout" else None
     data = output["data"]
@@ -68,17 +68,17 @@ def _seen(output: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def light(picture: str) -> str:
-    """A picture, in Base64, of few colours."""
+    """Return a picture in Base64 with few colours."""
     return b64encode(lighter(b64decode(picture))).decode()
 
 
 def _short(text: list[str] | str) -> str:
-    """What stands for an object where no HTML is shown."""
+    """Return the beginning of a text, which represents an object where HTML is not shown."""
     return "".join(text)[:200]
 
 
 def texts(notebook: Notebook) -> Iterator[tuple[int, str]]:
-    """Number of a cell, and a text that it shows wherever it is executed."""
+    """Yield the cell number and text of every output that is equal on all machines."""
     for number, cell in enumerate(notebook["cells"]):
         if cell["cell_type"] != "code" or VARIES in cell["metadata"].get("tags", []):
             continue
@@ -91,31 +91,31 @@ def texts(notebook: Notebook) -> Iterator[tuple[int, str]]:
 
 
 def keep(executed: Path, kept: Path) -> str:
-    """Take what a notebook has shown over.
+    """Copy an executed notebook with its outputs.
 
     Returns:
-        What is wrong with it; empty if nothing is.
+        What is wrong with the notebook; empty if nothing is.
     """
     text = json.dumps(shown(json.loads(executed.read_text("utf-8"))), indent=1, ensure_ascii=False) + "\n"
     kept.write_text(text, encoding="utf-8")
     size = len(text.encode())
-    return f"it has {size / 1000:.0f} kB, more than {MOST / 1000:.0f}" if size > MOST else ""
+    return f"it has {size / 1000:.0f} kB, more than {MOST / 1000:.0f} kB" if size > MOST else ""
 
 
 def compare(executed: Path, kept: Path) -> str:
-    """Where an execution shows another text than is checked in; empty if nowhere."""
+    """Return the first difference between the texts of an execution and of git; empty if there is none."""
     ran, held = (list(texts(json.loads(path.read_text("utf-8")))) for path in (executed, kept))
     for (number, new), (_, old) in zip(ran, held, strict=False):
         if new != old:
-            return f"cell {number} shows\n{new[:600]}\nand not\n{old[:600]}"
-    return "" if len(ran) == len(held) else f"{len(ran)} texts are shown, and not {len(held)}"
+            return f"cell {number} shows\n{new[:600]}\ninstead of\n{old[:600]}"
+    return "" if len(ran) == len(held) else f"the cells show {len(ran)} texts instead of {len(held)}"
 
 
 COMMANDS: dict[str, Callable[[Path, Path], str]] = {"keep": keep, "compare": compare}
 
 
 def main(command: str) -> int:
-    """Run a command on all notebooks; 1 if something is wrong with one."""
+    """Run a command on all notebooks; return 1 if something is wrong with one."""
     wrong = 0
     for kept in sorted(KEPT.glob("*.ipynb")):
         if said := COMMANDS[command](EXECUTED / kept.name, kept):

@@ -1,7 +1,7 @@
 """Write the folder from which Sphinx makes the site: `python docs/tools/sources.py FOLDER`.
 
 Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, plants, facts, commands and results are
-written from code and results; notebooks come with the outputs that are checked in.
+written from code and results; notebooks have the outputs that are in git.
 """
 
 import sys
@@ -30,19 +30,19 @@ NOT_TASKS = {
     "fields.md": "reference/fields.md",
     **{name: name for name in ("validation.md", "validation.png", "validation.csv", "plants.md")},
 }
-"""Where the pages that are not of a task go."""
+"""Places of the generated pages that do not describe a task."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
 UNSEEN = ("Job-v0.md", "Task-v0.md")
-"""Pages of ids that need a file."""
+"""Pages without a picture, because their ids need a file."""
 GALLERY = "![Eight tasks in the middle of an episode](../images/gallery.png)"
 NOT_SEARCHED = b"---\nnosearch: true\n---\n\n"
-"""Head of a page that has every word, and explains none."""
+"""Head of a page that the search leaves out, because it contains nearly every word."""
 Page = tuple[str, bytes]
-"""Place in the folder, and content."""
+"""Path in the folder, and content."""
 
 
 def by_hand() -> Iterator[Page]:
-    """The pages of `docs/`, and those at the root of the repository."""
+    """Yield the pages of `docs/`, the changelog, the licence and the pictures of the notebooks."""
     for path in sorted(DOCS.rglob("*")):
         place = path.relative_to(DOCS)
         if path.suffix in PAGES and place.parts[0] not in ("tools", "static"):
@@ -54,13 +54,13 @@ def by_hand() -> Iterator[Page]:
 
 
 def tutorials() -> Iterator[Page]:
-    """The notebooks, with what they have shown."""
+    """Yield the notebooks with their outputs."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         yield f"tutorials/{path.name}", path.read_bytes()
 
 
 def from_code() -> Iterator[Page]:
-    """Tasks, fields, validation, plants, facts of the control, commands."""
+    """Yield the pages on tasks, fields, validation, plants, facts, errors and commands, the figure and the citation."""
     with TemporaryDirectory() as folder:
         for path in write_pages(Path(folder)):
             text = path.read_bytes()
@@ -69,7 +69,7 @@ def from_code() -> Iterator[Page]:
             if path.name not in (*NOT_TASKS, *UNSEEN, "index.md"):
                 yield f"tasks/{path.stem}.png", png(still(f"grind/{path.stem}"))
                 title, _, rest = text.decode().partition("\n")
-                text = f"{title}\n\n![An episode of it, watched]({path.stem}.png)\n{rest}".encode()
+                text = f"{title}\n\n![A picture of an episode]({path.stem}.png)\n{rest}".encode()
             yield NOT_TASKS.get(path.name, f"tasks/{path.name}"), text
     yield "control/facts.md", facts_page().encode()
     yield "api/errors.md", errors_page(DOCS).encode()
@@ -80,15 +80,15 @@ def from_code() -> Iterator[Page]:
 
 
 def _index(text: str) -> str:
-    """The index of the tasks with its links as they are on the site, and the pages in the contents."""
+    """Return the index of the tasks with the links of the site and a table of contents."""
     linked = text.replace("(validation.md)", "(../validation.md)").replace("(fields.md)", "(../reference/fields.md)")
     return f"{linked}\n{GALLERY}\n\n```{{toctree}}\n:hidden:\n:glob:\n\n*\n```\n"
 
 
 def results() -> Iterator[Page]:
-    """Tables and figures of `agents/results`, as they are checked in."""
+    """Yield the tables and figures of `agents/results`."""
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
-        # pages of the checkout link to those of `docs/`, which stand above them on the site
+        # links to pages of `docs/` are shorter on the site than in the checkout
         content = path.read_bytes()
         content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
@@ -101,7 +101,7 @@ def results() -> Iterator[Page]:
 
 
 def write(folder: Path) -> int:
-    """Write all pages into a folder, in the place of what lies there; returns their number."""
+    """Replace the content of a folder by all pages; return the number of pages."""
     pages = dict([*by_hand(), *tutorials(), *from_code(), *results()])
     rmtree(folder, ignore_errors=True)
     for place, content in pages.items():

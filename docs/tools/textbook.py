@@ -1,8 +1,8 @@
-"""Equations as a textbook has them: what the code does only to be fast or never to divide by nothing is undone.
+"""Equations as in a textbook, without the parts of the code that only save time or avoid a division by zero.
 
-A product with `per_x` is a quotient by x, a factor that stands twice is a power, `power(a, b)` is one, too, a call of
-another equation is its symbol. Left out is what keeps a quotient or a logarithm a number, and what is said of nothing
-(`0 where nothing is cut`). What is computed in another order is restated below; a test holds it to the code.
+A product with `per_x` becomes a quotient by x, a repeated factor and `power(a, b)` become powers, and a call of another
+equation becomes its symbol. Guards of quotients and logarithms are left out, and so are special cases such as 0 without
+a cut. Equations that the code computes in another order are restated below; a test compares them with the code.
 """
 
 import ast
@@ -13,14 +13,14 @@ from textwrap import dedent
 from typing import Any
 
 GUARD = 1e-6
-"""Beside a sum or as the least that a number may be, what is no larger only keeps quotients numbers."""
+"""Largest constant that counts as a guard, in a sum or as a lower bound."""
 PER = "per_"
 Line = tuple[ast.expr | None, ast.expr]
-"""What is on the left, None of the result, and on the right."""
+"""Left side (None for a result) and right side."""
 
 
 def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) -> float:
-    """`equations.temperature`, whose quotients the code takes together."""
+    """Restate `equations.temperature`, whose quotients the code combines."""
     wet = 1e6 * heat / (work + film)
     dry = 1e6 * heat / (work + kfilm * film)
     y = min(max((wet - Tb) / 20.0 + 0.5, 0.0), 1.0)
@@ -30,17 +30,17 @@ def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) 
 def conductances(
     lc: float, vw: float, beta: float, jaeger: float, A: float, vs: float, krw: float
 ) -> tuple[float, float]:
-    """`equations.conductances`."""
+    """Restate `equations.conductances`."""
     return beta * math.sqrt(vw * lc / jaeger), krw / math.sqrt((1.0 + 20.8 * A) * vs)
 
 
 def slowing(free: float, rubbing: float, rs: float) -> tuple[float, float]:
-    """`equations.slowing`."""
+    """Restate `equations.slowing`."""
     return min(max(free / rubbing, rs), 1.0), min(max(rubbing / free, 1.0), 1.0 / rs)
 
 
 def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
-    """`equations.early_wear`, as the difference of what is left before and after."""
+    """Restate `equations.early_wear` as a difference between before and after."""
     return loss * (1.0 / (1.0 + V * per_Vi) ** 2 - 1.0 / (1.0 + (V + dV) * per_Vi) ** 2)
 
 
@@ -50,11 +50,11 @@ RESTATED: dict[str, Callable[..., Any]] = {
 
 
 def lines(function: Any, equations: frozenset[str]) -> Iterator[Line]:
-    """Left and right of each line of an equation; the last ones, those of its results, have no left.
+    """Yield both sides of each line of an equation; the last lines, the results, have no left side.
 
     Args:
-        function: of scalars, whose body assigns and returns.
-        equations: names of all of them.
+        function: function of scalars whose body only assigns and returns.
+        equations: names of all equations.
     """
     plain = inspect.unwrap(function)
     constants = {name: value for name, value in plain.__globals__.items() if isinstance(value, float)}
@@ -133,7 +133,7 @@ class _Undo(ast.NodeTransformer):
 
 
 def _product(factors: list[ast.expr]) -> ast.expr:
-    """The product, each factor once, with its power."""
+    """Return the product with each factor once, as a power if it is repeated."""
     found: ast.expr | None = None
     texts = [ast.dump(each) for each in factors]
     for place, (text, each) in enumerate(zip(texts, factors, strict=True)):
@@ -146,7 +146,7 @@ def _product(factors: list[ast.expr]) -> ast.expr:
 
 
 def keeps_finite(value: float) -> bool:
-    """Whether a number of the code is there only so that no quotient and no logarithm is of nothing."""
+    """Return whether a constant only keeps quotients and logarithms finite."""
     return 0.0 < value <= GUARD
 
 

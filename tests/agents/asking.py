@@ -1,4 +1,4 @@
-"""Runs commands of `python -m agents`, and trials in this process."""
+"""Functions that run commands of `python -m agents`, and trials in this process."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +15,7 @@ from grind_env.policies.problem import Problem
 
 
 def evaluation(*cost: float, good: float = 1.0, finished: float = 1.0, blocks: int = 2) -> Evaluation:
-    """An evaluation of episodes that cost so much, each with as many good and finished parts, ground at 9 m/min, D1."""
+    """Return an evaluation of episodes with these costs and numbers of parts; E is 9 m/min and D is 1."""
     n = len(cost)
     each = np.full(n, good), np.full(n, finished), np.full((n, blocks), 9000.0), np.ones((n, blocks))
     return Evaluation(np.array(cost, float), *each)
@@ -24,7 +24,7 @@ def evaluation(*cost: float, good: float = 1.0, finished: float = 1.0, blocks: i
 def run_here(
     trials: Any, run: Callable[[Any], Any], jobs: int, console: Any, ray: Any, done: Callable[[Any, Any], Any]
 ) -> dict[Any, str]:
-    """As `runner.run_all`, in this process; a trial that fails ends all."""
+    """Run trials like `runner.run_all`, but in this process; the first failure ends the run."""
     for trial in trials:
         done(trial, run(trial))
     return {}
@@ -35,8 +35,8 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "run_all", run_here)
 
 
-def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> StudyOptions:
-    """What a study is asked, with its cache and results below a folder."""
+def study_options(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> StudyOptions:
+    """Return the options of a study whose cache and results lie below a folder."""
     options = Options(runs=folder / "runs", console=Console(quiet=True))
     return StudyOptions(
         problems=problems, episodes=episodes, seeds=seeds, steps=steps, configs=None, results=folder, options=options
@@ -44,7 +44,7 @@ def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, s
 
 
 def status(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """Exit status of a command."""
+    """Run a command; return its exit status."""
     monkeypatch.setattr("sys.argv", ["agents", *map(str, words)])
     with pytest.raises(SystemExit) as ended:
         __main__.main()

@@ -39,7 +39,7 @@ ANCHORS = [
 
 def test_the_cells_of_a_plan():
     cells = planned(chosen_problems("slot, oracle6"), ["random", "constant_per_kind"], ["ppo", "plain_gru"], 2)
-    # a slot is of one kind of block
+    # slot has one kind of block
     assert {cell for cell in cells if cell.seed is None} == {
         *(
             BenchmarkCell(problem, name)
@@ -64,7 +64,7 @@ def test_named_groups_of_tasks():
     assert [problem.name for problem in chosen_problems("rush,grind/Rush-v0,rush")] == ["rush"]
 
 
-def test_two_files_of_one_name_are_refused_because_their_results_would_be_mixed(tmp_path):
+def test_two_task_files_of_one_name_are_refused(tmp_path):
     (tmp_path / "sub").mkdir()
     files = [tmp_path / "shop.toml", tmp_path / "sub" / "shop.toml"]
     for path in files:
@@ -74,15 +74,15 @@ def test_two_files_of_one_name_are_refused_because_their_results_would_be_mixed(
         chosen_problems(",".join(map(str, files)))
 
 
-def test_a_plan_has_as_many_agents_as_there_are_training_seeds():
+def test_a_plan_with_more_agents_than_training_seeds_is_refused():
     with pytest.raises(ConfigError, match="400 training seeds"):
         planned([PROBLEM], None, ["ppo"], 400)
 
 
-def test_a_cell_is_what_an_evaluation_says(tmp_path):
+def test_a_measured_cell_equals_its_evaluation(tmp_path):
     measured = measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
     policy = make_policy("adaptive_rule", ORACLE)
-    # what is kept of one split is not taken for another on the same seeds
+    # the cache of one split does not serve another split of the same seeds
     for found in (measured, measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 3))
         assert np.array_equal(found.cost, expected.cost.astype(np.float32))
@@ -96,7 +96,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
 
 
 @pytest.mark.nightly
-def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
+def test_a_cell_trains_once_and_its_weights_identify_the_agent(tmp_path, monkeypatch):
     cell, request = BenchmarkCell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=7680)
     first = measure(cell, request)
     assert (first.steps, first.trained_on, first.model) == (7680, "all", "nominal")
@@ -124,20 +124,20 @@ def test_the_numbers_of_a_row():
     assert [found(name, 1.0).kind for name in ("handbook", "mpc", "hindsight")] == ["scripted", "planner", "planner"]
 
 
-def test_scores_are_anchored_at_the_best_fixed_plan_of_the_same_episodes():
+def test_scores_are_anchored_at_the_best_fixed_plan_on_the_same_episodes():
     rows = {each.policy: each for each in judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0, between=(2.5,))])}
     assert rows["constant"].score == 0.0
     assert rows["hindsight"].score == 100.0
     assert rows["interval"].score == pytest.approx(-100.0 / 6.0)
     assert (rows["ppo"].score, rows["ppo"].cost_per_good_part, rows["ppo"].cost_ratio) == (50.0, 1.75, 0.7)
-    # the other plan is better in the contexts between
+    # in the interpolation contexts the other plan is better
     scores = [rows[name].interpolation_score for name in ("ppo", "interval", "constant")]
     assert scores == [50.0, 0.0, -500.0]
     # resamples: (3.5, 3.5) of constant (4, 4), (4, 6), (6, 6)
     assert (rows["ppo"].score_low, rows["ppo"].score_high) == (25.0, pytest.approx(62.5))
 
 
-def test_a_plan_for_every_kind_of_block_is_a_fixed_plan():
+def test_a_plan_per_kind_of_block_counts_as_a_fixed_plan():
     rows = {each.policy: each for each in judged([*ANCHORS, found("constant_per_kind", 3.5, 3.5)])}
     assert (rows["constant_per_kind"].score, rows["hindsight"].score) == (0.0, 100.0)
     assert rows["constant"].score < 0.0
@@ -149,7 +149,7 @@ def test_without_an_anchor_there_is_no_score():
     assert row.cost_per_good_part == 2.5
 
 
-def test_results_are_read_as_they_were_written(tmp_path):
+def test_results_are_read_as_written(tmp_path):
     rows = judged([*ANCHORS, found("ppo", 3.5, 3.5, seed=0)])
     write_results(rows, tmp_path)
     again = read_results(tmp_path)
@@ -174,11 +174,11 @@ def test_new_results_replace_old_ones():
     assert costs["oracle6", "ppo", 1] == [2.0, 2.0]
     assert costs["slot", "random", None] == [9.0]
     assert len(costs) == 6
-    # of three episodes: it is compared with the others on two
+    # a row of three episodes is compared on the two common ones
     assert len(merged(old, [found("ppo", 1.0, 1.0, 1.0, seed=2)])) == len(old) + 1
 
 
-def test_command_line(tmp_path, monkeypatch, capsys):
+def test_the_benchmark_command_writes_results_and_a_report(tmp_path, monkeypatch, capsys):
     in_process(monkeypatch)
     episodes = ("--episodes", 3, "--interpolation-episodes", 2, "--plants-episodes", 2)
     tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--cache", tmp_path, "--jobs", 1)
@@ -197,9 +197,7 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "figures/iqm.png").exists()
 
 
-def test_rows_that_are_published_are_not_made_again_and_those_of_an_interrupted_command_are_written(
-    tmp_path, monkeypatch, capsys
-):
+def test_published_rows_are_not_run_again_and_an_interrupt_writes_finished_rows(tmp_path, monkeypatch, capsys):
     in_process(monkeypatch)
     episodes = ("--episodes", 2, "--interpolation-episodes", 0, "--plants-episodes", 0)
     words = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--results", tmp_path, "--policies")
@@ -232,7 +230,7 @@ def test_rows_that_are_published_are_not_made_again_and_those_of_an_interrupted_
         (("tune", "--policies", "no_such"), "'no_such' cannot be tuned"),
     ],
 )
-def test_a_users_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentence):
+def test_a_users_mistake_gives_one_sentence(monkeypatch, capsys, arguments, sentence):
     assert status(monkeypatch, *arguments) == 2
     message = capsys.readouterr().err
     assert sentence in message

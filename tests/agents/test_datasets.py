@@ -1,4 +1,4 @@
-"""Datasets of Minari: what they hold, where they come from, and what is told of them."""
+"""Datasets of Minari: their content, their origin and their error messages."""
 
 import shutil
 from pathlib import Path
@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     ("task", "policy"), [("oracle6", "adaptive_rule"), ("rush", "random"), ("wide_plates", "handbook")]
 )
-def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, folder: Path) -> None:
+def test_the_environment_repeats_a_loaded_episode(task: str, policy: str, folder: Path) -> None:
     problem = find_problem(task)
     simulation = problem.simulation()
     name = f"grind/{task}/{policy.replace('_', '-')}-v0"
@@ -61,7 +61,7 @@ def test_the_environment_gives_a_loaded_episode_again(task: str, policy: str, fo
         assert terminated
 
 
-def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored() -> None:
+def test_a_dataset_records_its_origin_and_its_score_scale() -> None:
     policy = make_policy("full_state_rule", ORACLE)
     make_dataset(policy, PROBLEM, SEEDS)
     loaded = minari.load_dataset("grind/oracle6/full-state-rule-v0")
@@ -74,7 +74,7 @@ def test_a_dataset_says_where_it_comes_from_and_how_it_is_scored() -> None:
         [normalise("grind/Oracle6-v0", each) for each in returns]
     )
     assert loaded.env_spec is not None
-    # a full observation would show the state to an agent that is to see measurements
+    # the recorded environment must not show the state to an agent on measurements
     assert gym.make(loaded.env_spec).observation_space != gym.make("grind/Oracle6-v0").observation_space
 
 
@@ -86,14 +86,14 @@ def test_a_dataset_is_not_replaced() -> None:
     assert minari.load_dataset("grind/oracle6/adaptive-rule-v0").total_episodes == 3
 
 
-def test_a_folder_that_cannot_be_is_told_in_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_impossible_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv(PLACE, str(tmp_path / "file" / "datasets"))
     with pytest.raises(FileError, match=r"datasets \(Not a directory\): make room"):
         make_dataset(make_policy("handbook", ORACLE), PROBLEM, SEEDS)
 
 
-def test_a_full_disk_is_seen_before_anything_is_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_refused_before_anything_is_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy, free = make_policy("adaptive_rule", ORACLE), shutil.disk_usage(folder)
     with monkeypatch.context() as patched, pytest.raises(FileError, match=r"\(it needs 0\.1 MB\): make room"):
         patched.setattr(shutil, "disk_usage", lambda path: free._replace(free=10_000))
@@ -104,7 +104,7 @@ def test_a_full_disk_is_seen_before_anything_is_written(folder: Path, monkeypatc
     assert [each.name for each in folder.iterdir()] == ["grind"]
 
 
-def test_a_task_file_is_recorded_from_the_folder_that_it_is_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_dataset_of_a_task_file_works_from_another_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     Path("my shop.toml").write_text('base = "oracle6"', encoding="utf-8")
     problem = find_problem("my shop.toml")

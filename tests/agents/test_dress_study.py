@@ -13,7 +13,7 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
-from tests.agents.asking import asked, in_process
+from tests.agents.asking import in_process, study_options
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -39,7 +39,7 @@ def test_the_best_plan_is_the_cheapest_of_all():
     assert float(run_seeds(plan, ORACLE, [0]).cost[0]) == least
 
 
-def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
+def test_the_best_plan_is_near_the_minimum_of_a_fine_grid(monkeypatch):
     simulation, seeds = find_problem("power_limited").simulation(), episode_seeds("training", 2)
     monkeypatch.setattr(studies, "TRAINING", len(seeds))
     plan = best_plan(simulation, (1, 2))
@@ -48,26 +48,26 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
     near = [Fixed(plan.E * factor, 1, plan.every) for factor in (0.98, 1.0, 1.02)]
     least, *costs = (float(run_seeds(each, simulation, seeds).cost.mean()) for each in (plan, *near, *grid))
     assert least <= min(costs[:3])
-    # a grid as fine as this may find a hollow that the search passed by
+    # a grid as fine as this may find a dip that the search missed
     assert least <= 1.01 * min(costs)
 
 
 def findings(folder, problem, episodes, monkeypatch, *questions):
-    """What is found of a problem, of some questions."""
+    """Return the findings of a study of a problem for some or all questions."""
     in_process(monkeypatch)
-    made = study(asked(folder, problem, episodes=episodes))
+    made = study(study_options(folder, problem, episodes=episodes))
     made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
-    return [DressFinding(**each) for each in made.found(asked(folder).options).values()]
+    return [DressFinding(**each) for each in made.found(study_options(folder).options).values()]
 
 
-def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
+def test_a_study_answers_all_questions_and_resumes_from_its_cache(tmp_path, monkeypatch):
     monkeypatch.setattr(studies, "TRAINING", 4)
     monkeypatch.setattr(trials, "deciding", lambda problem: [Handbook()])
     found = findings(tmp_path, PROBLEM, 2, monkeypatch)
     assert {each.question for each in found} == {"interval", "plan", "dresser", "passes", "decision"}
     own_dress = (TASK.dress.lead, TASK.dress.depth, TASK.dress.passes)
     own = [each for each in found if (each.lead, each.depth, each.passes) == own_dress]
-    # the dresser as it is, with the best of all intervals: one of the answers to the first question
+    # the usual dresser with its best interval is one of the answers to the first question
     dresser, passes, plan = (
         next(each for each in own if each.question == name) for name in ("dresser", "passes", "plan")
     )

@@ -68,7 +68,7 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
     assert [line(study)["task"] for study in read_studies(tmp_path)] == ["new"]
 
 
-def test_a_line_by_hand():
+def test_a_table_line_by_hand():
     assert line(DressStudy([*FOUND, decider("plain_gru", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",
@@ -87,14 +87,14 @@ def test_a_line_by_hand():
     assert line(DressStudy(FOUND, 64))["plain_gru, $"] == "–"
 
 
-def test_a_program_says_itself_how_it_dresses():
+def test_a_study_without_dresser_questions_leaves_their_cells_empty():
     cells = line(DressStudy([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
     told = [*line(DressStudy(FOUND, 64)).items()][:7]
     assert [*cells.items()][:7] == told
     assert {cells[name] for name in cells.keys() - dict(told).keys()} == {"–"}
 
 
-def test_a_table_is_read_as_it_was_written(tmp_path):
+def test_a_table_is_read_as_written(tmp_path):
     path = tmp_path / "rush.csv"
     path.write_text(csv_text(FOUND, range(2_000_000, 2_000_064)), encoding="utf-8")
     assert read_study(path) == DressStudy(FOUND, 64)
@@ -115,10 +115,10 @@ def test_a_damaged_table_is_an_error(text, why, tmp_path):
         read_study(path)
 
 
-def test_the_page_says_what_the_checked_in_studies_say():
+def test_costs_on_the_page_come_from_the_checked_in_studies():
     text = PAGE.read_text(encoding="utf-8")
     studies = read_studies(DRESSES)
-    if not studies:  # none of this version yet: what is told is of another one, and says so
+    if not studies:  # no study of this version yet: the page names the version before
         assert f"task version {TASK_VERSION - 1}**" in text
         return
     assert len(studies) == 11

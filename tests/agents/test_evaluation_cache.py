@@ -36,7 +36,7 @@ BELIEVING = BeliefRule(E=(11e3, 7e3), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH
 
 @pytest.fixture
 def evaluated(monkeypatch):
-    """The seeds of every evaluation that is run."""
+    """Return a list that collects the seeds of every evaluation."""
     runs = []
 
     def counted(policy, simulation, seeds, split, model):
@@ -47,8 +47,8 @@ def evaluated(monkeypatch):
     return runs
 
 
-def test_a_kept_evaluation_is_the_evaluation(tmp_path):
-    # of a deterministic policy the chunks cannot matter
+def test_a_cached_evaluation_equals_a_fresh_one(tmp_path):
+    # for a deterministic policy the chunks do not matter
     whole = run_seeds(PLAN, ORACLE, SEEDS)
     for _ in range(2):
         result = cached_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
@@ -56,7 +56,7 @@ def test_a_kept_evaluation_is_the_evaluation(tmp_path):
             np.testing.assert_array_equal(getattr(result, each.name), getattr(whole, each.name))
 
 
-def test_only_the_chunks_that_are_missing_are_run(tmp_path, evaluated):
+def test_only_missing_chunks_are_run(tmp_path, evaluated):
     cached_evaluation(PLAN, PROBLEM, SEEDS[:CHUNK], tmp_path)
     cached_evaluation(PLAN, PROBLEM, SEEDS, tmp_path)
     assert evaluated == [SEEDS[:CHUNK], SEEDS[CHUNK:]]
@@ -66,7 +66,7 @@ def test_only_the_chunks_that_are_missing_are_run(tmp_path, evaluated):
 
 
 @pytest.mark.parametrize("text", [b"", b"PK\x03\x04 cut off"])
-def test_a_damaged_file_is_made_anew(tmp_path, evaluated, text):
+def test_an_evaluation_in_a_damaged_file_is_run_again(tmp_path, evaluated, text):
     cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
     (file,) = tmp_path.rglob("*.npz")
     file.write_bytes(text)
@@ -75,7 +75,7 @@ def test_a_damaged_file_is_made_anew(tmp_path, evaluated, text):
     assert len(evaluated) == 2
 
 
-def test_another_parameter_or_task_is_another_evaluation(tmp_path, evaluated):
+def test_another_parameter_or_task_causes_another_evaluation(tmp_path, evaluated):
     cached_evaluation(PLAN, PROBLEM, SEEDS[:2], tmp_path)
     cached_evaluation(replace(PLAN, E=9500.0), PROBLEM, SEEDS[:2], tmp_path)
     cached_evaluation(PLAN, changed(PROBLEM, factors={"kA": 2.5001}), SEEDS[:2], tmp_path)
@@ -89,14 +89,14 @@ def test_behaviour_follows_the_task_but_not_its_reference_cost():
     assert behaviour(changed(PROBLEM, dress=replace(ORACLE.task.dress, setup=8.001)).simulation()) != code
 
 
-def test_comments_docstrings_and_imports_decide_nothing():
+def test_bare_code_ignores_comments_docstrings_and_imports():
     code = "def area(x):\n    return 2 * x\n"
     told = '"""Areas."""\nimport math\n\ndef area(x):\n    """An area."""\n    return 2 * x  # twice\n'
     assert bare(told) == bare(code)
     assert bare(code.replace("2", "3")) != bare(code)
 
 
-def test_a_planner_stands_on_its_rule():
+def test_the_code_of_a_planner_includes_its_rule():
     found = imported(known_state.__name__)
     assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= {*found}
 
@@ -115,7 +115,7 @@ DECIDING = [
 
 
 @pytest.mark.parametrize(("policy", "edited"), few(DECIDING, 3), ids=lambda each: getattr(each, "__name__", None))
-def test_an_edit_of_what_decides_is_another_evaluation_and_a_comment_is_not(
+def test_an_edit_of_deciding_code_causes_an_evaluation_and_a_comment_does_not(
     policy: Policy, edited: ModuleType, tmp_path: Path, evaluated: list[range], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read, more = Path.read_text, [""]
@@ -134,12 +134,12 @@ def test_an_edit_of_what_decides_is_another_evaluation_and_a_comment_is_not(
     sources.cache_clear()
 
 
-def test_an_edit_of_another_rule_is_no_other_evaluation() -> None:
+def test_the_code_of_a_rule_excludes_other_rules() -> None:
     found = imported(rules.__name__)
     assert not any(name.endswith(("hindsight", "belief_rule", "judging")) for name in found)
 
 
-def test_every_policy_stands_on_the_module_that_it_is_defined_in() -> None:
+def test_the_code_of_a_policy_includes_its_own_module() -> None:
     makers = [*TUNED.values(), *UNTUNED.values(), ModelPredictive, LearnedPolicy]
     modules = {(each.func if isinstance(each, partial) else each).__module__ for each in makers}
     assert len(modules) >= 9

@@ -30,7 +30,7 @@ ROWS = results(["power_limited", "rush", "slot"])
 
 
 def dots(panel):
-    """Points of a panel as (x, y), without intervals and rules."""
+    """Return the points of a panel as (x, y), without intervals and rules."""
     lines = [line for line in panel.get_lines() if line.get_marker() not in ("", "None") and len(line.get_xdata())]
     return {(float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in lines}
 
@@ -52,7 +52,7 @@ def test_without_a_scored_task_nothing_is_drawn(tmp_path):
     assert figures.write_figures(results(["slot"]), tmp_path) == []
 
 
-def test_a_learning_curve_is_the_mean_of_its_runs_between_the_least_and_the_most():
+def test_a_learning_curve_shows_the_mean_and_the_range_of_its_runs():
     scores = {0: [10.0, 40.0, 60.0], 1: [10.0, 50.0, 80.0], 2: [10.0, 45.0, 70.0]}
     steps = np.array([1e5, 5e5, 1e6])
     rows = [

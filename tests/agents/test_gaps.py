@@ -31,7 +31,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned_parameters import CONFIGS
-from tests.agents.asking import asked, evaluation, in_process, status
+from tests.agents.asking import evaluation, in_process, status, study_options
 
 ORACLE = find_problem("oracle6")
 SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
@@ -39,7 +39,7 @@ SMALL = {"evaluations": 8, "starts": 1, "episodes": 1}
 
 
 def parameters(folder):
-    """The tuned parameters with those of the ablations, quickly found."""
+    """Return a folder of the tuned parameters, with quickly tuned parameters of the ablations."""
     place = shutil.copytree(CONFIGS, folder / "parameters")
     tune(ORACLE, list(ABLATIONS), folder=place, runs=folder / "tuning", **SMALL)
     return place
@@ -63,7 +63,7 @@ def test_gaps_by_hand(tmp_path):
         SPEED: "adaptive_speed",
         DRESS: "adaptive_dress",
         BOTH: "adaptive_rule",
-        # the least of those that see measurements
+        # the cheapest policy on measurements
         BEST: "look_ahead",
         PLANNER: "mpc",
         HINDSIGHT: "hindsight",
@@ -72,9 +72,9 @@ def test_gaps_by_hand(tmp_path):
         STATE: "full_state_rule",
     }
     savings = {what: gap.saving.value for what, gap in of.gaps.items()}
-    # on 20 $ an episode
+    # shares of 20 $ an episode
     plain = {FIXED: 0.0, SPEED: 10.0, DRESS: 20.0, BOTH: 40.0, BEST: 45.0, PLANNER: 50.0, HINDSIGHT: 60.0}
-    # 12 $ on 16 $, and on 18 $
+    # 12 $ against 16 $ and against 18 $
     assert savings == pytest.approx({**plain, ADAPTING_E: 25.0, ADAPTING_D: 100.0 / 3.0, STATE: 62.5})
     assert of.gaps[ADAPTING_E].against == "adaptive_dress"
     assert of.gaps[ADAPTING_D].against == "adaptive_speed"
@@ -85,11 +85,11 @@ def test_gaps_by_hand(tmp_path):
     # both episodes alike: 10 of 16 and 14 of 24 are 37.5 and 41.7 %
     low, high = of.gaps[BOTH].saving[1:]
     assert (low, high) == pytest.approx((37.5, 100.0 * 10.0 / 24.0))
-    # 0 % of the first, 36 % of the second
+    # 0 % in the first episode, 36 % in the second
     assert of.gaps[ADAPTING_E].saving.low == 0.0
 
 
-def test_a_task_without_a_planner_goes_without_its_gap(tmp_path):
+def test_a_task_without_a_planner_has_no_planner_gap(tmp_path):
     names = ("constant", "interval", "adaptive_speed", "adaptive_dress", "adaptive_rule", "hindsight")
     of = task_gaps(ORACLE, {name: evaluation(9.0, 8.0, blocks=6) for name in names}, parameters(tmp_path))
     assert PLANNER not in of.gaps
@@ -97,7 +97,7 @@ def test_a_task_without_a_planner_goes_without_its_gap(tmp_path):
 
 
 def gaps_of(task, *, planner=20.0, speed=9.0, dress=11.0, best=80.0, off=0.0):
-    """The gaps of a task with these figures."""
+    """Return the gaps of a task with these figures."""
 
     def gap(saving, score=0.0):
         return Gap("", "", "measurements", Interval(4.0, 3.9, 4.1), "", Interval(saving, 0, 0), Interval(score, 0, 0))
@@ -106,29 +106,29 @@ def gaps_of(task, *, planner=20.0, speed=9.0, dress=11.0, best=80.0, off=0.0):
     return TaskGaps(task, 4.0 * (1.0 + 0.01 * off), {**savings, BEST: gap(0.0, best)})
 
 
-def held(*tasks):
+def verdicts(*tasks):
     return [promise.verdict(tasks)[0] for promise in PROMISES]
 
 
-def test_promises():
+def test_each_promise_is_judged_at_its_threshold():
     good = [gaps_of(name) for name in ("a", "b", "c", "d")]
-    assert held(*good) == [True] * 5
+    assert verdicts(*good) == [True] * 5
     # three tasks are enough for E, four are wanted for D
-    assert held(*good[:3]) == [True, True, False, True, True]
-    assert held(*good[:2], gaps_of("c", speed=7.9), gaps_of("d")) == [True] * 5
-    assert held(gaps_of("a", planner=14.9), *good[1:]) == [False, True, True, True, True]
-    assert held(gaps_of("a", best=97.1), *good[1:]) == [True, True, True, False, True]
-    assert held(gaps_of("a", off=-1.1), *good[1:]) == [True, True, True, True, False]
+    assert verdicts(*good[:3]) == [True, True, False, True, True]
+    assert verdicts(*good[:2], gaps_of("c", speed=7.9), gaps_of("d")) == [True] * 5
+    assert verdicts(gaps_of("a", planner=14.9), *good[1:]) == [False, True, True, True, True]
+    assert verdicts(gaps_of("a", best=97.1), *good[1:]) == [True, True, True, False, True]
+    assert verdicts(gaps_of("a", off=-1.1), *good[1:]) == [True, True, True, True, False]
     # a diagnostic task and the test oracle are exempt
-    assert held(*good, gaps_of("slot", planner=0.4, best=99.0), gaps_of("oracle6", best=100.0)) == [True] * 5
+    assert verdicts(*good, gaps_of("slot", planner=0.4, best=99.0), gaps_of("oracle6", best=100.0)) == [True] * 5
     assert PROMISES[0].verdict([*good[:1], gaps_of("z", planner=14.0)]) == (False, "a 20 %", "z 14 %")
 
 
-def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
+def test_evaluations_in_processes_equal_evaluations_in_one(tmp_path, monkeypatch):
     alone = {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
-    # the processes import it anew: here nothing is evaluated
+    # only the worker processes evaluate
     monkeypatch.setattr(evaluations, "run_seeds", None)
-    pair = asked(tmp_path, ORACLE, episodes=3)
+    pair = study_options(tmp_path, ORACLE, episodes=3)
     study = Evaluations(name="pair", title="", trials=chunks(pair, lambda problem: PAIR))
     found = by_problem(study.found(replace(pair.options, jobs=2)))[ORACLE]
     assert list(found) == list(PAIR)
@@ -138,7 +138,7 @@ def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
 
 
 @pytest.mark.nightly
-def test_the_command(tmp_path, monkeypatch, capsys):
+def test_the_gaps_command_writes_and_caches_its_results(tmp_path, monkeypatch, capsys):
     def command():
         words = ("--task", "oracle6", "--episodes", 3, "--jobs", 1, "--parameters", place)
         return status(monkeypatch, "gaps", *words, "--cache", tmp_path / "runs", "--results", tmp_path / "results")
@@ -155,7 +155,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert {row["seeds"] for row in rows.values()} == {"2000000..2000002"}
     assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
     written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")
-    # what was evaluated is cached
+    # every evaluation is cached
     monkeypatch.setattr(evaluations, "run_seeds", None)
     assert command() == 0
     assert (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8") == written

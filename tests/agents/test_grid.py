@@ -1,4 +1,4 @@
-"""The grid: agents of the reader's file and limited rules as cells, what they cost, and what is concluded of them."""
+"""The benchmark grid: agents and rules as cells, their cost, and the conclusions from them."""
 
 from collections import Counter
 from dataclasses import replace
@@ -42,7 +42,7 @@ def row(policy, cost, seed=None, task="rush", **made):
 
 
 def rows(task="rush"):
-    """Savings of 1 by the rule, 2 and 3 by agents, 3.5 on the state and 4 by hindsight, over plans that cost 8."""
+    """Return rows: on plans that cost 8, the rule saves 1, agents about 2 and 3, mpc 3.5 and hindsight 4."""
     noise = RNG.normal(0.0, 0.2, (7, 60))
     costs = {"constant": 8.0, "interval": 9.0, "adaptive_rule": 7.0, "belief_planner": 5.4, "mpc": 4.5}
     costs["hindsight"] = 4.0
@@ -51,7 +51,7 @@ def rows(task="rush"):
     return found + [row(name, cost + SHARED + noise[6], seed, task=task) for name, seed, cost in agents]
 
 
-def test_results_of_fewer_episodes_are_compared_on_those_that_all_have():
+def test_results_are_compared_on_their_common_episodes():
     full = rows()
     short = [replace(each, cost=each.cost[:20], good=each.good[:20], episodes=20) for each in full]
     every, mixed, alone = Sampled(full), Sampled([*full[:-1], short[-1]]), Sampled(short)
@@ -65,7 +65,7 @@ def test_results_of_fewer_episodes_are_compared_on_those_that_all_have():
     assert (lines["plain_gru"].score.value, lines["mpc"].runs) == (pytest.approx(judged(mixed.results)[-1].score), 1)
 
 
-def test_a_gain_is_that_of_paired_episodes():
+def test_a_gain_compares_paired_episodes():
     of = Sampled(rows())
     cost = {each.key[1:]: np.asarray(each.cost, float) for each in of.results}
     ours, theirs, fixed, best = (
@@ -80,7 +80,7 @@ def test_a_gain_is_that_of_paired_episodes():
         best,
     )
     assert of.gain("plain_gru", "adaptive_rule") == pytest.approx(expected)
-    # what all have in common, which makes the mean cost of each uncertain by more, does not widen it
+    # the shared noise widens the interval of each mean cost, but not the interval of the gain
     assert expected.half_width < 5.0 < 196.0 * SHARED.std() / 60**0.5 / (fixed - best).mean()
     runs = [(theirs - cost["plain_belief", seed]).mean() for seed in (0, 1)]
     two = of.gain("plain_belief", "adaptive_rule")
@@ -90,7 +90,7 @@ def test_a_gain_is_that_of_paired_episodes():
     assert Sampled(of.results[:2]).gain("constant", "interval") is None
 
 
-def test_the_best_agent_of_the_small_budget_is_held_against_the_best_rule_or_planner():
+def test_the_verdict_compares_the_best_small_agent_with_the_best_rule_or_planner():
     found = verdict("rush", Sampled([*rows(), row("plain_gru@3M", 4.2 + SHARED, 0, blocks=3_000_000)]))
     assert (found.agent, found.rule) == ("plain_gru", "belief_planner")
     assert (found.score.value, found.over.value) == pytest.approx((75.0, 10.0), abs=3.0)
@@ -99,7 +99,7 @@ def test_the_best_agent_of_the_small_budget_is_held_against_the_best_rule_or_pla
     assert verdict("rush", Sampled(rows()[:5])) is None
 
 
-def test_the_room_is_between_the_best_known_policy_and_the_planner_on_the_state():
+def test_the_room_lies_between_the_best_policy_and_the_planner_on_the_state():
     longer = row("plain_gru@3M", 4.8 + SHARED, 0, blocks=3_000_000)
     ours = rows()
     more = row("hindsight@12", np.asarray(ours[5].cost, float)[:30] - 0.008)
@@ -116,12 +116,12 @@ def test_the_room_is_between_the_best_known_policy_and_the_planner_on_the_state(
 
 
 @pytest.mark.parametrize(("blocks", "said"), [(None, "–"), (0, "1M"), (1_006_080, "1M"), (1_100_000, "open")])
-def test_the_budget_class_is_that_of_the_blocks(blocks, said):
+def test_the_budget_class_follows_from_the_blocks(blocks, said):
     assert budget(blocks) == said
 
 
 @pytest.mark.nightly
-def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_trained(tmp_path):
+def test_a_plain_agent_is_trained_once_and_acts_as_trained(tmp_path):
     request = Requested(episodes=3, interpolation_episodes=0, steps=7680, runs=tmp_path)
     cell = Measurement(ORACLE, "plain_gru", 1)
     first = measure(cell, request)
@@ -132,7 +132,7 @@ def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_train
     assert np.array_equal(first.cost, expected.cost.astype(np.float32))
     assert (first.sees, first.model, first.blocks, first.trained_on) == ("measurements", "none", 7680, "inner")
     assert first.train_seconds > 0.0
-    # one update: its point is the trained agent itself
+    # one update: the only point of the curve is the trained agent
     score = evaluate(policy, ORACLE, seeds="validation", episodes=64).score.value
     assert (first.curve_steps.tolist(), first.curve_score.tolist()) == ([7680], [pytest.approx(score)])
     again = measure(cell, request)
@@ -140,7 +140,7 @@ def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_train
     assert path.stat().st_mtime_ns == written and len(list(tmp_path.glob("oracle6/plain_*"))) == 1
 
 
-def test_a_longer_training_is_a_variant_and_another_row():
+def test_a_longer_training_is_a_variant_with_its_own_trial():
     request = Requested()
     cells = [Measurement(ORACLE, kind, 0) for kind in ("plain_gru", "plain_gru@1M", "plain_gru@3M")]
     assert [cell.steps for cell in cells] == [None, 1_000_000, 3_000_000]
@@ -149,7 +149,7 @@ def test_a_longer_training_is_a_variant_and_another_row():
     assert len({digest(BenchmarkTrial(cell, request)) for cell in cells}) == 3
 
 
-def test_what_policies_were_made_with():
+def test_tuning_effort_and_model_of_each_policy():
     simulation, tuned = ORACLE.simulation(), read_tuned("oracle6")
     assert tuned_on("adaptive_rule", simulation) == tuned["adaptive_rule"].evaluations * 48 * 6
     assert tuned_on("mpc", simulation) == tuned_on("full_state_rule", simulation)
@@ -161,7 +161,7 @@ def test_what_policies_were_made_with():
     }
 
 
-def test_the_grid_has_every_kind_and_its_hours_are_kept():
+def test_the_grid_has_every_kind_and_stays_within_its_hours():
     cells = grid.grid(chosen_problems("core"), None, None, None)
     assert len(cells) == len(set(cells))
     trained = Counter((each.task, each.policy) for each in cells if each.trains)
@@ -176,7 +176,7 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 
 
-def test_more_search_is_a_variant_on_the_first_episodes(tmp_path):
+def test_a_longer_search_is_a_variant_on_the_first_episodes(tmp_path):
     request = Requested(episodes=70, interpolation_episodes=2, runs=tmp_path)
     more = measure(Measurement(ORACLE, "hindsight@5"), request)
     expected = run_seeds(Hindsight(5), ORACLE.simulation(), episode_seeds("evaluation", 64)).cost.astype(np.float32)
@@ -189,7 +189,7 @@ def test_more_search_is_a_variant_on_the_first_episodes(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["hindsight@", "hindsight@x", "mpc@3", "handbook@1M"])
-def test_a_variant_that_cannot_be(name):
+def test_an_invalid_variant_is_refused(name):
     with pytest.raises(ConfigError, match=f"'{name}' is no variant: give hindsight@SWEEPS or AGENT@STEPS"):
         planned([ORACLE], [name], [], 0)
     with pytest.raises(ConfigError, match="no policy 'nobody'"):
@@ -198,7 +198,7 @@ def test_a_variant_that_cannot_be(name):
         planned([ORACLE], [], ["plain_gru@x"], 1)
 
 
-def test_what_sees_measurements_is_judged_on_machines_that_are_held_out_too(tmp_path):
+def test_policies_on_measurements_are_also_judged_on_held_out_machines(tmp_path):
     request = Requested(episodes=2, interpolation_episodes=0, plants_episodes=3, runs=tmp_path)
     found = measure(Measurement(ORACLE, "look_ahead"), request)
     there = evaluate("look_ahead", "oracle6", plant="held-out", episodes=3).evaluation
@@ -210,7 +210,7 @@ def test_what_sees_measurements_is_judged_on_machines_that_are_held_out_too(tmp_
     assert measure(Measurement(ORACLE, "mpc"), request).plants_episodes == 0
 
 
-def test_the_readme_shows_a_good_part_on_other_machines_beside_the_model():
+def test_the_readme_shows_the_cost_per_good_part_on_held_out_machines():
     plain = judged(rows("power_limited"))
     assert all(each.plants_cost_per_good_part is None for each in plain)
     there = np.linspace(5.0, 7.0, 4, dtype=np.float32)

@@ -21,12 +21,12 @@ from tests.examples import few
 
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pyarrow", "cma", "minari")
 NO_TABLE = ("dataset", "scores", "tune", "video")
-"""Commands that check in no page of results."""
+"""Commands without a checked-in page of results."""
 
 
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """Runs a command line to its end and gives what it printed."""
+    """Return a function that runs a command line and returns its output."""
 
     def command(*arguments: object, main: Callable[[], None] = __main__.main) -> str:
         monkeypatch.setattr(sys, "argv", ["agents", *map(str, arguments)])
@@ -90,7 +90,7 @@ def test_make_results_runs_every_command_that_writes_results(monkeypatch: pytest
         every.commands[name].make_context(name, options)
 
 
-def test_help_does_not_wait_for_the_libraries_that_do_the_work():
+def test_help_loads_no_heavy_library():
     every = [*typer.main.get_command(app).commands]
     program = (
         "import sys; from agents.application import app\n"
@@ -113,7 +113,7 @@ def test_help_does_not_wait_for_the_libraries_that_do_the_work():
         ("study.run_all", "dress-study --task oracle6", "the same command"),
     ],
 )
-def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path, work, words, again):
+def test_ctrl_c_names_the_command_to_resume_with(monkeypatch, capsys, tmp_path, work, words, again):
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 

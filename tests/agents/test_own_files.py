@@ -1,4 +1,4 @@
-"""Commands of `python -m agents` replace files under names of their own only if they have written them."""
+"""Commands of `python -m agents` replace result files only if they wrote them."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -20,7 +20,7 @@ from grind_env import examples
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned_parameters import CONFIGS, TUNED_FILE
 from grind_env.terminal import command
-from tests.agents.asking import asked
+from tests.agents.asking import study_options
 
 PART = examples.FOLDER / "plate_g82.nc"
 JOB = PART.with_suffix(".toml")
@@ -44,7 +44,7 @@ BY_COMMAND = {
 
 
 @pytest.mark.parametrize("name", BY_COMMAND)
-def test_a_file_of_somebody_is_told_before_any_work(
+def test_a_users_file_is_refused_as_output_before_any_work(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -62,7 +62,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
     assert [each for each in tmp_path.rglob("*") if each.is_file()] == [tmp_path / path]
 
 
-def test_what_is_checked_in_is_known_for_their_own() -> None:
+def test_commands_recognise_their_checked_in_files() -> None:
     for own, paths in ((TUNED_FILE, CONFIGS.glob("*.toml")), (BENCHMARK, [RESULTS / CSV])):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
@@ -72,7 +72,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name, of in COMMANDS.items() if not signature(of.own).parameters])
-def test_what_a_study_has_checked_in_is_known_for_its_own(name: str, tmp_path: Path) -> None:
+def test_a_study_recognises_its_checked_in_files(name: str, tmp_path: Path) -> None:
     of = COMMANDS[name]
-    study = import_module(of.module).study(replace(asked(tmp_path, find_problem("rush")), results=of.folder))
+    study = import_module(of.module).study(replace(study_options(tmp_path, find_problem("rush")), results=of.folder))
     study.check(of.folder)

@@ -1,4 +1,4 @@
-"""The study of machines that are not the model: its machines, what it is compared with, what is kept, what is asked."""
+"""The study of out-of-model machines: machines, comparisons, cache and promises."""
 
 import json
 import subprocess
@@ -32,14 +32,14 @@ from tests.agents.asking import in_process, status
 PLATE = StudyMachine("model", PROGRAMS["plate"])
 
 
-def test_machines_are_all_families_with_all_programs() -> None:
+def test_the_machines_combine_all_families_with_all_programs() -> None:
     found = machines(seeds=2)
     assert len({*found}) == len(found) == len(PROGRAMS) * (1 + 2 * (len(FAMILY_NAMES) - 1))
     assert all(each.program.job.exists() for each in found)
 
 
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
-def test_other_words_say_other_strokes(program: StudyProgram) -> None:
+def test_a_scaled_program_has_scaled_strokes(program: StudyProgram) -> None:
     text, job = program.text, StudyMachine("model", program).job()
     own, other = (grind(read(each, "a.nc"), job).strokes for each in (text, scaled(text, 0.5, 1.0)))
     np.testing.assert_allclose(other["E"], 0.5 * own["E"])
@@ -48,7 +48,7 @@ def test_other_words_say_other_strokes(program: StudyProgram) -> None:
     assert not grind(read(scaled(text, dressed=False), "a.nc"), job).dresses.size
 
 
-def test_a_batch_is_its_parts_one_after_the_other() -> None:
+def test_a_batch_grinds_its_parts_in_sequence() -> None:
     text, job = PLATE.program.text, PLATE.job()
     whole = grind(read(batch(PLATE.program, (1.0, 0.8), (True, False)), "a.nc"), job)
     first = grind(read(text, "a.nc"), job)
@@ -58,7 +58,7 @@ def test_a_batch_is_its_parts_one_after_the_other() -> None:
     np.testing.assert_allclose(whole.strokes["E"][count:], 0.8 * first.strokes["E"])
 
 
-def test_a_log_has_every_stroke_for_as_long_as_the_wheel_is_over_the_part_and_a_pause_at_every_stop() -> None:
+def test_a_log_has_every_stroke_over_the_part_and_a_pause_at_the_stop() -> None:
     text = PLATE.program.text
     strokes = grind(read(text, "a.nc"), PLATE.job()).strokes
     begins, ends = over_the_part(grind(read(text, "a.nc"), PLATE.job()), text)
@@ -77,16 +77,16 @@ def test_the_regression_finds_a_power_law() -> None:
 
 
 @pytest.mark.nightly
-def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
+def test_the_adviser_scraps_few_parts_on_a_soft_machine() -> None:
     rail = StudyMachine("soft:1", PROGRAMS["rail"])
     model, simulation = StudyMachine("model", rail.program).simulation(40), rail.simulation(40)
     policy: Any = policy_for(None, model)
-    # the model alone burns more than one in ten there
+    # the policy of the model alone burns more than one part in ten
     assert ground(simulation, advised(Adviser(model, policy.model))).mean_scrap > 0.1
     assert ground(simulation, advised(Adviser(model, policy))).mean_scrap < 0.03
 
 
-def test_a_shift_costs_what_the_same_program_costs() -> None:
+def test_a_shift_costs_as_much_as_its_program() -> None:
     simulation = PLATE.simulation(30)
     shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(4)]
     assert np.mean([shift.mean_cost for shift in shifts]) == pytest.approx(
@@ -100,7 +100,7 @@ def test_plans_dress_as_often_as_they_say() -> None:
     assert dresses == [8.0, 4.0, 2.0] * 5
 
 
-def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> None:
+def test_the_tables_show_each_promise_and_its_verdict(tmp_path: Path) -> None:
     kept = {"adviser_cost": 1.0, "floor_cost": 1.0, "plan_cost": 1.0, "adviser_scrap": 0.0, "adviser_in_a_row": 0.0}
     missed = kept | {"adviser_cost": 2.0, "adviser_scrap": 0.5}
     others = [StudyMachine("meter:1", PLATE.program), StudyMachine("soft:1", PLATE.program)]
@@ -118,7 +118,7 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     write(found, tmp_path)
     rows = 1 + len(kept) + len(missed)
     assert (tmp_path / "plants.csv").read_text().count("\n") == rows
-    # and answers to other questions stay
+    # answers to other questions stay
     write({PlantsTrial("robust", others[0]): {"robust_cost": 1.0, "plan_cost": 1.0}}, tmp_path)
     assert (tmp_path / "plants.csv").read_text().count("\n") == rows + 2
     write({PlantsTrial("advise", others[0]): kept}, tmp_path)
@@ -126,7 +126,7 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     assert "## advise" in (tmp_path / "plants.md").read_text() and "## robust" in (tmp_path / "plants.md").read_text()
 
 
-def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
+def test_a_robust_agent_is_compared_with_the_best_plan_of_each_machine() -> None:
     cell = PlantsTrial("robust", PLATE._replace(plant="soft:1"))
     numbers = {"plan_cost": 2.0, "robust_cost": 2.2, "robust_scrap": 0.031}
     asked = [each for _, each in promises({cell: numbers})]
@@ -134,7 +134,7 @@ def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
     assert [each.kept for each in asked] == [True, True, False]
 
 
-def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path) -> None:
+def test_the_figure_has_a_dot_at_the_cost_of_every_machine(tmp_path: Path) -> None:
     soft, meter = (PLATE._replace(plant=name) for name in ("soft:1", "meter:1"))
     found = {
         PlantsTrial("advise", soft): {"adviser_cost": 3.0, "floor_cost": 4.0, "plan_cost": 2.0},
@@ -150,7 +150,7 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
     }
     assert [label.get_text() for label in panel.get_yticklabels()] == ["soft", "meter"]
     assert drawn["grind advise"] == [(1.5, 0.0), (0.5, -1.0)]
-    # what lies beyond the axis stands on its end
+    # a dot beyond the axis stands at its end
     assert [x for x, _ in drawn["adviser without a model"]] == [2.0, MOST]
     assert "agent of grind train" not in drawn
     write(found, tmp_path)
@@ -159,7 +159,7 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
 
 
 @pytest.mark.nightly
-def test_what_is_found_stands_on_the_code_that_is_run() -> None:
+def test_the_deciding_code_includes_every_loaded_module() -> None:
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
     code = f"import sys, agents.plants.calibrating; print(*({names}))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)
@@ -185,7 +185,7 @@ def _copied(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def test_a_program_of_a_shop_is_written_out_whatever_its_form(tmp_path: Path) -> None:
+def test_a_users_program_is_written_out_in_any_spelling(tmp_path: Path) -> None:
     text = PLATE.program.text.replace(" D1", "d1").replace("M30", "m30").replace(" E15000.", "E15000.0")
     (program,) = programs_of([str(_copied(tmp_path, "part.nc", text))], None)
     ours, theirs = (
@@ -199,20 +199,20 @@ def test_a_program_of_a_shop_is_written_out_whatever_its_form(tmp_path: Path) ->
     [("E15000.", "E#101"), ("M30", "GOTO 10"), ("M30", "M99"), ("%\nO", "N5 GOTO 10\nO")],
     ids=["variable", "jump", "subprogram", "begins with a jump"],
 )
-def test_a_program_that_cannot_be_written_out_is_refused(tmp_path: Path, old: str, new: str) -> None:
+def test_a_program_with_variables_jumps_or_returns_is_refused(tmp_path: Path, old: str, new: str) -> None:
     text = PLATE.program.text.replace(old, new).replace("N10", "#101=15000\nN10")
     with pytest.raises(GrindError):
         programs_of([str(_copied(tmp_path, "part.nc", text))], None)
 
 
-def test_a_job_may_have_a_catalogue_of_its_own(tmp_path: Path) -> None:
+def test_a_catalogue_is_added_to_the_catalogues_of_a_job(tmp_path: Path) -> None:
     files = tmp_path / "own.toml", tmp_path / "more.toml"
     files[0].write_text("[wheel.mine]\n")
     for catalogue in ("", "[catalogue]\nfiles = [\n  'own.toml',\n]\n", "[catalogue]\n"):
         job = tmp_path / "job.toml"
         job.write_text(PLATE.program.job.read_text() + catalogue)
-        held = tomllib.loads(with_catalogue(job, files[1]))["catalogue"]["files"]
-        assert held == [str(each) for each in files[0 if "own" in catalogue else 1 :]]
+        listed = tomllib.loads(with_catalogue(job, files[1]))["catalogue"]["files"]
+        assert listed == [str(each) for each in files[0 if "own" in catalogue else 1 :]]
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_a_job_may_have_a_catalogue_of_its_own(tmp_path: Path) -> None:
         (["--family", "meter:1"], "did you mean meter"),
     ],
 )
-def test_what_is_no_study_is_answered_by_one_sentence(
+def test_invalid_options_are_refused_without_a_traceback(
     arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = status(monkeypatch, "plants", *arguments)

@@ -19,7 +19,7 @@ PLATES = find_problem("power_limited")
 TEXT = recipe(SOURCE.read_text(encoding="utf-8"))
 
 
-def test_a_variant_is_the_very_lines_but_for_seed_belief_and_steps() -> None:
+def test_a_variant_changes_only_task_seed_belief_and_steps() -> None:
     assert variant(TEXT, RecipeTrial(PLATES, "belief", 0)) == TEXT
     elsewhere = variant(TEXT, RecipeTrial(find_problem("rush"), "belief", 0))
     assert elsewhere.replace("grind/Rush-v0", "grind/PowerLimited-v0") == TEXT != elsewhere
@@ -32,7 +32,7 @@ def test_a_variant_is_the_very_lines_but_for_seed_belief_and_steps() -> None:
     assert len(changed) == 2
 
 
-def test_lines_that_do_not_have_what_is_changed_are_refused() -> None:
+def test_a_recipe_without_the_lines_to_change_is_refused() -> None:
     with pytest.raises(GrindError, match="'seed=0' 0 times"):
         variant(TEXT.replace("seed=0", "seed=1"), RecipeTrial(PLATES, "belief", 0))
     with pytest.raises(GrindError, match=r"does not train on .*PowerLimited-v0"):
@@ -41,7 +41,7 @@ def test_lines_that_do_not_have_what_is_changed_are_refused() -> None:
         recipe("# no recipe\n")
 
 
-def test_a_task_of_ones_own_is_refused_for_no_id_names_it(tmp_path: Path) -> None:
+def test_a_task_file_is_refused_because_it_has_no_id(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text('base = "power_limited"\n', encoding="utf-8")
     with pytest.raises(GrindError, match="mine is a file, and the recipe names its task by an id"):
         variant(TEXT, RecipeTrial(find_problem(str(tmp_path / "mine.toml")), "belief", 0))
@@ -57,7 +57,7 @@ def test_a_training_is_judged() -> None:
     assert Path.cwd() == before
 
 
-def test_the_tables_are_of_all_trainings(
+def test_the_tables_list_all_trainings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def trained(trial: RecipeTrial) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def test_the_tables_are_of_all_trainings(
     assert "rush" not in (tmp_path / CSV).read_text(encoding="utf-8")
 
 
-def test_the_published_recipe_scores_hold_what_is_promised() -> None:
+def test_the_published_recipe_scores_reach_the_promised_ones() -> None:
     with (RESULTS / CSV).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert {row["steps"] for row in rows} == {STEPS.replace("_", "")}

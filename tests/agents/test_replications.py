@@ -1,4 +1,4 @@
-"""`python -m agents replicate`: published results on seeds that nothing was chosen by."""
+"""`python -m agents replicate`: published results on new seeds."""
 
 import csv
 import io
@@ -30,20 +30,20 @@ def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
 
 
 @pytest.mark.nightly
-def test_the_mean_of_as_many_others_is_held_as_often_as_is_said() -> None:
+def test_the_interval_covers_the_mean_on_other_seeds_at_its_confidence() -> None:
     rng = np.random.default_rng(1)
     known = [row("constant", rng.gamma(2.0, 3.0, 256)) for _ in range(40)]
     found = [{FIRST: [row("constant", rng.gamma(2.0, 3.0, 64))]} for _ in known]
     told = [compared([one], others)[0] for one, others in zip(known, found, strict=True)]
     assert sum(each.holds for each in told) >= 35
-    # of means of normal numbers it would be that long
+    # the width for means of normal numbers
     width = 2.0 * 1.96 * 3.0 * np.sqrt(2.0) * np.sqrt(1.0 / 256 + 1.0 / 64)
     assert np.mean([each.high - each.low for each in told]) == pytest.approx(width, rel=0.05)
     (dearer,) = compared(known[:1], {FIRST: [row("constant", 9.0 + rng.gamma(2.0, 3.0, 64))]})
     assert not dearer.holds and dearer.found > dearer.high
 
 
-def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
+def test_the_verdict_takes_the_agent_and_rule_published_as_best() -> None:
     rng = np.random.default_rng(2)
     costs = {"constant": 9.0, "interval": 9.5, "adaptive_rule": 7.0, "handbook": 8.0, "hindsight": 1.0}
     agents = {"plain_gru": 5.0, "plain_belief": 6.0}
@@ -57,12 +57,12 @@ def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
     (verdict,) = verdicts_of(published, found)
     assert (verdict.agent, verdict.rule) == ("plain_gru", "adaptive_rule")
     assert verdict.over.value == pytest.approx(25.0) and verdict.score.value == pytest.approx(50.0)
-    best = row("robust", published[0].cost - 8.9, 0)  # is no longer kept
+    best = row("robust", published[0].cost - 8.9, 0)  # its agent is no longer there
     text = page([*published, best], {FIRST: found}, compared(published, {FIRST: found}))
     assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
 
 
-def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
+def test_published_policies_are_run_on_other_seeds_and_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def agents(*words: object) -> str:
@@ -91,7 +91,7 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
 
 
-def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: Path) -> None:
+def test_agents_missing_in_the_cache_are_left_out_and_not_trained(tmp_path: Path) -> None:
     out, cost = io.StringIO(), np.full(4, 5.0)
     both = ("handbook", None), ("plain_belief", 0)
     published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in both]
@@ -111,13 +111,13 @@ def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: P
         ([FIRST, FIRST + 63], f"has seeds of the set from {FIRST}"),
     ],
 )
-def test_seeds_that_something_was_chosen_by_or_that_are_drawn_twice_are_refused(firsts: list[int], said: str) -> None:
+def test_used_or_overlapping_seeds_are_refused(firsts: list[int], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         check_sets(firsts, 64)
     check_sets([2_500_000, FIRST, FIRST + 64], 64)
 
 
-def test_of_no_results_it_says_so(
+def test_missing_results_are_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ended = status(monkeypatch, "replicate", "--published", tmp_path, "--cache", tmp_path)

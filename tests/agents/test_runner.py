@@ -1,4 +1,4 @@
-"""Trials in processes and as tasks of Ray: one that fails stops no other, and workers end with their parent."""
+"""Trials in processes and as tasks of Ray: a failed trial stops no other, and workers end with their parent."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ QUIET = Console(quiet=True)
 
 
 def eventful(trial):
-    """What may happen in a trial."""
+    """Return a result, raise an error or kill the process, depending on the trial."""
     if trial == "mistake":
         raise GrindError("this is\na mistake")
     if trial == "defect":
@@ -37,7 +37,7 @@ def eventful(trial):
     return [trial]
 
 
-def test_one_trial_that_fails_does_not_stop_the_others(capsys):
+def test_a_failed_trial_does_not_stop_the_others(capsys):
     found = {}
     failed = run_all(TRIALS, eventful, 2, Console(width=100), None, found.__setitem__)
     assert (found, failed) == (FOUND, FAILED)
@@ -46,13 +46,13 @@ def test_one_trial_that_fails_does_not_stop_the_others(capsys):
 
 
 def lasting(file):
-    """Work that lasts; it says who does it."""
+    """Write the id of this process to a file, then sleep for long."""
     Path(file).write_text(str(os.getpid()), encoding="utf-8")
     time.sleep(600.0)
 
 
 def interrupt(folder, name):
-    """Send a signal to a run of two trials that last; its exit status, when all of its workers have ended."""
+    """Send a signal to a run of two long trials; return its exit status once its workers have ended."""
     program = (
         "import signal, sys; from rich.console import Console\n"
         "from agents.runner import run_all; from tests.agents.test_runner import lasting\n"
@@ -77,7 +77,7 @@ def interrupt(folder, name):
         )
         wait_until(lambda: parent.poll() is not None or all(file.exists() and file.read_text() for file in files))
         workers = [int(file.read_text(encoding="utf-8")) for file in files]
-        # a kill reaches the parent alone; a terminal that is closed and Ctrl-C reach its workers, too
+        # a kill reaches the parent alone; Ctrl-C and a closed terminal also reach its workers
         (os.kill if name == "SIGKILL" else os.killpg)(parent.pid, getattr(signal, name))
         status = parent.wait(PATIENCE)
     wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
@@ -93,12 +93,12 @@ def interrupt(folder, name):
         pytest.param("SIGHUP", -signal.SIGHUP, marks=pytest.mark.nightly),
     ],
 )
-def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, status):
+def test_workers_end_with_their_parent_and_print_nothing(tmp_path, name, status):
     assert interrupt(tmp_path, name) == status
 
 
 class FakeRay:
-    """What the runner asks of Ray, in this process; tasks of `lost` trials end as those of a node that has died."""
+    """Replacement of Ray in this process; trials named in `raises` end with their error."""
 
     class RayError(Exception):
         pass
@@ -137,14 +137,14 @@ class FakeRay:
 
 @pytest.fixture
 def ray(monkeypatch):
-    """A Ray that is installed."""
+    """Install a fake Ray and return it."""
     fake = FakeRay(killed=FakeRay.RayError(), strange=FakeRay.RayTaskError())
     monkeypatch.setitem(sys.modules, "ray", fake)
     monkeypatch.setattr(runner, "ANSWER_SECONDS", 0.2)
     return fake
 
 
-def test_a_cluster_finds_what_processes_find_and_gives_lost_trials_up(ray):
+def test_a_cluster_gives_the_results_of_processes_and_reports_lost_trials(ray):
     found = {}
     failed = run_all([*TRIALS, "strange"], eventful, 2, QUIET, "local", found.__setitem__)
     assert found == FOUND and ray.options == {"num_cpus": 1, "max_retries": RETRIES}
@@ -161,25 +161,25 @@ def test_an_interrupted_run_cancels_its_tasks(ray):
     assert ray.cancelled == ["fine"]
 
 
-def test_a_node_with_another_commit_is_told():
+def test_a_node_with_another_commit_fails_with_the_reason():
     answer = attempt(eventful, "good", "0000000")
     assert isinstance(answer, Failed) and "and not 0000000: check out the same" in answer
 
 
 @pytest.mark.parametrize("address", ["nowhere", "10.0.0.1", ":6379", "host:", "host:six", "host:-1"])
-def test_an_address_without_host_or_port(ray, address):
+def test_an_address_without_host_or_port_is_refused(ray, address):
     with pytest.raises(GrindError, match=f"^'{address}' is no address of a Ray cluster: give host:port as `ray start"):
         run_all(["good"], eventful, 1, QUIET, address, print)
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999999"])
-def test_an_address_at_which_nobody_answers(ray, address):
+def test_an_address_without_an_answer_is_refused(ray, address):
     with pytest.raises(GrindError, match=f"^no Ray cluster answers at '{address}' .*: give host:port as `ray start"):
         run_all(["good"], eventful, 1, QUIET, address, print)
     assert ray.joined == []
 
 
-def test_a_server_that_answers_is_joined(ray):
+def test_an_answering_server_is_joined(ray):
     with socket.create_server(("127.0.0.1", 0)) as listening:
         address = f"127.0.0.1:{listening.getsockname()[1]}"
         assert run_all(["good"], eventful, 1, QUIET, address, {}.__setitem__) == {}
@@ -195,5 +195,5 @@ def test_without_ray_the_extra_is_named(monkeypatch):
 @pytest.mark.nightly
 def test_a_benchmark_goes_on_when_a_node_is_killed():
     pytest.importorskip("ray")
-    # a process of its own: what it starts ends with it
+    # in a separate process, so that its children end with it
     subprocess.run([sys.executable, "-m", "tests.soak.nodes"], cwd=ROOT, check=True)

@@ -16,13 +16,13 @@ from tests.agents.asking import in_process, status
 PLATES = find_problem("power_limited")
 
 
-def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
+def test_violations_agree_with_the_evaluation_and_the_machine_record():
     simulation, seeds = PLATES.simulation(), episode_seeds("validation", 4)
     plan = Fixed(E=12_000.0, D=0, name="plan")
     totals, found = violations(plan, simulation, seeds)
     run = run_seeds(plan, simulation, seeds)
     assert totals == pytest.approx(np.stack([run.cost, run.finished, run.good], axis=1))
-    # the machine says the same of each part of the program that the first episode is
+    # the record of the program of the first episode has the same violations
     episodes = start_episodes(simulation, seeds[:1])
     blocks = []
     for _ in range(simulation.task.blocks):
@@ -42,7 +42,7 @@ def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
     assert sum(condemning) > 10
 
 
-def test_the_budget_is_kept_by_the_planner_on_the_state_and_not_by_the_one_on_measurements():
+def test_the_scrap_budget_lies_between_mpc_and_look_ahead():
     blind, knowing = (
         run_seeds(make_policy(name, PLATES.simulation()), PLATES.simulation(), range(500_000, 500_128)).scrap
         for name in ("look_ahead", "mpc")
@@ -51,7 +51,7 @@ def test_the_budget_is_kept_by_the_planner_on_the_state_and_not_by_the_one_on_me
     assert budget_of(PLATES) ** 2 == pytest.approx(blind * knowing, rel=0.02)
 
 
-def test_a_constraint_is_another_training(tmp_path: Path):
+def test_a_constraint_changes_the_training(tmp_path: Path):
     found = {
         who: SafetyRow(**judge(SafetyTrial(PLATES, who, 0, 8000, 2, tmp_path))) for who in (UNCONSTRAINED, LAGRANGIAN)
     }
@@ -59,7 +59,7 @@ def test_a_constraint_is_another_training(tmp_path: Path):
     assert "| power_limited, budget 0." in page(list(found.values()))
 
 
-def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
+def test_the_page_counts_agents_within_budget_and_states_their_cost():
     def judged(task: str, who: str, scrap: float, earned: float) -> SafetyRow:
         same = {each.name: 0.0 for each in fields(SafetyRow)} | {"budget": 0.01, "episodes": 8}
         return SafetyRow(

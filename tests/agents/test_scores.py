@@ -14,7 +14,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned_parameters import CONFIGS, ConfigError
 from grind_env.score_scale import read_references, reference
-from tests.agents.asking import asked, evaluation, in_process, status
+from tests.agents.asking import evaluation, in_process, status, study_options
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
@@ -22,12 +22,12 @@ SCORED = [find_problem(name) for name in (*task_names(), *MODULE_NAMES) if name 
 
 
 def copied_parameters(folder):
-    """The folder with a copy of the tuned parameters: a policy that has none yet is tuned, and they are written."""
+    """Return a folder with a copy of the tuned parameters: tuning of a further policy writes there."""
     return shutil.copytree(CONFIGS, folder / "parameters", dirs_exist_ok=True)
 
 
 def run(folder):
-    made = asked(folder / "results", PROBLEM, episodes=4)
+    made = study_options(folder / "results", PROBLEM, episodes=4)
     made = replace(made, configs=copied_parameters(folder), options=replace(made.options, runs=folder / "runs"))
     scores.study(made).publish_to(folder / "results", made.options)
 
@@ -57,14 +57,14 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path, monkeyp
     assert float(rows["interval"]["score"]) == pytest.approx(
         100.0 * (scale.zero - scale.returns["interval"].value) / (scale.zero - scale.hundred), rel=1e-3
     )
-    # what is finished is taken up again
+    # finished evaluations are read from the cache
     (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()
     evaluated.clear()
     run(tmp_path)
     assert evaluated == ["handbook"]
 
 
-def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, monkeypatch):
+def test_missing_parameters_are_tuned_in_the_folder_of_runs(tmp_path, monkeypatch):
     asked = []
 
     def stopped(problem, names, **settings):
@@ -97,14 +97,14 @@ def test_references_are_anchored_on_the_episodes_of_the_planner():
 
 
 @pytest.mark.parametrize(("planner", "ratio"), [(99.0, True), (98.0, True), (97.9, False), (60.0, False)])
-def test_a_planner_that_saves_next_to_nothing_gives_a_ratio_and_no_score(planner, ratio):
+def test_a_planner_with_hardly_any_saving_gives_a_ratio(planner, ratio):
     costs = {"constant": (99.0, 101.0), "interval": (120.0, 130.0), "hindsight": (planner - 1.0, planner + 1.0)}
     found = {name: evaluation(*cost, blocks=6) for name, cost in costs.items()}
     task = replace(ORACLE.task, reference_cost=2.0)
     assert reference_of(task, [make_policy(name, ORACLE) for name in costs], found).ratio is ratio
 
 
-def test_the_tasks_with_a_ratio_are_those_whose_planner_saves_next_to_nothing():
+def test_only_tasks_with_hardly_any_saving_of_the_planner_have_a_ratio():
     ratios = {problem.name for problem in SCORED if reference(problem.id).ratio}
     saved = {problem.name: 1.0 - reference(problem.id).J_plan / reference(problem.id).J_fix for problem in SCORED}
     assert ratios == {name for name, share in saved.items() if share <= 0.02} == {"slot"}
@@ -122,7 +122,7 @@ def test_the_checked_in_tables_have_every_policy_of_their_task(problem):
     assert list(reference(problem.id).returns) == names
 
 
-def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
+def test_the_scores_command_writes_references_of_package_tasks_only(tmp_path, monkeypatch, capsys):
     def command(*arguments):
         return status(monkeypatch, "scores", *arguments, "--results", tmp_path, "--cache", tmp_path / "runs", *configs)
 
@@ -131,7 +131,7 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     assert command("--task", "oracle6", "--episodes", 2) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
     capsys.readouterr()
-    # a file of one's own has no place among the scores of the package
+    # a user's task file gets no reference scores
     shop = tmp_path / "shop.toml"
     shop.write_text('base = "oracle6"\n', encoding="utf-8")
     assert command("--task", shop) == 2

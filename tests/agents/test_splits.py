@@ -1,4 +1,4 @@
-"""`python -m agents splits`: policies on contexts that were held out, and beyond the task."""
+"""`python -m agents splits`: policies on held-out contexts and beyond the task."""
 
 import csv
 from pathlib import Path
@@ -12,17 +12,17 @@ from agents.split_study import EVERY, SHOWN, SplitScore, judged, leading, lines_
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
-from tests.agents.asking import asked, in_process, status
+from tests.agents.asking import in_process, status, study_options
 
 ORACLE, PLATES = find_problem("oracle6"), find_problem("power_limited")
 
 
-def test_agents_are_judged_where_there_are_some() -> None:
+def test_agents_are_judged_on_tasks_with_bundled_agents() -> None:
     assert judged(ORACLE) == ["empirical_rule", "look_ahead", "belief_planner", "mpc"]
     assert judged(PLATES) == ["empirical_rule", "look_ahead", "belief_planner", "plain_gru", "robust", "mpc"]
 
 
-def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_best_on_all_contexts() -> None:
+def test_each_split_is_scored_between_its_hindsight_and_the_best_overall_plan() -> None:
     def run(cost: float) -> Evaluation:
         N = np.full(4, cost)
         shape = dict.fromkeys(Evaluation.__slots__, N)
@@ -39,7 +39,7 @@ def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_bes
     assert "| power_limited | interpolation | – | – | – | – | – | 50.0 (50.0 to 50.0) |" in page(lines, 4)
 
 
-def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interval_reaches_it() -> None:
+def test_the_page_counts_the_leads_over_tasks_and_the_significant_ones() -> None:
     def line(task: str, who: str, score: float, half: float = 1.0) -> SplitScore:
         return SplitScore(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
 
@@ -51,11 +51,11 @@ def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interva
     assert other == "`plain_gru` on 1 of 3 tasks (1 significantly)"
 
 
-def test_what_was_run_is_cached_and_written(
+def test_a_split_study_is_cached_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     in_process(monkeypatch)
-    split_study.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
+    split_study.study(study_options(tmp_path, ORACLE)).publish_to(tmp_path, study_options(tmp_path).options)
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
     words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--cache", tmp_path / "runs")
     assert status(monkeypatch, *words, "--results", tmp_path) == 0

@@ -1,4 +1,4 @@
-"""A study as data: its trials run once, are cached by all that decides them, and become a table and a page."""
+"""A study runs its trials once, caches them by their inputs and code, and writes a table and a page."""
 
 import csv
 import subprocess
@@ -46,7 +46,7 @@ STUDY = Study(
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Trials that were run, here."""
+    """Run trials in this process; return the list of trials run."""
     asked: list[Any] = []
 
     def run_here(trials: Any, run: Any, jobs: Any, console: Any, ray: Any, done: Any) -> Any:
@@ -64,7 +64,7 @@ def options(folder: Path, **more: Any) -> Options:
     return Options(runs=folder / "runs", console=Console(quiet=True), **more)
 
 
-def test_a_study_runs_what_is_not_cached_and_writes_a_table_and_a_page(tmp_path: Path, ran: list[Any]) -> None:
+def test_a_study_runs_uncached_trials_and_writes_a_table_and_a_page(tmp_path: Path, ran: list[Any]) -> None:
     STUDY.publish_to(tmp_path, options(tmp_path))
     with (tmp_path / "squares.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -77,7 +77,7 @@ def test_a_study_runs_what_is_not_cached_and_writes_a_table_and_a_page(tmp_path:
     assert ran == [*more.trials, *STUDY.trials]
 
 
-def test_what_decides_a_trial_is_in_the_name_of_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_name_of_a_cache_file_depends_on_trial_and_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = STUDY.path(STUDY.trials[0], tmp_path)
     assert first == STUDY.path(Trial("oracle6", 2), tmp_path) and first.parent == tmp_path / "squares"
     others = [STUDY.path(Trial("oracle6", 3), tmp_path), STUDY.path(Trial("slot", 2), tmp_path)]
@@ -87,7 +87,7 @@ def test_what_decides_a_trial_is_in_the_name_of_its_file(tmp_path: Path, monkeyp
     assert first not in others and len(set(others)) == 4
 
 
-def test_a_trial_that_fails_is_told_and_the_others_stay_cached(tmp_path: Path, ran: list[Any]) -> None:
+def test_a_failed_trial_is_reported_and_the_others_stay_cached(tmp_path: Path, ran: list[Any]) -> None:
     broken = replace(STUDY, trials=[Trial("slot", 13), *STUDY.trials])
     with pytest.raises(GrindError, match=r"1 of 3 trials failed: slot: 13 is not run"):
         broken.publish_to(tmp_path, options(tmp_path))
@@ -96,7 +96,7 @@ def test_a_trial_that_fails_is_told_and_the_others_stay_cached(tmp_path: Path, r
     assert len(found) == 2 and list(failed.values()) == ["13 is not run"] and len(ran) == 4
 
 
-def test_files_of_somebody_else_are_told_before_any_work(tmp_path: Path, ran: list[Any]) -> None:
+def test_a_users_file_is_refused_as_output_before_any_work(tmp_path: Path, ran: list[Any]) -> None:
     (tmp_path / "squares.md").write_text("mine")
     with pytest.raises(FileError, match=r"squares\.md"):
         STUDY.publish_to(tmp_path, options(tmp_path))
@@ -117,7 +117,7 @@ def test_the_study_of_the_docs_is_short_and_a_trial_of_it_runs() -> None:
 
 
 @pytest.mark.nightly
-def test_the_study_of_the_docs_is_written(tmp_path: Path) -> None:
+def test_the_study_of_the_docs_writes_its_results(tmp_path: Path) -> None:
     code = code_of_the_docs()
     (tmp_path / "depths.py").write_text(code.replace("episodes: int = 64", "episodes: int = 2"), encoding="utf-8")
     words = [sys.executable, tmp_path / "depths.py", "--jobs", "1"]

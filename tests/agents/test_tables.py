@@ -32,7 +32,7 @@ def row(task, policy, cost, seed=None, sees="measurements", good=None):
 
 
 def table_of(task, learned, noise=1.0):
-    """Costs around 8 and 6 of the plans, 2 of the planner, and those given of learned agents."""
+    """Return rows: plans cost about 8 and 6, the planner about 2, and agents about `learned`."""
     shared = noise * RNG.exponential(1.0, N)
     rows = [
         row(task, "constant", 8.0 + shared),
@@ -69,7 +69,7 @@ def test_runs_of_a_policy_are_averaged_and_widen_its_interval():
     assert by_policy(rows, "rush")["constant"].score == pytest.approx((-50.0, -50.0, -50.0))
 
 
-def test_a_table_runs_from_those_that_know_least():
+def test_a_table_lists_the_policies_with_least_information_first():
     rows = judged([*table_of("rush", [3.0]), row("rush", "mpc", np.full(N, 2.2), sees="state")])
     assert [line.policy for line in summaries(rows, "rush")] == ["constant", "interval", "ppo", "mpc", "hindsight"]
     console = Console(width=160, record=True, file=io.StringIO())
@@ -80,7 +80,7 @@ def test_a_table_runs_from_those_that_know_least():
     assert [heading in text for heading in headings] == [k < ON_SCREEN for k in range(len(headings))]
 
 
-def test_where_the_anchors_cost_nearly_the_same_the_ratio_is_reported():
+def test_a_task_with_nearly_equal_anchors_reports_the_ratio():
     assert is_ratio("slot")
     assert not is_ratio("rush")
     rows = table_of("slot", [7.2], noise=0.0)
@@ -108,17 +108,17 @@ def test_scores_are_clipped_in_aggregates_only():
     assert aggregates(all_runs(rows))["ppo"]["mean"] == (-100.0, -100.0, -100.0)
 
 
-def test_a_policy_that_was_not_run_everywhere_is_left_out_of_aggregates():
+def test_aggregates_leave_out_a_policy_missing_in_a_task():
     rows = [*table_of("rush", [3.0]), *table_of("blades", [])]
     assert "ppo" not in all_runs(rows)
-    # a task of one kind of block has no constant per kind: it is the constant there
+    # a task of one kind of block has no constant per kind; the constant takes its place
     rows = [*table_of("power_limited", []), *table_of("rush", []), row("rush", "constant_per_kind", np.full(N, 5.0))]
     runs = all_runs(rows)
     assert runs["constant_per_kind"].scores[0, 0] == runs["constant"].scores[0, 0]
     assert runs["constant_per_kind"].scores[0, 1] != runs["constant"].scores[0, 1]
 
 
-def test_the_section_of_a_page():
+def test_the_section_of_a_page_is_replaced_between_its_markers():
     rows = judged([*table_of("power_limited", [3.0, 3.5]), *table_of("slot", [5.0])])
     core = f"{CORE_BEGIN}\n\n{core_tasks(rows)}\n\n{CORE_END}"
     assert "| [PowerLimited][r] | 60 wide plates at the power limit | lot's dulling rate | " in core
@@ -135,7 +135,7 @@ def test_the_section_of_a_page():
         replaced("a page without markers", rows)
 
 
-def test_the_page_says_what_the_results_were_made_with():
+def test_the_page_states_version_seeds_and_commit_of_its_results():
     bare, *others = table_of("slot", [5.0])
     agent = replace(bare, policy="ppo", seed=1, trained_on="inner", interpolation_seeds="3000000..3000063")
     said = f"Made with: task version {TASK_VERSION}; evaluation seeds {bare.seeds}; interpolation seeds"
@@ -153,19 +153,19 @@ def test_rows_of_another_task_version_are_not_read(tmp_path):
 
 @pytest.fixture(scope="module")
 def checked_in():
-    """The published results, with the resamples that two tests ask for."""
+    """Return the published results; two tests share their resamples."""
     return read_results(RESULTS)
 
 
-def test_the_readme_says_what_the_checked_in_results_say(checked_in):
+def test_readme_and_page_match_the_checked_in_results(checked_in):
     text, published = (path.read_text(encoding="utf-8") for path in (README, ROOT / PAGE))
-    if not checked_in:  # none of this version yet: those of another one say so
+    if not checked_in:  # no results of this version yet: both pages name the version before
         assert f"Task version {TASK_VERSION - 1}" in text and f"**Task version {TASK_VERSION - 1}" in published
     else:
         assert replaced(text, checked_in) == text and published == page(checked_in)
 
 
-def test_the_checked_in_results_are_judged_as_the_code_judges(checked_in):
+def test_judging_the_checked_in_results_gives_their_scores(checked_in):
     results = checked_in
     for old, new in zip(results, judged(results), strict=True):
         assert (old.task, old.policy) == (new.task, new.policy)
@@ -173,7 +173,7 @@ def test_the_checked_in_results_are_judged_as_the_code_judges(checked_in):
         assert old.cost_per_good_part == pytest.approx(new.cost_per_good_part)
 
 
-def test_checked_in_episodes_belong_to_no_training(checked_in):
+def test_checked_in_results_use_evaluation_seeds_only(checked_in):
     for each in checked_in:
         first, last = map(int, each.seeds.split(".."))
         assert 2_000_000 <= first <= last < 2_500_000
@@ -194,7 +194,7 @@ def test_a_table_without_a_column_is_damaged(column, tmp_path):
         read_results(tmp_path)
 
 
-def test_a_row_with_other_numbers_is_judged_anew():
+def test_judging_updates_only_the_score_of_a_changed_row():
     rows = judged(table_of("rush", [3.0]))
     worse = judged([replace(each, cost=each.cost * 2.0) if each.policy == "ppo" else each for each in rows])
     assert worse[-1].score < rows[-1].score

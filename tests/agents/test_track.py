@@ -1,4 +1,4 @@
-"""The track as a study: scores by hand, anchors that stay, trials that are resumed."""
+"""The track as a study: scores by hand, frozen anchors, resumed trials."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,12 +22,12 @@ from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import in_process, status
 
 MINE = "tests.policies.test_track:Slower"
-"""A class that learns."""
+"""Policy class that learns."""
 COSTS = {PLAN: 5.0, PLANNER: 2.0, TRAINED: 3.0, BASELINE: 4.0, "half": 3.5, "best": 1.0}
 
 
 def runs(*costs: float, said: str = "", scrap: float = 0.6) -> MachineRuns:
-    """Runs of as many seeds, which cost so much in every block."""
+    """Return runs of one seed for each cost, which is the cost of every block."""
     shape = len(costs), SHIFTS
     cost = np.repeat(np.array(costs)[:, None], SHIFTS, axis=1)
     return MachineRuns(TrackRuns(cost, np.full(shape, scrap), np.full(shape, 60.0)), said, 1.0)
@@ -37,7 +37,7 @@ def known(factor: float = 1.0) -> Mapping[str, MachineRuns]:
     return {name: runs(factor * cost, factor * (cost + 1.0), said=name) for name, cost in COSTS.items()}
 
 
-def test_scores_are_between_two_others_on_the_same_lots() -> None:
+def test_scores_scale_between_two_policies_on_the_same_lots() -> None:
     zero, hundred = np.array([[4.0, 6.0], [8.0, 12.0]]), np.array([[3.0, 5.0], [6.0, 10.0]])
     for ours, score in ((zero, 0.0), (hundred, 100.0), (0.5 * (zero + hundred), 50.0)):
         assert [each.value for each in summary(ours, zero, hundred)] == [score] * 3
@@ -50,7 +50,7 @@ def test_scores_are_between_two_others_on_the_same_lots() -> None:
     assert (found.mean.low, found.mean.high) == (0.0, 100.0)
 
 
-def test_a_machine_on_which_the_hundred_is_no_cheaper_counts_in_the_sums_only() -> None:
+def test_a_machine_with_equal_anchors_counts_in_the_sums_only() -> None:
     zero, hundred, ours = np.array([[4.0], [4.0]]), np.array([[3.0], [4.0]]), np.array([[3.5], [3.75]])
     assert np.isnan(points(ours, zero, hundred)).tolist() == [[False], [True]]
     found = summary(ours, zero, hundred)
@@ -58,7 +58,7 @@ def test_a_machine_on_which_the_hundred_is_no_cheaper_counts_in_the_sums_only() 
     assert np.isnan(summary(ours[1:], zero[1:], hundred[1:])).all()
 
 
-def test_trainings_are_averaged_and_seeds_stand_side_by_side() -> None:
+def test_trainings_are_averaged_and_seeds_stay_separate() -> None:
     found = {TrackTrial("public:1", TRAINED, (0, 1), k): {TRAINED: runs(2.0 + k, 4.0 + k)} for k in range(3)}
     found |= {TrackTrial("public:1", "mine", (seed,)): {"mine": runs(7.0 + seed)} for seed in range(2)}
     of = collected(found)["public:1"]
@@ -92,7 +92,7 @@ def test_the_page_has_both_scores_and_every_machine() -> None:
 
 
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the track be short, and its anchors quick."""
+    """Shorten the track and the search for its anchors."""
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2), ("HORIZON", 1)):
         monkeypatch.setattr(scale_anchors, name, number)
     monkeypatch.setattr(scale_anchors, "STEPS", 128 * 60)
@@ -151,7 +151,7 @@ def test_with_frozen_anchors_only_the_adapter_is_run_and_a_row_is_written(
         (["--adapters", "E7000D1", "--machines", "public:1", "--submit", "row.json"], "give --adapters once"),
     ],
 )
-def test_what_the_track_does_not_have_is_told(
+def test_invalid_options_of_the_track_are_refused(
     words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
     monkeypatch.setattr(study, "BASELINE", "E8000D1")

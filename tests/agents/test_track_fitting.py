@@ -1,4 +1,4 @@
-"""Adapters of the track that learn: what is fitted to a log is what the machine differs by."""
+"""Learning adapters of the track: a fit to a log finds how the machine differs from the model."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ ROUGH = [each.symbols for each in CONSTANTS].index(("RaRef",))
 
 
 def ground(machine: Simulation, text: str, seeds: range) -> list[TrackShift]:
-    """Shifts of a plan on a machine that is no plant."""
+    """Return shifts of a plan on a simulated machine, one for each seed."""
     policy = named_policy(text, machine)
     all_of = list(steps(policy, machine, episodes := start_episodes(machine, seeds)))
     seen = np.stack([*(each.observation for each in all_of), machine.observe(episodes)], axis=1)
@@ -32,7 +32,7 @@ def ground(machine: Simulation, text: str, seeds: range) -> list[TrackShift]:
     ]
 
 
-def test_least_squares_are_those_of_a_line_in_one_step() -> None:
+def test_least_squares_solve_a_linear_problem() -> None:
     rng = np.random.default_rng(1)
     slopes, aim = rng.normal(size=(30, 3)), rng.normal(size=30)
     expected = np.linalg.solve(slopes.T @ slopes + np.eye(3), slopes.T @ aim)
@@ -40,7 +40,7 @@ def test_least_squares_are_those_of_a_line_in_one_step() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_a_changed_model_differs_in_what_is_changed() -> None:
+def test_a_changed_model_differs_in_the_changed_constants_only() -> None:
     model = model_of(PLATES)
     z = np.zeros(len(CONSTANTS))
     z[ROUGH], z[-1] = 2.0, 1.0
@@ -53,7 +53,7 @@ def test_a_changed_model_differs_in_what_is_changed() -> None:
 
 
 @pytest.mark.nightly
-def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
+def test_a_fit_to_a_log_finds_the_changed_constant() -> None:
     model, truth = model_of(PLATES), np.zeros(len(CONSTANTS))
     truth[ROUGH] = 2.0
     shifts = ground(changed(model, truth), "E6000D1", range(10))

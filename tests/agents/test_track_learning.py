@@ -1,4 +1,4 @@
-"""Policies of the track that learn on a machine: each keeps its promise on something that can be known."""
+"""Policies of the track that learn on a machine, each tested on a case with a known answer."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ SHORT = Settings(steps=960, envs=4, rollout=60, minibatches=1, epochs=1, guess=0
 
 
 def some_agent() -> LearnedPolicy:
-    """An agent that decides one thing or another, by what it has seen."""
+    """Return a random agent whose decisions depend on its observations."""
     torch.manual_seed(1)
     agent = Agent(ENTRIES, 1, CHOICES, Settings(units=8, hidden=(8,)))
     with torch.no_grad():
@@ -46,7 +46,7 @@ def logits(policy: Any, seen: np.ndarray) -> np.ndarray:
     return said
 
 
-def test_the_recurrent_agent_remembers_all_shifts_on_a_machine_and_none_on_the_next_one() -> None:
+def test_rl2_keeps_its_state_between_shifts_and_forgetful_rl2_clears_it() -> None:
     policy, agent = Rl2(some_agent()), some_agent()
     (shift,) = ground(MODEL, "E6000D1", range(1))
     policy.begin(MODEL, 1)
@@ -62,7 +62,7 @@ def test_the_recurrent_agent_remembers_all_shifts_on_a_machine_and_none_on_the_n
     assert not forgetful.agent.state.any()
 
 
-def test_the_adviser_begins_a_shift_with_what_it_has_learned_and_the_first_as_the_rule() -> None:
+def test_the_learning_rule_starts_like_the_rule_and_remembers_between_shifts() -> None:
     adviser, rule, machine = LearningRule(), EmpiricalRule(), TrackMachine("public:1", [0])
     other = TrackMachine("public:1", [0])
     (mine,), _ = machine.grind(adviser)
@@ -76,7 +76,7 @@ def test_the_adviser_begins_a_shift_with_what_it_has_learned_and_the_first_as_th
 
 
 def log_of_one_cheap_dress(rng: np.random.Generator, blocks: int = 60) -> TrackShift:
-    """A shift in which nothing matters but whether a block is dressed once."""
+    """Return a shift whose blocks are cheap if they have exactly one dress."""
     D = rng.integers(0, 3, blocks).astype(float)
     levels = form_of("gru").view(MODEL).codec.levels
     return TrackShift(
@@ -94,7 +94,7 @@ def chance_of_a_dress(policy: FineTuned, seen: np.ndarray) -> float:
     return float((np.exp(D) / np.exp(D).sum())[1])
 
 
-def test_fine_tuning_moves_to_what_is_cheaper_as_far_as_it_may(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fine_tuning_moves_to_cheaper_decisions_within_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     rng, chances = np.random.default_rng(0), []
     shifts, seen = [log_of_one_cheap_dress(rng) for _ in range(3)], np.zeros(ENTRIES, np.float32)
     for bound in (0.0, 0.002, 100.0):
@@ -106,11 +106,11 @@ def test_fine_tuning_moves_to_what_is_cheaper_as_far_as_it_may(monkeypatch: pyte
             chances[-1].append(chance_of_a_dress(policy, seen))
     still, near, far = chances
     assert still[0] < near[-1] < far[-1] and far == sorted(far)
-    # one step is made before anything is known of where it leads
+    # the first step is made before the bound can act
     assert abs(still[-1] - still[0]) < 0.05
 
 
-def test_no_block_of_a_shift_is_better_where_all_cost_the_same() -> None:
+def test_equal_block_costs_give_an_equal_cost_ahead() -> None:
     cost = torch.full((60, 2), 3.0)
     assert torch.allclose(cost_ahead(cost), cost)
 
@@ -128,7 +128,7 @@ def test_fine_tuning_draws_from_the_softmax_at_its_temperature() -> None:
     np.testing.assert_allclose(shares, chances, atol=4.0 * 0.5 / 400**0.5)
 
 
-def test_a_fitted_problem_is_ground_with_what_was_fitted() -> None:
+def test_a_fitted_problem_simulates_the_fitted_constants() -> None:
     z = np.zeros(len(CONSTANTS))
     z[0] = 1.5
     problem = FittedProblem(PLATES.name, PLATES.id, (), tuple(z))
@@ -157,7 +157,7 @@ def test_the_calibrated_agent_is_trained_after_two_shifts(monkeypatch: pytest.Mo
 
 
 @pytest.mark.nightly
-def test_training_on_a_fitted_model_wins_what_a_changed_constant_costs() -> None:
+def test_retraining_on_a_fitted_model_lowers_the_cost_on_its_machine() -> None:
     settings = Settings(steps=300_000, envs=64)
     agent = policy_of(*train(PLATES, settings, 0), PLATES, "gru")
     z = np.zeros(len(CONSTANTS))

@@ -1,4 +1,4 @@
-"""Trainings of `agents/train_sb3.py`: they are the recipe of the docs, survive a kill, and refuse other checkpoints."""
+"""Trainings of `agents/train_sb3.py` follow the recipe of the docs, survive a kill and refuse other checkpoints."""
 
 import signal
 import subprocess
@@ -33,7 +33,7 @@ def same(one: Any, other: Any) -> bool:
     return all(torch.equal(a, b) for a, b in zip(weights(one), weights(other), strict=True))
 
 
-def test_ppo_is_the_recipe_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ppo_trains_the_same_weights_as_the_recipe_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = variant(recipe(SOURCE.read_text(encoding="utf-8")), RecipeTrial(PLATES, "belief", 3, 2 * ROLLOUT))
     monkeypatch.chdir(tmp_path)
     theirs = run(lines.partition("judged =")[0])["model"]
@@ -55,7 +55,7 @@ def test_every_algorithm_learns_and_plays_from_its_file(algorithm: str, tmp_path
 
 
 @pytest.mark.nightly
-def test_a_training_that_was_killed_ends_in_the_same_agent(tmp_path: Path) -> None:
+def test_a_killed_training_resumes_to_the_same_agent(tmp_path: Path) -> None:
     program = (
         "import os, signal, sys; from pathlib import Path\n"
         "from agents.train_sb3 import Checkpoints, train; from grind_env.policies.problem import find_problem\n"
@@ -77,7 +77,7 @@ def test_a_training_that_was_killed_ends_in_the_same_agent(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
-def test_a_damaged_checkpoint_is_told(share: float, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_refused(share: float, tmp_path: Path) -> None:
     path = tmp_path / "agent.checkpoint"
     torch.save(([], (), None), path)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
@@ -85,7 +85,7 @@ def test_a_damaged_checkpoint_is_told(share: float, tmp_path: Path) -> None:
         train(ORACLE, "ppo", 0, 10, tmp_path / "agent.zip")
 
 
-def test_the_command_trains_and_its_agent_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_trains_an_agent_and_grind_evaluates_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "agent.zip"
     train_sb3.app(
         ["--task", "oracle6", "--algorithm", "a2c", "--steps", "1280", "-o", str(path)], standalone_mode=False

@@ -17,11 +17,11 @@ PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
 
 class Killed(Exception):
-    """Stands for a kill between two evaluations."""
+    """Exception in place of a kill between two evaluations."""
 
 
 class Limited:
-    """A cost function that is killed after some evaluations."""
+    """Cost function that is killed after some evaluations."""
 
     def __init__(self, left):
         self.left, self.asked = left, 0
@@ -41,7 +41,7 @@ def search(path, costs, evaluations=60):
 
 
 @pytest.mark.parametrize("killed", [5, 7, 33])
-def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_path, killed):
+def test_a_killed_search_resumes_to_the_same_result(tmp_path, killed):
     whole = evolve(Limited(1000), np.zeros(3), 60, seed=3)
     path = tmp_path / "trials" / "s.jsonl"
     with pytest.raises(Killed):
@@ -57,7 +57,7 @@ def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tm
 
 
 @pytest.mark.parametrize("step", few([37, 1]))
-def test_a_search_that_was_killed_within_a_write_ends_as_if_nothing_had_happened(tmp_path, step):
+def test_a_search_killed_during_a_write_resumes_to_the_same_result(tmp_path, step):
     path = tmp_path / "s.jsonl"
     whole = search(path, Limited(1000), 20)
     data = path.read_bytes()
@@ -69,7 +69,7 @@ def test_a_search_that_was_killed_within_a_write_ends_as_if_nothing_had_happened
         assert search(path, nothing, 20).cost == whole.cost
 
 
-def test_a_finished_search_takes_a_larger_budget_up(tmp_path):
+def test_a_finished_search_continues_with_a_larger_budget(tmp_path):
     path = tmp_path / "s.jsonl"
     first = search(path, Limited(1000), 30)
     more = Limited(1000)
@@ -77,7 +77,7 @@ def test_a_finished_search_takes_a_larger_budget_up(tmp_path):
     assert more.asked == len(CachedCosts(Limited(0), path).known) - first.evaluations
 
 
-def test_the_cache_of_a_policy_can_be_thrown_away(tmp_path):
+def test_a_fresh_run_or_other_settings_start_with_an_empty_cache(tmp_path):
     tuner = tune.Tuner(ORACLE.simulation(), tmp_path, episodes=1)
     tuner.cached_run("power_threshold", 0).add({(1.0,) * 4: 2.0})
     assert tuner.cached_run("power_threshold", 0).known == {(1.0,) * 4: 2.0}
@@ -86,13 +86,13 @@ def test_the_cache_of_a_policy_can_be_thrown_away(tmp_path):
     assert tune.Tuner(ORACLE.simulation(), tmp_path, 1, fresh=True).cached_run("power_threshold", 0).known == {}
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
+def test_an_impossible_cache_folder_is_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="cannot be made"):
         search(tmp_path / "file" / "runs" / "s.jsonl", Limited(1000))
 
 
-def test_candidates_side_by_side_cost_what_they_cost_alone():
+def test_candidates_cost_the_same_together_and_alone():
     tuner = tune.Tuner(PLATES.simulation(), None, episodes=3)
     rng = np.random.default_rng(0)
     for name, rule in RULES.items():
@@ -106,11 +106,11 @@ def test_candidates_side_by_side_cost_what_they_cost_alone():
 
 
 @pytest.mark.parametrize(("jobs", "ray", "here"), few([(2, None, True), (2, "local", True), (2, None, False)]))
-def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp_path, monkeypatch):
+def test_tuned_parameters_do_not_depend_on_the_workers(jobs, ray, here, tmp_path, monkeypatch):
     names, settings = ["power_threshold"], {"evaluations": 12, "starts": 2, "episodes": 1}
     places = {"folder": tmp_path / "b", "runs": tmp_path / "b"}
     alone = tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
-    # what is thrown away is of other episodes
+    # the discarded cache is of other episodes
     assert tune.tune(ORACLE, names, **places, **{**settings, "episodes": 2}) != alone
     costs, others = tune.Tuner.costs, []
 
@@ -118,18 +118,18 @@ def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp
         others.append(given)
         monkeypatch.setattr(tune.Tuner, "costs", costs)
         found = run_here(*given) if here else run_all(*given)
-        # all evaluations of the run are done by others
+        # the workers do all evaluations of the run
         monkeypatch.setattr(tune.Tuner, "costs", None)
         return found
 
     monkeypatch.setattr(tune, "run_all", run_by_others)
     assert tune.tune(ORACLE, names, **places, **settings, fresh=True, jobs=jobs, ray=ray) == alone
     assert len(others) == 1
-    # and they are in the cache
+    # their costs are in the cache
     assert tune.tune(ORACLE, names, folder=tmp_path / "c", runs=tmp_path / "b", **settings) == alone
 
 
-def test_validation_decides_between_starts(tmp_path, monkeypatch):
+def test_the_validation_cost_chooses_between_starts(tmp_path, monkeypatch):
     asked = []
     cost = tune.Tuner.cost
 
@@ -140,7 +140,7 @@ def test_validation_decides_between_starts(tmp_path, monkeypatch):
     monkeypatch.setattr(tune.Tuner, "cost", spied)
     settings = {"evaluations": 10, "starts": 3, "episodes": 1}
     found = tune.tune(ORACLE, ["power_threshold"], folder=tmp_path, runs=tmp_path, **settings)
-    # one candidate a start, and the chosen one again for the file
+    # one candidate for each start, and the chosen one again for the file
     assert [seeds for _, seeds in asked].count("validation") == 4
     candidates = [policy for policy, seeds in asked if seeds == "validation"]
     assert candidates[3] in candidates[:3]
@@ -161,7 +161,7 @@ def test_a_damaged_file_is_replaced_on_request_only(text, tmp_path):
     assert list(tuned) == ["constant", "interval"]
 
 
-def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):
+def test_parameters_with_another_training_cost_are_tuned_again(tmp_path, monkeypatch):
     places = {"folder": tmp_path, "runs": tmp_path / "runs", "episodes": 4, "evaluations": 8, "starts": 1}
     first = tune.tune(ORACLE, ["constant", "interval"], **places)
     stale = dataclasses.replace(first["constant"], training_cost=first["constant"].training_cost + 0.5)
@@ -172,10 +172,10 @@ def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):
     assert tuned == ["constant"]
 
 
-def test_grid_search_finds_the_least_and_counts():
+def test_grid_search_finds_the_minimum_and_counts_evaluations():
     found = grid_search(lambda points: [(x - 2) ** 2 + y for x, y in points], itertools.product(range(20), (3, 1)))
     assert found == ((2, 1), 1, 40)
-    # of equals the first one is taken
+    # the first of equal points is taken
     assert grid_search(lambda points: [0.0] * len(points), iter(range(40))).point == 0
 
 

@@ -31,7 +31,7 @@ def test_each_number_is_taken_at_both_ends_of_its_range():
     assert math.log(high / low) == pytest.approx(2 * 1.645 * USUAL_SPREADS["fluid.part_cooling"], rel=1e-3)
 
 
-def test_a_trial_is_the_sweep_of_a_job_file_with_that_number(tmp_path, monkeypatch):
+def test_a_trial_equals_the_sweep_of_a_job_with_the_changed_number(tmp_path, monkeypatch):
     monkeypatch.setattr(interval_sensitivity, "PARTS", 2)
     monkeypatch.setattr(interval_sensitivity, "RANGES", SweepRanges(every=(1, 2)))
     shutil.copy(examples.path("plate_g82.nc"), tmp_path)
@@ -48,7 +48,7 @@ def test_a_trial_is_the_sweep_of_a_job_file_with_that_number(tmp_path, monkeypat
         assert [point[2] for point in found["points"]] == [each.cost.value for each in swept.speeds]
 
 
-def test_what_the_nominal_plan_loses_by_hand():
+def test_the_loss_of_the_nominal_plan_by_hand():
     points = {NOMINAL: [(9000.0, 1, 2.0, True), (9000.0, 2, 3.0, True)]}
     points["height"] = [(9000.0, 1, 4.0, False), (9000.0, 2, 2.0, True)]
     found = {UnknownTrial("rail_g83", name, name): {"best": k, "points": points[name]} for k, name in enumerate(points)}
@@ -57,7 +57,7 @@ def test_what_the_nominal_plan_loses_by_hand():
     assert height[4:] == (9000, 2, 2.0, 4.0, 100.0, False)
 
 
-def test_the_table_in_the_repository_is_of_the_present_numbers():
+def test_the_checked_in_table_has_the_present_numbers():
     rows = csv_rows(RESULTS / "intervals.csv")
     assert [tuple(row[name] for name in ("program", "number", "end", "value")) for row in rows] == [
         tuple(map(str, astuple(trial))) for trial in trials()
@@ -66,7 +66,7 @@ def test_the_table_in_the_repository_is_of_the_present_numbers():
     assert (RESULTS / PICTURE).read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_command_says_its_hours(
+def test_the_command_prints_its_number_of_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert status(monkeypatch, "intervals", "--hours", "--cache", tmp_path) == 0

@@ -24,7 +24,7 @@ SIMULATION = PROBLEM.simulation()
 SEED = 2_000_003
 
 
-def test_the_film_ends_as_the_evaluation_does() -> None:
+def test_the_film_ends_with_the_totals_of_the_evaluation() -> None:
     simulation = PLATES.simulation()
     (*_, last) = watch(make_policy("adaptive_rule", simulation), PLATES, SEED, 1)
     result = run_seeds(make_policy("adaptive_rule", simulation), simulation, [SEED])
@@ -35,11 +35,11 @@ def test_the_film_ends_as_the_evaluation_does() -> None:
 
 
 @pytest.mark.parametrize("executions", [0, 1, 2, 3])
-def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(executions: int) -> None:
+def test_a_moving_block_loses_its_stock_evenly_and_shows_every_dress(executions: int) -> None:
     frames = 12
     views = list(watch(Fixed(4000.0, executions), PLATES, SEED, frames))
     assert len(views) == 1 + PLATES.simulation().task.blocks * frames
-    # without a dress the spindle stalls in the eighth
+    # without a dress the spindle stalls in the eighth block
     for start in (1, 1 + 3 * frames):
         *moving, rest = views[start : start + frames]
         left = [view.part.left for view in moving]
@@ -51,7 +51,7 @@ def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(ex
         assert rest.instant is None and rest.part.left < min(left)
 
 
-def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
+def test_a_policy_filmed_or_recorded_on_another_machine_sees_the_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem, seen = on(PLATES, "meter:7"), []
@@ -78,7 +78,7 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
     assert problem.simulation().gauge != GAUGE
 
 
-def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
+def test_the_animation_has_every_frame(tmp_path: Path) -> None:
     path = tmp_path / "two.gif"
     left, right = named_policy("constant", SIMULATION), named_policy("E21000D1", SIMULATION)
     size = record([left, right], PROBLEM, 0, path, 2)
@@ -109,7 +109,7 @@ def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
     assert len(views) == 1 + frames * result.speeds.shape[1]
     assert views[-1].cost == pytest.approx(result.cost[0])
     assert views[-1].good_parts == pytest.approx(result.good[0])
-    # between two moments at rest as much is ground as has gone after
+    # between two frames at rest the stock falls and every dress is shown
     for k in range(1, min(len(views), 60), frames):
         *moving, rest = views[k : k + frames]
         left = [view.part.left for view in moving]
@@ -117,7 +117,7 @@ def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
         assert sum(view.instant.dressing for view in moving) == rest.ground[-1].executions
 
 
-def test_what_cannot_be_filmed_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_file_type_or_a_large_film_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.video.MOST_BYTES", 1000)
     policy = named_policy("E6000D0", SIMULATION)
     with pytest.raises(GrindError, match=r"film\.mp4: an animation is written as \.gif; name such a file"):

@@ -1,7 +1,7 @@
-"""What the environments do: observations, rewards and infos of fixed actions, of every id and form of the action.
+"""Observations, rewards and infos of fixed actions, for every environment id and every form of the action.
 
-One table a form holds what two environments showed beside each other, with all that can be observed, in their vector
-form, whose bits are those of single environments. What `observation="measured"` shows is a part of it.
+There is one table for each form, recorded from a vector of two environments with all observations. Single
+environments have the same bits; `observation="measured"` returns some of the columns.
 """
 
 import itertools
@@ -19,15 +19,15 @@ from tests.behaviour.tables import Table, Tables, flat, table
 from tests.envs.harness import Array, native, reward_terms_of, row_of, rows_of
 
 COUNT = 2
-"""Environments beside each other."""
+"""Environments in the vector."""
 
 SEED = 11
 
 BRIEF = 8
-"""Steps with a form of the action other than the box, which differs in how it says the same decisions."""
+"""Steps with each form of the action other than the box; the decisions are the same in every form."""
 
 LEAST, AFTER = 24, 3
-"""Steps with a box at least, and after the last of the first episodes."""
+"""With a box action: the least number of steps, and the steps after every first episode has ended."""
 
 EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
 PROGRAMS = Path(__file__).with_name("programs")
@@ -36,16 +36,16 @@ JOBS = {
     **{name: EXAMPLES / f"{name}.nc" for name in ("keyway_g81", "rail_g83")},
     **{name: PROGRAMS / f"{name}.nc" for name in ("stages", "lots")},
 }
-"""Programs that `grind/Job-v0` is recorded with besides its own example."""
+"""Programs with which `grind/Job-v0` is recorded besides its own example."""
 
 SHOWN: dict[str, Any] = {"show_block": True, "info": "full"}
-"""The arguments that put the text of the blocks, chances and true ratios into the info."""
+"""Arguments that put the text of the blocks, probabilities and true ratios into the info."""
 
 Kinds = dict[str, dict[str, Any]]
 
 
 def kinds_of(env_id: str) -> Kinds:
-    """The arguments of every form of the action that an environment takes, by a name."""
+    """Return the arguments for every form of the action that an environment accepts, by name."""
     kinds: Kinds = {}
     for form, predress in itertools.product(ACTIONS, (False, True)):
         kind = {"action": form, "predress": predress}
@@ -60,7 +60,7 @@ def kinds_of(env_id: str) -> Kinds:
 
 
 def recorded(env_id: str) -> Tables:
-    """What an environment does now: a table for every form of the action, and a part program."""
+    """Play an environment; return a table for every form of the action, and the part program."""
     tables: Tables = {}
     for name, kind in kinds_of(env_id).items():
         steps = None if kind["action"] == "box" else BRIEF
@@ -69,7 +69,7 @@ def recorded(env_id: str) -> Tables:
 
 
 def columns(env_id: str, *, observation: str, **kwargs: Any) -> list[str]:
-    """A column for every entry of the observation, in their order; those that are not measured are hidden."""
+    """Return a column name for every entry of the observation, in order; `hidden` if it is not measured."""
 
     def entries(observation: str) -> list[str]:
         return [each.name for each in gym.make(env_id, observation=observation, **kwargs).unwrapped.observation_info()]
@@ -79,7 +79,7 @@ def columns(env_id: str, *, observation: str, **kwargs: Any) -> list[str]:
 
 
 def part_program(env_id: str) -> Table:
-    """What was run in the first steps, as the environment writes it as a part program; nothing if it does not."""
+    """Return the part program of the first steps, line by line; no rows if the environment writes none."""
     env = gym.make(env_id).unwrapped
     env.reset(seed=SEED)
     for batch in itertools.islice(actions(env.action_space), BRIEF):
@@ -90,7 +90,7 @@ def part_program(env_id: str) -> Table:
 
 
 def vector_play(env_id: str, steps: int | None, **kwargs: Any) -> Table:
-    """What the native vector form shows in that many steps; None for all of the first episodes and into the next."""
+    """Play the native vector environment; `steps` of None plays all first episodes and a little of the next."""
     env = native(env_id, COUNT, **SHOWN, **kwargs)
     names = columns(env_id, **kwargs)
     observations, _ = env.reset(seed=SEED)
@@ -120,26 +120,26 @@ def row(
     truncated: bool | None = None,
     info: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """A row of the table; a reset has no more than an observation."""
+    """Return a row of the table; a reset has only an observation."""
     seen = dict(zip(names, observation.tolist(), strict=True))
-    told = {name: value for name, value in (info or {}).items() if name not in READINGS}  # which are observed
-    if terms := reward_terms_of(told):  # recorded under the name that they had
-        told = {"reward_terms": terms} | {name: value for name, value in told.items() if name[7:] not in terms}
-    came = {"reward": reward, "terminated": terminated, "truncated": truncated}
-    return {"step": step, "env": env, **seen, **came, **dict(flat("info", told))}
+    extra = {name: value for name, value in (info or {}).items() if name not in READINGS}  # readings are observed
+    if terms := reward_terms_of(extra):  # recorded under their former name
+        extra = {"reward_terms": terms} | {name: value for name, value in extra.items() if name[7:] not in terms}
+    outcome = {"reward": reward, "terminated": terminated, "truncated": truncated}
+    return {"step": step, "env": env, **seen, **outcome, **dict(flat("info", extra))}
 
 
 def actions(space: spaces.Space[Any]) -> Iterator[Any]:
-    """Batches of actions of a single action space, always the same ones."""
+    """Yield batches of actions of a single action space, the same ones in every call."""
     rng = np.random.default_rng(5)
     while True:
         yield drawn(space, rng)
 
 
 def drawn(space: spaces.Space[Any], rng: np.random.Generator) -> Any:
-    """A batch of `COUNT` actions, the first uniform, the second mostly slow and with few dresses.
+    """Return `COUNT` actions: the first is uniform, the second mostly slow with few dresses.
 
-    Gymnasium's own samples may change with its version.
+    Gymnasium's own samples could change with its version.
     """
     if isinstance(space, spaces.Dict):
         return {name: drawn(each, rng) for name, each in space.items()}

@@ -1,7 +1,7 @@
-"""What programs do: the events of the control, and all that `grind run` prints and writes.
+"""Behaviour of part programs: the events of the control, and all that `grind run` prints and writes.
 
-The programs are the examples of the package and those of `programs/`. Some are recorded with settings of the control,
-too, among them what the operator does: `grind run` has no option for most of them.
+The programs are the examples of the package and the files in `programs/`. Some are also recorded with other settings
+of the control or with actions of the operator; `grind run` has no option for most of them.
 """
 
 import io
@@ -25,12 +25,12 @@ from tests.behaviour.tables import Tables, flat, table
 FOLDERS = (Path(__file__).parents[2] / "grind_env" / "examples", Path(__file__).with_name("programs"))
 
 Panel = Mapping[int, Callable[[Control], None]]
-"""What the operator does after so many events."""
+"""Actions of the operator, by the number of events before them."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Settings of the control; what the operator does at the panel shows in the events alone."""
+    """Settings of the control and actions of the operator; with actions, only the events are recorded."""
 
     settings: Mapping[str, Any] = field(default_factory=dict)
     panel: Panel = field(default_factory=dict)
@@ -85,22 +85,22 @@ VARIANTS: dict[str, dict[str, Variant]] = {
     "reciprocation": {"dresses asked for": Variant({"operator_dress_at": (1.0, 12.0)})},
     "traverse": {"dresses asked for": Variant({"operator_dress_at": (9.0, 25.0, 25.5, 60.0)})},
 }
-"""What is recorded of a program besides `PLAIN`, or in its place."""
+"""Variants that are recorded of a program besides `PLAIN`, or in its place."""
 
 SHOWN_ELSEWHERE = ("modes", "origins", "reciprocating")
-"""Of the start of a cycle: what its dresses do with them shows in their strokes, as a table does that goes on."""
+"""Fields of the start of a cycle that are not recorded: their effects show in the strokes."""
 
 TOLERANCES = {"contour": 1e-9}
-"""Of programs with arcs, whose sines are those of the C library: mm, s, and relative. All others keep every bit."""
+"""Tolerances (mm, s and relative) of programs with arcs, which use sines of the C library. All others are exact."""
 
 
 def programs() -> dict[str, Path]:
-    """The programs by name."""
+    """Return the paths of the programs by name."""
     return {path.stem: path for folder in FOLDERS for path in sorted(folder.glob("*.nc"))}
 
 
 def recorded(name: str) -> Tables:
-    """What a program does now: of every variant its events and, but for the panel's, what comes of grinding it."""
+    """Run every variant of a program; return its events and, without operator actions, its results and strokes."""
     tables: Tables = {}
     path = programs()[name]
     for title, variant in ({PLAIN: Variant()} | VARIANTS.get(name, {})).items():
@@ -112,7 +112,7 @@ def recorded(name: str) -> Tables:
 
 
 def events(path: Path, variant: Variant) -> list[Event]:
-    """The events of the control of the job's machine."""
+    """Return the events of a program with the control of the job's machine."""
     job = load_job(path.with_suffix(".toml"))
     control = replace(job.control, **variant.settings)
     execution, found = execute(read_file(path), control), []
@@ -126,7 +126,7 @@ def events(path: Path, variant: Variant) -> list[Event]:
 
 
 def described(event: Event) -> dict[str, Any]:
-    """An event as a row; a plan is told where its cycle begins."""
+    """Return an event as a row; only the start of a cycle includes its plan."""
     row: dict[str, Any] = {"event": type(event).__name__}
     for item in fields(event):
         value = getattr(event, item.name)
@@ -143,7 +143,7 @@ def described(event: Event) -> dict[str, Any]:
 
 
 def commanded(path: Path) -> Tables:
-    """What `grind run` prints with `--json`, its exit status, and the strokes of the same run."""
+    """Return the output of `grind run --json`, its exit status, and the strokes of the same run."""
     out, status = io.StringIO(), 0
     with redirect_stdout(out):
         try:
@@ -156,7 +156,7 @@ def commanded(path: Path) -> Tables:
 
 
 def ground_with(path: Path, settings: Mapping[str, Any]) -> Tables:
-    """The same of `machine.grind` with settings of the control."""
+    """Return the result and strokes of `machine.grind` with settings of the control."""
     job = load_job(path.with_suffix(".toml"))
     record = grind(read_file(path), job, control=replace(job.control, **settings))
     names = record.strokes.dtype.names or ()

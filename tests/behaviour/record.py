@@ -1,11 +1,10 @@
-"""Records anew what environments and programs do, after it has been changed on purpose.
+"""Update the records of environments and programs after an intended change of their behaviour.
 
     python -m tests.behaviour.record [NAME ...]
 
-A name is that of a registered id or of a part program, such as `PowerLimited-v0` or `plate_g82`; without names all are
-recorded. What has moved, and by how much at most, is printed for the line that such a change gets in CHANGELOG.md;
-columns that are only new are told apart from it. An environment that moves is a task of another `TASK_VERSION`: agents
-have been trained on every entry and every bit of it.
+NAME is a registered id or a part program, such as `PowerLimited-v0` or `plate_g82`; without names, all are recorded.
+The command prints changed columns with their largest difference, for CHANGELOG.md; new columns are listed apart.
+If an environment changes, increase `TASK_VERSION`: agents were trained on every entry and every bit of it.
 """
 
 import sys
@@ -16,17 +15,17 @@ from tests.envs.harness import every_id
 
 
 def subjects() -> list[str]:
-    """The names of all records."""
+    """Return the names of all records."""
     return [*(env_id.removeprefix("grind/") for env_id in every_id()), *programs.programs()]
 
 
 def found(name: str) -> Tables:
-    """What the environment or the program of that name does now."""
+    """Run the environment or program `name`; return the tables of its behaviour."""
     return programs.recorded(name) if name in programs.programs() else environments.recorded(f"grind/{name}")
 
 
 def main(names: list[str]) -> int:
-    """Record what is named; returns the exit status."""
+    """Record the named environments and programs, all without names; return the exit status."""
     known = subjects()
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -43,7 +42,7 @@ def main(names: list[str]) -> int:
     for path in () if names else RECORDS.glob("*.npz"):
         if path.stem not in known:
             path.unlink()
-            print(f"{path.stem}: removed, there is no such id or program any more")
+            print(f"{path.stem}: removed, because this id or program no longer exists")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Tables of numbers and texts: made from rows, kept in compressed files that git can hold, and compared."""
+"""Tables of numbers and texts: built from rows, saved in small compressed files, and compared."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,14 +15,14 @@ RECORDS = Path(__file__).with_name("records")
 AXES = ("X", "Y", "Z")
 
 PLACES = ("step", "env", "event", "part", "line", "number")
-"""Columns that say what a row is of."""
+"""Columns that identify a row."""
 
 Tables = dict[str, Table]
-"""By name, such as `box` or `plate_g82/strokes`."""
+"""Tables by name, such as `box` or `as it is: strokes`."""
 
 
 def table(rows: Iterable[Mapping[str, Any]]) -> Table:
-    """A column a key, of float64 or of text; where a row lacks it or has None, NaN or nothing."""
+    """Return a table with a float64 or text column for each key; a missing value or None is NaN or an empty text."""
     rows = list(rows)
     names = list(dict.fromkeys(name for row in rows for name in row))
     columns: dict[str, NDArray[Any]] = {}
@@ -39,7 +39,7 @@ def table(rows: Iterable[Mapping[str, Any]]) -> Table:
 
 
 def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """What a nested value holds, each with its path: `parts.0.Ra`, `end.X`."""
+    """Yield the values in a nested value, each with its path: `parts.0.Ra`, `end.X`."""
     if isinstance(value, Mapping):
         items: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list | tuple):
@@ -53,7 +53,7 @@ def flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def load(name: str) -> Tables:
-    """The tables of a record; none if there is no such record yet."""
+    """Return the tables of a record; empty if there is no such record yet."""
     path = RECORDS / f"{name}.npz"
     if not path.exists():
         return {}
@@ -68,7 +68,7 @@ def save(name: str, tables: Tables) -> None:
 
 
 def changes(recorded: Tables, found: Tables, tolerance: float = 0.0) -> list[str]:
-    """What has changed in which table; see `differences`."""
+    """Return a sentence for each change, with the name of its table; see `differences`."""
     said = [f"{name}: is recorded, but no longer there" for name in recorded if name not in found]
     said += [f"{name}: is not recorded" for name in found if name not in recorded]
     for name in recorded:
@@ -78,7 +78,7 @@ def changes(recorded: Tables, found: Tables, tolerance: float = 0.0) -> list[str
 
 
 def additions(recorded: Tables, found: Tables) -> list[str]:
-    """What is found of a table beyond what was recorded of it: behaviour that nobody depends on yet."""
+    """Return a sentence for each column that is not recorded yet; nobody depends on new columns."""
     both = [name for name in recorded if name in found]
     columns = {name: recorded[name].dtype.names or () for name in both}
     return [
@@ -90,15 +90,15 @@ def additions(recorded: Tables, found: Tables) -> list[str]:
 
 
 def differences(recorded: Table, found: Table, tolerance: float = 0.0) -> list[str]:
-    """What differs between two tables, a sentence a column: where first, and by how much at most.
+    """Return a sentence for each column that differs: where first, and by how much at most.
 
-    What differs first comes first, for it is nearer to the cause. Columns that are new are no difference; `additions`
-    names them.
+    The columns are sorted by their first difference, because the earliest is nearest to the cause. New columns are
+    not included; see `additions`.
 
     Args:
-        recorded: what was.
-        found: what is.
-        tolerance: numbers may differ by it, and by it relative to the larger of them; 0 for equal bits.
+        recorded: the old table.
+        found: the new table.
+        tolerance: absolute and relative tolerance of numbers; 0 for equal bits.
     """
     was, now = recorded.dtype.names or (), found.dtype.names or ()
     said = [f"{name} is no longer there" for name in was if name not in now]
@@ -131,7 +131,7 @@ def _are_texts(old: NDArray[Any], new: NDArray[Any]) -> bool:
 
 
 def _sentence(name: str, rows: NDArray[np.intp], recorded: Table, found: Table) -> str:
-    """Where a column differs, from what to what, and by how much at most."""
+    """Return a sentence: where a column differs, the first two values, and the largest difference."""
     first = rows[0]
     old, new = recorded[name][rows], found[name][rows]
     cells = {key: recorded[key][first].item() for key in PLACES if key in (recorded.dtype.names or ())}
@@ -143,7 +143,7 @@ def _sentence(name: str, rows: NDArray[np.intp], recorded: Table, found: Table) 
 
 
 def _largest(old: NDArray[Any], new: NDArray[Any]) -> float:
-    """The largest relative difference; 0 of texts, infinite where a number came or went."""
+    """Return the largest relative difference; 0 for texts, infinite where only one of the numbers exists."""
     if _are_texts(old, new):
         return 0.0
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -1,4 +1,4 @@
-"""Version 0 of an environment stays what it was: agents that were trained on it depend on every entry and every bit."""
+"""Version 0 of an environment never changes: trained agents depend on every entry and every bit."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ DRAWN = {
     "hidden.convection": ("convection",),
     "hidden.roughness_scale": ("wheel_roughness",),
 }
-"""The spreads that move what is hidden; a task that has none of them keeps it at one value."""
+"""Spreads that vary each hidden entry; without them, a task has a constant value there."""
 
 
 def record_of(env_id: str) -> Tables:
@@ -36,22 +36,22 @@ def plays_of(env_id: str) -> Tables:
 
 
 def as_measured(rows: Table) -> Table:
-    """The rows as `observation="measured"` shows them."""
+    """Return the rows without hidden columns, as `observation="measured"` gives them."""
     return rows[[name for name in rows.dtype.names or () if not name.startswith("hidden.")]]
 
 
 def assert_as_recorded(env_id: str, was: Tables, now: Tables) -> None:
-    moved = changes(was, now) + additions(was, now)  # agents depend on there being no other entry
+    moved = changes(was, now) + additions(was, now)  # a new entry would break agents, too
     assert not moved, "\n".join([f"{env_id} is not what was recorded (python -m tests.behaviour.record):", *moved])
 
 
 @every_environment
-def test_every_form_of_an_environment_does_what_was_recorded(env_id: str) -> None:
+def test_an_environment_behaves_as_recorded_with_every_form_of_the_action(env_id: str) -> None:
     assert_as_recorded(env_id, record_of(env_id), recorded(env_id))
 
 
 @every_environment
-def test_what_is_measured_is_the_part_that_was_recorded_as_such(env_id: str) -> None:
+def test_measured_observations_equal_the_recorded_columns_that_are_not_hidden(env_id: str) -> None:
     kinds = kinds_of(env_id)
     was = {name: as_measured(rows) for name, rows in plays_of(env_id).items()}
     now = {name: vector_play(env_id, int(was[name]["step"][-1]), observation="measured", **kinds[name]) for name in was}
@@ -59,7 +59,7 @@ def test_what_is_measured_is_the_part_that_was_recorded_as_such(env_id: str) -> 
 
 
 @every_environment
-def test_the_record_goes_beyond_the_end_of_an_episode(env_id: str) -> None:
+def test_the_record_contains_the_end_of_an_episode_and_a_reset(env_id: str) -> None:
     for name, rows in plays_of(env_id).items():
         for i in range(COUNT) if name.startswith("box") else ():
             own = rows[rows["env"] == i]
@@ -68,7 +68,7 @@ def test_the_record_goes_beyond_the_end_of_an_episode(env_id: str) -> None:
 
 
 @every_environment
-def test_everything_that_can_be_seen_or_paid_moves_in_the_record(env_id: str) -> None:
+def test_every_observation_and_reward_term_varies_in_the_record(env_id: str) -> None:
     plays = list(plays_of(env_id).values())
     names = {name for rows in plays for name in rows.dtype.names or ()}
     values = {name: {value for rows in plays if name in rows.dtype.names for value in rows[name]} for name in names}
@@ -76,8 +76,8 @@ def test_everything_that_can_be_seen_or_paid_moves_in_the_record(env_id: str) ->
     still = {name for name in names if name.startswith(prefixes) and len({v for v in values[name] if v == v}) == 1}
     spread = SPREADS.get(env_id)
     constant = {name for name, drawn in DRAWN.items() if spread and not any(getattr(spread, each) for each in drawn)}
-    # a wheel that stays sharp has no dress to be paid for in the end
+    # a wheel that stays sharp has no handover cost
     constant |= {"info.reward_terms.handover"} if env_id == "grind/Noise-v0" else set()
-    # the diamond of a job stays as it is
+    # the diamond of a job does not wear
     constant |= {"hidden.diamond_flat"} if env_id == "grind/Job-v0" else set()
     assert still == constant

@@ -1,4 +1,4 @@
-"""Programs do what was recorded of them, and the record holds every word, dress, stage, stop and interrupt."""
+"""Programs behave as recorded, and the records contain every word, dress, stage, stop and interrupt."""
 
 import functools
 import re
@@ -22,10 +22,10 @@ record_of = functools.cache(load)
 
 
 @pytest.mark.parametrize("name", programs())
-def test_a_program_does_what_was_recorded(name: str) -> None:
+def test_a_program_behaves_as_recorded(name: str) -> None:
     was, now = record_of(name), recorded(name)
     moved = changes(was, now, TOLERANCES.get(name, 0.0))
-    if name in ("plunge", "grooving_wheel"):  # what is new is recorded before anything depends on it
+    if name in ("plunge", "grooving_wheel"):  # new columns have to be recorded, too
         moved += additions(was, now)
     assert not moved, "\n".join([f"{name} does not do what was recorded (python -m tests.behaviour.record):", *moved])
 
@@ -35,7 +35,7 @@ def tables_of(part: str) -> list[Any]:
 
 
 def seen(event: str, column: str) -> set[Any]:
-    """The values of a column in the events of that name."""
+    """Return the values of a column in all events with that name."""
     found: set[Any] = set()
     for events in tables_of("events"):
         if column in (events.dtype.names or ()):
@@ -43,13 +43,13 @@ def seen(event: str, column: str) -> set[Any]:
     return found
 
 
-def test_every_code_stands_in_a_program() -> None:
+def test_every_code_occurs_in_a_program() -> None:
     text = "\n".join(re.sub(r"\(.*?\)", "", path.read_text(encoding="utf-8")) for path in programs().values())
     assert set(re.findall(r"[G][0-9.]+(?![0-9.])", text)) >= {*ACTIONS, *SWITCHES}
     assert set(re.findall(r"M[0-9]+", text)) >= M_CODES
 
 
-def test_every_cycle_is_run() -> None:
+def test_the_records_contain_every_cycle() -> None:
     found = set()
     for events in tables_of("events"):
         starts = events[events["event"] == "CycleStart"]
@@ -59,7 +59,7 @@ def test_every_cycle_is_run() -> None:
     assert seen("Infeed", "axis") == {0.0, 2.0}  # G77 and G76
 
 
-def test_every_dress_and_every_interrupt_is_made() -> None:
+def test_the_records_contain_every_kind_of_dress_interrupt_hold_and_stop() -> None:
     assert seen("DressStart", "cause") == {"pre", "auto", "operator"}
     assert seen("InterruptStart", "kind") == {"1", "2"}
     assert seen("Hold", "cause") == {"feedhold", "override", "single block"}
@@ -67,14 +67,14 @@ def test_every_dress_and_every_interrupt_is_made() -> None:
     assert seen("ProgramEnd", "cause") == {"M02", "M30", "text end"}
 
 
-def test_every_kind_of_event_and_every_source_of_a_motion_is_recorded() -> None:
+def test_the_records_contain_every_kind_of_event_and_every_source_of_a_motion() -> None:
     kinds = {kind.__name__ for kind in (CycleStrokes, *Instant.__subclasses__(), *Motion.__subclasses__())}
     assert set().union(*(events["event"].tolist() for events in tables_of("events"))) == kinds
     sources = set().union(*(events["source"].tolist() for events in tables_of("events"))) - {""}
     assert sources == {source.value for source in Source}
 
 
-def test_stages_parts_and_new_wheels_are_recorded() -> None:
+def test_the_records_contain_stages_several_parts_new_wheels_and_grooves() -> None:
     results, strokes = tables_of("result"), tables_of("strokes")
     assert {float(rows["exit status"][0]) for rows in results if "exit status" in rows.dtype.names} == {0.0, 1.0}
     stages = {row for rows in results for row in rows[0].tolist() if isinstance(row, str) and "in stage" in row}

@@ -1,4 +1,4 @@
-"""A record says what has moved, where, and by how much."""
+"""A comparison with a record names every change, its first row and its size."""
 
 import math
 from pathlib import Path
@@ -16,12 +16,12 @@ def changed(row: int, **values: object) -> Table:
     return table([{**each, **values} if k == row else each for k, each in enumerate(ROWS)])
 
 
-def test_nothing_is_said_of_what_is_as_recorded() -> None:
+def test_equal_tables_have_no_differences() -> None:
     assert differences(RECORDED, table(ROWS)) == []
     assert changes({"a": RECORDED}, {"a": table(ROWS)}) == []
 
 
-def test_a_moved_number_is_named_with_its_first_row_and_the_largest_relative_difference() -> None:
+def test_a_changed_column_is_reported_with_its_first_row_and_largest_relative_difference() -> None:
     found = changed(3, power=103.0 * (1.0 + 1e-9))
     found["power"][4] = 208.0
     (said,) = differences(RECORDED, found)
@@ -42,42 +42,42 @@ def test_a_moved_number_is_named_with_its_first_row_and_the_largest_relative_dif
         ({"wear": -0.0}, "was 0.0, is -0.0"),
     ],
 )
-def test_no_change_of_a_cell_is_overlooked(values: dict[str, object], said: str) -> None:
+def test_a_changed_cell_is_reported_down_to_the_last_bit_and_sign_of_zero(values: dict[str, object], said: str) -> None:
     (found,) = differences(RECORDED, changed(1, **values))
     assert said in found
 
 
-def test_rows_and_columns_that_come_or_go_are_named() -> None:
+def test_missing_rows_missing_columns_and_another_order_are_reported() -> None:
     assert differences(RECORDED, RECORDED[:4]) == ["5 rows are recorded, 4 are found"]
     assert differences(RECORDED, RECORDED[["step", "text", "wear"]]) == ["power is no longer there"]
     assert differences(RECORDED, RECORDED[["step", "power", "text", "wear"]]) == ["the columns are in another order"]
     assert changes({"a": RECORDED}, {"b": RECORDED}) == ["a: is recorded, but no longer there", "b: is not recorded"]
 
 
-def test_what_is_new_is_told_apart_from_what_has_moved() -> None:
+def test_new_columns_are_additions_and_not_differences() -> None:
     hotter = changed(1, heat=1.0)
     assert differences(RECORDED, hotter) == []
     assert additions({"a": RECORDED}, {"a": hotter, "b": hotter}) == ["a: heat is new"]
     assert differences(RECORDED, changed(1, heat=1.0, power=0.0)) and additions({"a": hotter}, {"a": RECORDED}) == []
 
 
-def test_what_differs_first_comes_first() -> None:
+def test_differences_are_sorted_by_their_first_row() -> None:
     names = [f"column {k}" for k in range(10)]
     was = table([dict.fromkeys(names, float(row)) for row in range(1, 4)])
     now = was.copy()
     for k, name in enumerate(names):
-        now[name][2 if k < 5 else 1] *= 1.0 + 0.01 * k  # the first is not moved
+        now[name][2 if k < 5 else 1] *= 1.0 + 0.01 * k  # column 0 does not change
     said = differences(was, now)
     assert [sentence.partition(" differs")[0] for sentence in said[:5]] == names[5:]
 
 
-def test_a_tolerance_hides_what_is_below_it_and_no_more() -> None:
+def test_a_tolerance_hides_only_smaller_differences() -> None:
     near = changed(1, power=101.0 * (1.0 + 1e-10))
     assert differences(RECORDED, near, 1e-9) == [] and differences(RECORDED, near, 1e-12)
     assert differences(RECORDED, changed(1, power=None), 1e-9)
 
 
-def test_a_record_is_written_on_purpose_and_says_what_moved(
+def test_the_record_command_saves_changes_and_prints_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(tables, "RECORDS", tmp_path)
@@ -102,5 +102,5 @@ def test_a_record_is_written_on_purpose_and_says_what_moved(
     assert record.main(["keyway_g82"]) == 2 and "there is no keyway_g82" in capsys.readouterr().err
 
 
-def test_everything_has_a_record_and_every_record_is_of_something() -> None:
+def test_every_environment_and_program_has_a_record_and_there_are_no_others() -> None:
     assert sorted(path.stem for path in tables.RECORDS.glob("*.npz")) == sorted(record.subjects())

@@ -1,4 +1,4 @@
-"""The ensemble filter: exact where the answer is known, and close to the truth where it is not."""
+"""The ensemble filter is exact where the answer is known, and close to the truth elsewhere."""
 
 import dataclasses
 import math
@@ -33,7 +33,7 @@ PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rai
 FINISHED = dataclasses.replace(
     BLADES, kinds=tuple(dataclasses.replace(kind, rise_allowance=0.0) for kind in BLADES.kinds)
 )
-"""Blades of which only the heat near the finished surface counts."""
+"""Blades scored only by the heat near the finished surface."""
 RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
 
 
@@ -45,7 +45,7 @@ def run(
     given: Given | None = None,
     make: type[BlockSimulation] = BlockSimulation,
 ) -> dict[str, Array]:
-    """Beliefs and truth before every block and after the last one, under random plans; shape (blocks + 1, N)."""
+    """Return beliefs and truth before every block and after the last, under random plans; shape (blocks + 1, N)."""
     simulation = make(task, full=True, pre_dress=True)
     rngs = [np.random.default_rng(seed + i) for i in range(count)]
     episodes, rng = simulation.start(rngs, None if given is None else [given] * count), np.random.default_rng(seed)
@@ -80,9 +80,7 @@ def r2(truth: Array, prediction: Array) -> float:
 
 
 @given(st.integers(0, 10**6), st.integers(3, 40), st.floats(0.05, 5.0), st.floats(-3.0, 3.0))
-def test_an_adjusted_ensemble_has_the_posterior_of_the_normal_case(
-    seed: int, members: int, sigma: float, reading: float
-) -> None:
+def test_adjust_gives_the_exact_gaussian_posterior(seed: int, members: int, sigma: float, reading: float) -> None:
     states = np.random.default_rng(seed).normal(size=(4, members))
     states[1] += 0.7 * states[0]
     mean, covariance = states.mean(axis=1), np.cov(states)
@@ -92,7 +90,7 @@ def test_an_adjusted_ensemble_has_the_posterior_of_the_normal_case(
     np.testing.assert_allclose(np.cov(states), covariance - np.outer(gain, covariance[0]), atol=1e-10)
 
 
-def test_an_ensemble_that_agrees_learns_nothing() -> None:
+def test_adjust_changes_nothing_if_all_members_agree() -> None:
     states = np.array([[2.0, 2.0, 2.0], [0.0, 1.0, 2.0]])
     adjust(states, 0, 5.0, 0.1)
     assert states.tolist() == [[2.0, 2.0, 2.0], [0.0, 1.0, 2.0]]
@@ -109,7 +107,7 @@ READINGS = {
 
 
 @pytest.mark.parametrize("read", READINGS.values(), ids=list(READINGS))
-def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read: tuple[float, float, float]) -> None:
+def test_learn_applies_bayes_rule_to_logarithms_with_the_sensor_noise(read: tuple[float, float, float]) -> None:
     members, noise, rng = 12, 1.5, np.random.default_rng(1)
     level = max(read) or 3000.0
     powers = level * np.exp(0.2 * rng.normal(size=(3, members)))
@@ -142,7 +140,7 @@ def test_learning_is_bayes_rule_in_logarithms_with_the_noise_of_the_sensor(read:
     np.testing.assert_allclose(np.cov(learnt), covariance[: len(learnt), : len(learnt)], atol=1e-9)
 
 
-def test_no_member_is_duller_than_a_wheel_can_be() -> None:
+def test_learn_caps_the_wear_flat_area_at_its_limit() -> None:
     members = 6
     hidden, wheels = np.zeros((members, len(Hidden._fields))), np.ones((members, len(WheelState._fields)))
     area = WheelState._fields.index("A")
@@ -154,7 +152,7 @@ def test_no_member_is_duller_than_a_wheel_can_be() -> None:
     assert wheels[:, area].max() == 0.25
 
 
-def test_the_hypercube_is_one() -> None:
+def test_hypercube_draws_latin_hypercube_samples() -> None:
     samples = hypercube(5, 16)
     assert samples.shape == (5, 16, len(Hidden._fields))
     np.testing.assert_allclose(samples.mean(axis=1), 0.0, atol=1e-12)
@@ -168,11 +166,11 @@ def test_the_hypercube_is_one() -> None:
 
 
 LEAST_DULLED = {"noise": 1.1}
-"""Wear-flat area at its largest over that at its least; of short light grinding it is less."""
+"""Least ratio of the largest to the smallest wear-flat area; short light grinding dulls less."""
 
 
 @pytest.mark.parametrize("name", [*task_names(), nightly("reciprocation"), nightly("wide_plates")])
-def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
+def test_the_belief_is_exact_in_a_task_without_randomness(name: str) -> None:
     # through dresses, pre-dresses, orders, ageing coolant and new wheels
     simulation = find_problem(name).simulation()
     found = run(dataclasses.replace(simulation.task, spread=Spread()), 8, 3, make=type(simulation))
@@ -181,7 +179,7 @@ def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
     assert found["A"].max() > LEAST_DULLED.get(name, 1.2) * found["A"].min()
 
 
-def test_the_material_is_read_where_it_is_shown() -> None:
+def test_the_belief_uses_the_material_that_the_observation_shows() -> None:
     shop = dataclasses.replace(load_task("job_shop"), spread=Spread())
     soft = Given(Fixed(material=float(shop.materials.index("aisi_1020"))))
     found = run(shop, 8, 3, given=soft)
@@ -190,7 +188,7 @@ def test_the_material_is_read_where_it_is_shown() -> None:
 
 
 @pytest.mark.nightly
-def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
+def test_a_wheel_change_widens_the_belief_about_the_wheel() -> None:
     task = load_task("CBN")
     found = run(task, 48, 4)
     diameter = physical(found["observation"], BlockSimulation(task, full=True, pre_dress=True).entries)["diameter"]
@@ -198,18 +196,18 @@ def test_a_new_wheel_makes_the_belief_of_the_wheel_a_guess_again() -> None:
     assert changed.sum() >= 24
     spread = found["growth_spread"]
     assert spread[1:][changed].mean() > spread[:-1][changed].mean() + 0.02
-    # dressed, by a diamond whose first wear flat is not known
+    # the new wheel is dressed by a diamond with an unknown wear flat
     miss = np.abs(found["wear_flat"] - found["A"])[1:][changed]
     assert (miss < 2.0 * found["wear_flat_spread"][1:][changed]).mean() > 0.9
     assert (miss < 0.15 * found["A"][1:][changed]).all()
 
 
-def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
+def test_the_first_belief_is_the_prior_of_the_task() -> None:
     simulation = BlockSimulation(PLATES)
     first = WheelBelief(MemberModel(simulation), 64)
     first.begin(3)
     belief = first.update(simulation.observe(start(simulation, 3)))
-    # variance of a standard normal number that is cut at 1.8
+    # variance of a standard normal number clipped at 1.8
     c = 1.8
     tail = 0.5 * math.erfc(c / math.sqrt(2.0))
     density = math.exp(-0.5 * c * c) / math.sqrt(2.0 * math.pi)
@@ -222,22 +220,22 @@ def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
 
 
 @pytest.mark.nightly
-def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
+def test_a_new_lot_resets_the_belief_about_the_lot() -> None:
     found = run(PLATES, 64, 11)
     new = physical(found["observation"], BlockSimulation(PLATES, full=True, pre_dress=True).entries)["new_lot"] > 0.5
     new[0] = False
     later, known = new[1:], ~new[1:] & ~new[:-1]
     assert later.sum() > 200
-    # 16 members cannot draw it quite independently of what they know of the wheel
+    # 16 members cannot sample the lot quite independently of the wheel
     assert found["growth_spread"][1:][later].min() > 0.7 * PLATES.spread.lot_growth
     assert found["growth_spread"][1:][later].mean() > 0.95 * PLATES.spread.lot_growth
     assert found["growth_spread"][1:][known].mean() < 0.75 * PLATES.spread.lot_growth
     np.testing.assert_allclose(found["pressure"][1:][later], 0.0, atol=1e-3)
-    # the wheel is the same as before the lot: its belief stays
+    # the belief about the wheel stays, for the wheel is the same
     assert np.ptp(found["growth"][1:][later]) > 0.1
 
 
-# undressed, the wheel of the plates dulls only up to a level that the table speed sets: less is seen of its growth
+# without dresses the wheel of the plates dulls to a level set by the table speed, which hides part of its growth
 @pytest.mark.parametrize(
     ("task", "least", "growth"), [(PLATES, 0.88, 0.25), (RAILS, 0.91, 0.5)], ids=["plates", "rails"]
 )
@@ -257,7 +255,7 @@ def test_the_belief_follows_the_wear_better_than_the_formula(task: Task, least: 
 
 
 def test_a_stalled_spindle_does_not_lead_the_belief_astray() -> None:
-    # after a stall the wheel passes above the part: what is read of that says nothing of the wheel
+    # after a stall the wheel passes above the part: these readings say nothing about the wheel
     for task in (PLATES, RAILS):
         found = run(task, 48, 20_000, speeds=(12_000.0, 30_000.0))
         stalled = found["torque"][1:] >= 1.0
@@ -266,7 +264,7 @@ def test_a_stalled_spindle_does_not_lead_the_belief_astray() -> None:
         assert (ratio[stalled] > 0.4).all() and (ratio[stalled] < 2.5).all()
 
 
-# the mean of all explains nothing
+# always predicting the mean would give an R2 of 0
 @pytest.mark.parametrize(("name", "least"), few([("reciprocation", 0.80), ("wide_plates", 0.92)]))
 def test_the_belief_follows_the_wear_under_other_cycles(name: str, least: float) -> None:
     simulation = find_problem(name).simulation()
@@ -276,7 +274,7 @@ def test_the_belief_follows_the_wear_under_other_cycles(name: str, least: float)
     assert 0.85 < np.mean(np.abs(mean - truth) < 2.0 * spread) < 0.98
 
 
-def test_what_a_belief_cannot_follow_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulation_without_compiled_blocks_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = find_problem("oracle6").simulation()
     monkeypatch.setattr(simulation, "compiled", False)
     with pytest.raises(BeliefError, match="oracle6 is not followed by a belief, which grinds compiled blocks: use"):
@@ -293,7 +291,7 @@ def test_what_a_belief_cannot_follow_is_told(monkeypatch: pytest.MonkeyPatch) ->
     ],
     ids=["blades", "CBN", "finish only"],
 )
-def test_the_belief_knows_when_it_burnt(task: Task, speeds: tuple[float, float], least: float) -> None:
+def test_the_belief_estimates_the_probability_of_burn(task: Task, speeds: tuple[float, float], least: float) -> None:
     found = run(task, 96, 30_000, speeds=speeds)
     limits = [task.limits(task.kinds[task.kind_of_block(k)]).rise for k in range(task.blocks)]
     truth = np.array(
@@ -304,7 +302,7 @@ def test_the_belief_knows_when_it_burnt(task: Task, speeds: tuple[float, float],
     )
     assert 0.01 < truth.mean() < 0.5
     assert r2(truth, found["burnt"][1:]) > least
-    # neither more nor less often than it did
+    # burn is believed as often as it occurs
     assert found["burnt"][1:].mean() == pytest.approx(truth.mean(), rel=0.15)
 
 
@@ -329,7 +327,7 @@ def beliefs_of(simulation: Simulation, observations: Array, masks: Array | None 
     return [belief.update(each, mask) for each, mask in zip(observations, masks, strict=True)]
 
 
-def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
+def test_the_belief_of_an_episode_does_not_depend_on_its_neighbours() -> None:
     simulation = BlockSimulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 6, 5)["observation"][:12]
     together = beliefs_of(simulation, observations)
@@ -341,7 +339,7 @@ def test_an_episode_is_believed_alike_whatever_runs_beside_it() -> None:
                 assert x[i] == y[5 - i] == z[0]
 
 
-def test_only_what_is_measured_is_read() -> None:
+def test_the_belief_reads_measured_entries_only() -> None:
     full = BlockSimulation(BLADES, full=True, pre_dress=True)
     observations = run(BLADES, 4, 6)["observation"][:12]
     measured = [k for k, entry in enumerate(full.entries) if entry.noise != "hidden"]
@@ -378,7 +376,7 @@ def test_an_ensemble_needs_two_members() -> None:
         WheelBelief(MemberModel(BlockSimulation(PLATES)), 1)
 
 
-def test_the_entries_are_the_fields_in_order() -> None:
+def test_the_belief_entries_are_the_fields_of_belief_in_order() -> None:
     low, high = bounds(belief_entries())
     assert [entry.name for entry in belief_entries()] == [f"belief_{name}" for name in Belief._fields]
     assert (low < high).all()

@@ -1,4 +1,4 @@
-"""Contours as curves: what a list of trace records runs along, and which part of it lies on a given line or arc."""
+"""Contours as curves: the path of a list of trace records, and its parts on a given line or arc."""
 
 import math
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Run:
         return math.dist(self.flat(self.start), self.centre)
 
     def sweep(self, point: Vector) -> float:
-        """Angle from the start to a point, in the sense of rotation, rad."""
+        """Return the angle from the start to a point in the sense of rotation, rad."""
         assert self.centre is not None
         u, v = self.flat(self.start), self.flat(point)
         begin = math.atan2(u[1] - self.centre[1], u[0] - self.centre[0])
@@ -39,7 +39,7 @@ class Run:
         return self.rotation * (angle - begin) % math.tau
 
     def points(self, count: int = 33) -> list[Vector]:
-        """Points evenly spread along it."""
+        """Return points evenly spread along the motion."""
         shares = [index / (count - 1) for index in range(count)]
         if self.kind != "arc":
             return [tuple(a + s * (b - a) for a, b in zip(self.start, self.end, strict=True)) for s in shares]
@@ -60,7 +60,7 @@ class Run:
         return result
 
     def covers(self, other: "Run", tolerance: float) -> bool:
-        """Whether it runs through the whole of another motion, in the same sense."""
+        """Return whether the motion contains the whole of another one in the same sense."""
         if self.kind != other.kind:
             return False
         if self.kind != "arc":
@@ -93,7 +93,7 @@ class Run:
 
 
 def runs(records: list[dict[str, Any]]) -> list[Run]:
-    """Trace records as runs from the origin; motions without length are left out, straight splits joined."""
+    """Return trace records as runs from the origin, without motions of no length."""
     position: Vector = (0.0, 0.0, 0.0)
     result: list[Run] = []
     for record in records:

@@ -1,4 +1,4 @@
-"""Random programs with random settings of the control: every case follows from an integer."""
+"""Random programs with random settings of the control; a seed determines each case."""
 
 import functools
 import json
@@ -34,7 +34,7 @@ class Case:
     Attributes:
         text: the part program.
         settings: keyword arguments of `Control`, as plain data.
-        actions: what happens at the panel once so many events have come.
+        actions: what the operator does at the panel, by the number of events before it.
     """
 
     text: str
@@ -43,7 +43,7 @@ class Case:
 
 
 def case(seed: int) -> Case:
-    """The program of a seed: one that grinds at random or one of the repository, most of them changed."""
+    """Return the case of a seed: a random grinding program or one of the repository, in most cases mutated."""
     rng = random.Random(seed)
     settings = _settings(rng)
     if rng.random() < 0.3:
@@ -60,7 +60,7 @@ def case(seed: int) -> Case:
 
 
 def _mutated(rng: random.Random, text: str) -> str:
-    """The text after a few changes of blocks, words and characters."""
+    """Return the text after a few changes of blocks, words and characters."""
     for _ in range(rng.choice([1, 1, 2, 4])):
         lines = text.split("\n")
         here, there = rng.randrange(len(lines)), rng.randrange(len(lines))
@@ -149,7 +149,7 @@ def _actions(rng: random.Random) -> tuple[tuple[int, str], ...]:
 
 @functools.cache
 def _seeds() -> list[tuple[str, float]]:
-    """Programs of the repository, with their radius; those that cause a message are among them."""
+    """Return the programs of the repository and of the recorded messages, with their radius."""
     folder = Path(__file__).parents[2]
     index = json.loads((folder / "tests/control/linuxcnc/index.json").read_text())
     radii = {one["ngc"]: one["radius"] for one in index["cases"]}

@@ -1,4 +1,4 @@
-"""Random texts: what the control owes them is motions that hold together, or a `ControlError` with line and column."""
+"""Checks of random programs: the control gives consistent motions or a `ControlError` with line and column."""
 
 import itertools
 import math
@@ -24,22 +24,22 @@ from tests.soak.limits import TooSlowError, limited
 from tests.soak.part import Part, Tried, broken, fallen
 
 SLOW = 2.0
-"""s of processor time that a program may take."""
+"""Processor time permitted for a program, s."""
 WITHOUT_PLACE = {"setting", "file", "hold"}
 """Errors of the settings, the file and the panel; all others point into the program."""
 NEGLIGIBLE = 1e-6
-"""mm or s, above the rounding of coordinates."""
+"""Tolerance above the rounding of coordinates, mm or s."""
 ARC_TOLERANCE = 0.0101
-"""mm by which the ends of an arc may differ in their distance from its centre."""
+"""Permitted difference of the distances of both ends of an arc from its centre, mm."""
 
 
 def attempt(seed: int) -> Tried:
-    """Check and execute the text of a seed."""
+    """Check and execute the program of a seed."""
     return examine(case(seed))
 
 
 def examine(case: Case) -> Tried:
-    """Check and execute a program; how it ended is counted as "done" or by the name of its error."""
+    """Check and execute a program, and count its end as "done" or by the name of its error."""
     shown = f"{case.settings} {case.actions}\n{case.text}"
     try:
         with limited(SLOW):
@@ -54,7 +54,7 @@ def examine(case: Case) -> Tried:
 
 
 def _control(case: Case) -> Control:
-    """The settings of a case; the panel in them serves one execution only."""
+    """Return the settings of a case, with a new panel for one execution."""
     settings = dict(case.settings)
     settings["interrupts"] = tuple(Interrupt(**one) for one in settings.get("interrupts", ()))
     settings["number_format"] = NumberFormat(**settings.get("number_format", {}))
@@ -69,14 +69,14 @@ def _errors(case: Case) -> list[ControlError]:
 
 
 def _broken(case: Case) -> str | None:
-    """The promise that an execution breaks, and where; None if it keeps them all."""
+    """Return the first broken promise and its place, or None if the execution breaks none."""
     control = _control(case)
     events: list[Event] = []
     try:
         for event in _watched(case, control):
             events.append(event)
     except ControlError:
-        pass  # what came before the faulty block must be right
+        pass  # the events before the faulty block must be right
     for earlier, later in itertools.pairwise(event for event in events if not isinstance(event, Pick)):
         if _moment(later) < _moment(earlier) - NEGLIGIBLE:
             return f"events out of order: {earlier} {later}"
@@ -102,7 +102,7 @@ def _broken(case: Case) -> str | None:
 
 
 def _moment(event: Event) -> float:
-    """When a motion ends, or anything else happens, s."""
+    """Return the time of an event, or of the end of a motion, s."""
     return event.finish if isinstance(event, Motion) else event.time
 
 
@@ -112,7 +112,7 @@ def _radius(arc: Arc, point: tuple[float, float, float]) -> float:
 
 
 def _watched(case: Case, control: Control) -> Iterator[Event]:
-    """The events of a case, with its actions at the panel between them; a hold ends after one event."""
+    """Yield the events of a case with its panel actions in between; a hold ends after one event."""
     actions = list(case.actions)
     for count, event in enumerate(execute(read(case.text), control)):
         yield event

@@ -1,4 +1,4 @@
-"""Short ways to run a program text and to say what it did."""
+"""Short functions that run a program and describe its events."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def run(text: str, **settings: object) -> list[control.Event]:
 
 
 def cycles(text: str, **settings: object) -> list[control.Event]:
-    """Events of a program set up as in the worked examples: G19, wheel at X-30, O9100 to dress."""
+    """Return the events of a program set up as in the worked examples: G19, wheel at X-30, O9100 to dress."""
     return run(COMMON + text + DRESS, **{"acceleration": 2000.0, "start": PARKED, **settings})
 
 
@@ -43,7 +43,7 @@ def cycle_ends(events: list[control.Event]) -> list[control.CycleEnd]:
 
 
 def story(events: list[control.Event]) -> str:
-    """Strokes as X230, plunges as y-.01, cross picks as z10, dresses by their cause; nothing else."""
+    """Return strokes as X230, plunges as y-.01, cross picks as z10 and dresses by their cause."""
     words = []
     for event in events:
         if isinstance(event, control.Stroke):

@@ -16,7 +16,7 @@ contours = st.lists(lines | arcs, min_size=2, max_size=6)
 
 
 def block(element: tuple[str, int, int, int], plane: str) -> str:
-    """A line, or a quarter arc whose centre is along the first axis, in incremental words."""
+    """Return the incremental block of a line, or of a quarter arc whose centre lies along the first axis."""
     (first, second), (offset, _) = PLANES[plane]
     code, size, other, sign = element
     if code == "G01":
@@ -25,7 +25,7 @@ def block(element: tuple[str, int, int, int], plane: str) -> str:
 
 
 def path(text: str, radius: float, budget: int = 1000) -> list[Any]:
-    """The trace without the places of the blocks; a refusal as its name."""
+    """Return the trace without block and line numbers; a refusal appears by its name."""
     found: list[Any] = []
     try:
         for event in execute(read(text), Control(radius=radius, block_budget=budget)):
@@ -37,7 +37,7 @@ def path(text: str, radius: float, budget: int = 1000) -> list[Any]:
 
 
 def framed(contour: list[tuple[str, int, int, int]], plane: str, side: str) -> tuple[str, list[str], str]:
-    """The entry, the blocks and the exit of a compensated contour."""
+    """Return the entry, the blocks and the exit of a compensated contour."""
     first, second = PLANES[plane][0]
     head = f"{plane} G91 {side} G01 {first}5. {second}3. F100."
     return head, [block(element, plane) for element in contour], f"G40 G01 {first}30. {second}7.\nM30"
@@ -45,10 +45,10 @@ def framed(contour: list[tuple[str, int, int, int]], plane: str, side: str) -> t
 
 @examples(150)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3), st.data())
-def test_a_contour_in_subprograms(
+def test_a_contour_split_into_subprograms_gives_the_same_path(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int, data: st.DataObject
 ) -> None:
-    """The cut leaves blocks on both sides, or M99, M99 and M98 in a row would be more than compensation survives."""
+    """Both subprograms have motions, because M99, M99 and M98 in a row would end the compensation."""
     cut = data.draw(st.integers(1, len(contour) - 1))
     head, blocks, tail = framed(contour, plane, side)
     inline = "\n".join([head, *blocks * times, tail])
@@ -60,10 +60,10 @@ def test_a_contour_in_subprograms(
 
 @examples(100)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3))
-def test_m99_in_the_block_of_the_last_motion(
+def test_m99_in_the_last_motion_block_gives_the_same_path(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int
 ) -> None:
-    """Blocks behind the M99 are never executed, so they must not be what the last motion is joined to."""
+    """Blocks after the M99 are never executed, so the last motion must not be joined to them."""
     first, second = PLANES[plane][0]
     head, blocks, tail = framed(contour, plane, side)
     called = [head, f"M98 P1 L{times}", tail, "O1", *blocks]
@@ -72,7 +72,7 @@ def test_m99_in_the_block_of_the_last_motion(
     assert path(shared, 1.0) == path(own, 1.0)
 
 
-def test_a_restart_by_m99_leads_to_the_work_system_that_the_program_sets_first() -> None:
+def test_a_g92_after_an_m99_restart_makes_the_last_motion_the_exit_move() -> None:
     """The G92 after the restart makes the motion in the block of the M99 the exit move (lathe 21-51)."""
     blocks = ["G19 G91 F60.", "G92 Y48.57", "G42 Y5.", "Z-26.", "{} Y13. Z-39. {}"]
     arc = "\n".join(blocks).format("M99 G03", "R25.")

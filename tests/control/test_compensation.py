@@ -1,4 +1,4 @@
-"""Radius compensation of whole programs: the worked examples E1 to E11, and what the state machine promises."""
+"""Radius compensation of whole programs: the worked examples E1 to E11, and the rules of entry, lapse and exit."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 def path(text: str, radius: float = 2.0, **settings: object) -> list[Point]:
-    """Ends (Z, X) of the motions of a program."""
+    """Return the ends (Z, X) of the motions of a program."""
     moves = motions(text, **{"radius": radius, **settings})
     return [(move.end[2], move.end[0]) for move in moves]
 
@@ -28,7 +28,7 @@ def generated(moves: list[Motion]) -> list[Motion]:
 E1 = "N10 G00 Z0 X0; N20 G41 G01 Z10 X10 T0101 F100; N30 Z30; N40 X20; N50 Z50; N60 G40 Z60 X30;"
 
 
-def test_e1_inside_and_outside_corner() -> None:
+def test_e1_a_contour_is_offset_at_inside_and_outside_corners() -> None:
     assert close(path(E1), [(10, 12), (28, 12), (28, 22), (50, 22), (60, 30)])
 
 
@@ -45,7 +45,7 @@ def test_e2_the_entry_depends_on_the_next_move_only(text: str, entry: Point) -> 
     assert entry in [pytest.approx(point, abs=1e-4) for point in path(text)]
 
 
-def test_e3_entry_onto_an_arc() -> None:
+def test_e3_an_entry_may_lead_onto_an_arc() -> None:
     text = "G42 G01 Z20 X10 F100; G03 Z30 X20 K0 I10; G40 G01 Z40 X40"
     moves = motions(text, radius=2.0)
     assert (moves[0].end[2], moves[0].end[0]) == pytest.approx((20, 8))
@@ -54,7 +54,7 @@ def test_e3_entry_onto_an_arc() -> None:
 
 
 @pytest.mark.parametrize(("code", "leaves_at"), [("G41", 28.0), ("G42", 32.0)])
-def test_e4_exit_after_an_arc(code: str, leaves_at: float) -> None:
+def test_e4_an_exit_after_an_arc_must_be_straight(code: str, leaves_at: float) -> None:
     text = f"{code} G01 Z20 X10 F100; G03 Z30 X20 K0 I10; G40 G01 Z40 X40"
     assert close(path(text)[1:], [(leaves_at, 20), (40, 40)])
     error = refusal(text.replace("G40 G01 Z40 X40", "G40 G02 Z40 X40 R30"), radius=2.0)
@@ -64,7 +64,7 @@ def test_e4_exit_after_an_arc(code: str, leaves_at: float) -> None:
 E5 = "N1 G00 Z-5 X5; {}N2 G42 G01 Z0 F100; N3 Z20; N4 X12; N5 Z8 X-3; N6 G40 Z0 X-10;"
 
 
-def test_e5_a_sharp_outside_corner() -> None:
+def test_e5_a_sharp_outside_corner_gets_a_line_or_with_g39_1_an_arc() -> None:
     straight = motions(E5.format(""), radius=1.0)
     found = [(move.end[2], move.end[0]) for move in straight[1:]]
     assert close(found, [(0, 4), (21, 4), (21, 13), (19.8438, 13.4056), (7.2191, -2.3753), (0, -10)])
@@ -90,12 +90,12 @@ def test_e5_a_sharp_outside_corner() -> None:
         ("K-5", (12, 2)),
     ],
 )
-def test_e6_exit_with_a_vector(words: str, end: Point, kind: str) -> None:
+def test_e6_a_vector_in_the_exit_block_shifts_the_last_point(words: str, end: Point, kind: str) -> None:
     text = f"G41 G01 Z.001 F100; Z10; G40 Z15 X10 {words}"
     assert close(path(text, compensation_type=kind)[1:], [end, (15, 10)])
 
 
-def test_e7_too_many_blocks_without_motion() -> None:
+def test_e7_too_many_blocks_without_motion_end_the_lookahead() -> None:
     text = "G41 G01 Z.001 F100; Z10; {}X10; Z20"
     assert close(path(text.format(""))[1:3], [(8, 2), (8, 12)])
     assert close(path(text.format("M08; M09; "))[1:3], [(8, 2), (8, 12)])
@@ -103,7 +103,7 @@ def test_e7_too_many_blocks_without_motion() -> None:
     assert close(path(text.format("M08; "), non_motion_blocks=0)[1:3], [(10, 2), (10, 12)])
 
 
-def test_e8_change_of_side() -> None:
+def test_e8_a_change_of_side_generates_a_block() -> None:
     moves = motions("G41 G01 Z.001 F100; Z10; G42 Z20; Z30", radius=2.0)
     assert close([(move.end[2], move.end[0]) for move in moves[1:]], [(10, 2), (10, -2), (20, -2), (30, -2)])
     assert [move.block for move in generated(moves)] == [1]
@@ -117,7 +117,7 @@ def test_e8_change_of_side() -> None:
         ("Z20 X10; X20", [(8.5858, 1.4142)]),
     ],
 )
-def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
+def test_e9_a_type_b_entry_runs_round_an_outside_corner(after: str, points: list[Point]) -> None:
     moves = path(f"G41 G01 Z10 F100; {after}", compensation_type="B")
     assert close(moves[: len(points)], points)
 
@@ -130,7 +130,7 @@ def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
         ("Z20 X8", [(10, 2), (20, 8)]),
     ],
 )
-def test_e9_type_b_exit(to: str, points: list[Point]) -> None:
+def test_e9_a_type_b_exit_runs_round_an_outside_corner(to: str, points: list[Point]) -> None:
     text = f"G41 G01 Z.001 F100; Z10; G40 {to}"
     assert close(path(text, compensation_type="B")[1:], points)
     assert close(path(text)[1:], [(10, 2), points[-1]])
@@ -139,7 +139,7 @@ def test_e9_type_b_exit(to: str, points: list[Point]) -> None:
 @pytest.mark.parametrize(
     ("code", "corner", "radius", "feed"), [("G41", (9.4641, 1), 4.0, 80.0), ("G42", (10.4721, -1), 6.0, 100.0)]
 )
-def test_e10_line_to_arc_and_its_feed(code: str, corner: Point, radius: float, feed: float) -> None:
+def test_e10_only_an_inside_arc_is_slowed(code: str, corner: Point, radius: float, feed: float) -> None:
     text = f"{code} G01 Z.001 F100; Z10; G03 Z6 X8 K-4 I3; G40 G01 Z-10 X8"
     moves = motions(text, radius=1.0)
     assert (moves[1].end[2], moves[1].end[0]) == pytest.approx(corner, abs=1e-4)
@@ -175,7 +175,7 @@ def test_t_selects_radius_and_length() -> None:
     assert whole == [pytest.approx((z + 1.0, x)) for z, x in path(text.format(""))]
 
 
-def test_t0000_goes_on_with_radius_zero() -> None:
+def test_t0000_continues_with_radius_zero() -> None:
     assert path("T0000; " + E1.replace("T0101", "")) == path("G00 Z0 X0; G01 Z10 X10 F1; Z30; X20; Z50; Z60 X30")
     assert close(path(CONTOUR.format("T0000 "))[1:], [(28, 2), (30, 20), (50, 20), (50, 30)])
 
@@ -206,13 +206,13 @@ def test_g40_may_stand_before_the_exit_move(exit_: str) -> None:
     assert path(E1.replace("G40 Z60 X30", exit_)) == path(E1)
 
 
-def test_the_control_leaves_by_itself_when_no_exit_move_comes() -> None:
+def test_the_control_ends_compensation_by_itself_without_an_exit_move() -> None:
     moves = motions(E1.replace("G40 Z60 X30", "G40; M08; M09; M08; Z60 X30"), radius=2.0)
     assert close([(m.end[2], m.end[0]) for m in moves[-3:]], [(50, 22), (50, 20), (60, 30)])
     assert [move.end for move in generated(moves)] == [pytest.approx((20, 0, 50))]
 
 
-def test_the_program_ends_without_a_further_move() -> None:
+def test_compensation_at_the_program_end_adds_no_move() -> None:
     assert close(path("G41 G01 Z10 F100; Z30; M30"), [(10, 2), (30, 2)])
 
 
@@ -227,7 +227,7 @@ def test_g28_is_an_exit_move() -> None:
     assert close(found, [(10, 2), (30, 2), (40, 10), (60, 50), (30, 3), (20, 3), (10, 3)])
 
 
-def test_a_lapsed_compensation_enters_anew_after_g40() -> None:
+def test_moves_after_a_lapse_and_g40_are_uncompensated() -> None:
     assert close(path("G41 G01 Z10 F100; Z30; M08; M08; M08; G40 X10; Z40")[1:], [(30, 2), (30, 10), (40, 10)])
 
 
@@ -242,7 +242,7 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
     ]
 
 
-def test_a_fault_of_another_block_names_where_that_one_stands(tmp_path: Path) -> None:
+def test_a_fault_in_another_block_names_its_line_column_or_file(tmp_path: Path) -> None:
     short = "the line of 1.0000 mm in {} is too short for a radius of 2.0000 mm"
     lines = refusal("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", radius=2.0)
     assert (lines.line, lines.message.partition(" in its corners")[0]) == (4, short.format("line 3"))
@@ -259,7 +259,7 @@ def test_a_fault_of_another_block_names_where_that_one_stands(tmp_path: Path) ->
     assert (own.line, " in line" in own.message) == (2, False)
 
 
-def test_m800_switches_the_detection_off_and_m801_on() -> None:
+def test_m800_switches_error_detection_off_and_m801_on() -> None:
     text = "G41 G01 Z10 F100\n{}Z30\nX1\nZ0\nG40 X9"
     assert refusal(text.format("M801 "), radius=2.0).name == "backwards-motion"
     assert len(path(text.format("M800 "))) == 5
@@ -267,7 +267,7 @@ def test_m800_switches_the_detection_off_and_m801_on() -> None:
     assert refusal(small, radius=2.0).name == "circular-departure-too-small"
 
 
-def test_strict_entries_move_both_axes() -> None:
+def test_a_strict_entry_must_move_both_axes() -> None:
     assert refusal("G41 G01 Z10 F100; Z20", radius=2.0, strict_entry_both_axes=True).name == "block-format"
     assert path("G41 G01 Z10 X5 F100; Z20", strict_entry_both_axes=True)
 
@@ -278,7 +278,7 @@ def test_contours_run_beside_reciprocation_of_another_axis() -> None:
     assert close([(m.end[2], m.end[0]) for m in lines], path(E1))
 
 
-def test_a_dress_forgets_the_compensation_and_enters_again() -> None:
+def test_a_dress_cancels_the_compensation_which_enters_again_after_it() -> None:
     text = "G81 Y30. J0 E60000. P9\nG41 G01 Z10. F100.\nZ30.\nZ50.\nX20.\nG40 Z60.\nM30\nO9\nG00 X50.\nM99"
     moves = [m for m in motions(text, radius=2.0, operator_dress_at=(8.0,)) if m.source is not Source.CYCLE]
     found = [(m.end[2], m.end[0], m.source.value) for m in moves]
@@ -291,7 +291,7 @@ def test_a_dress_forgets_the_compensation_and_enters_again() -> None:
     ]
 
 
-def test_the_wheel_radius_of_entry_33_is_followed_as_it_changes() -> None:
+def test_compensation_follows_changes_of_the_wheel_radius_in_entry_33() -> None:
     execution = execute(read("T3300 G41 G01 Z10 F100; Z30; Z50; G40 X30"), Control(radii={33: 100.0}))
     ends = []
     for event in execution:

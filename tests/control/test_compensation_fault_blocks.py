@@ -1,7 +1,7 @@
-"""The block at which a compensated contour is refused, as LinuxCNC's rs274 2.9 refuses the same program.
+"""Blocks at which compensated contours are refused, compared with LinuxCNC's rs274 2.9.
 
-An offset path turns out to be impossible only when the block behind it is read, so both controls name that block;
-an arc that is too small, and a circular exit, are refused in their own block.
+An impossible offset path is found only when the next block is read, so both controls name the next block.
+An arc that is too small and a circular exit are refused in their own block.
 """
 
 import pytest
@@ -37,6 +37,6 @@ TOO_SMALL = "circular-departure-too-small"
         ("G41", 2.0, "N40 X0.0\nN50 G18 G01 X10.0 Z10.0\nN60 G40 X20.0", "block-format", 50),
     ],
 )
-def test_the_block_refused(side: str, radius: float, blocks: str, name: str, block: int) -> None:
+def test_contours_are_refused_as_in_linuxcnc(side: str, radius: float, blocks: str, name: str, block: int) -> None:
     error = refusal(LEAD_IN.format(side) + blocks, radius=radius)
     assert (error.name, error.block) == (name, block)

@@ -1,4 +1,4 @@
-"""What the trace of a compensated program promises whatever the contour, side and plane."""
+"""Properties of compensated paths for random contours, sides and planes."""
 
 import cmath
 import itertools
@@ -17,11 +17,11 @@ from tests.examples import examples
 
 START = -30.0 - 7j
 WORD = 2e-3
-"""mm that three decimals in end and centre leave uncertain."""
+"""Uncertainty left by three decimals in ends and centres, mm."""
 APART = 4.0
-"""Radii between two elements that cannot come in each other's way: the centre keeps one from either and stands up to
-2.4 from its own element, where the offsets of two arcs meet at right angles outside. Points one radius apart see it:
-between two of them an element comes no more than half a radius nearer."""
+"""Distance in radii beyond which two elements cannot interfere. The centre keeps one radius from each element and is up
+to 2.4 from its own one where the offsets of two arcs meet at right angles outside. Points one radius apart suffice:
+between two points, an element comes at most half a radius nearer."""
 LETTERS = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 planes = st.sampled_from(sorted(LETTERS))
 sides = st.sampled_from(["G41", "G42"])
@@ -29,7 +29,7 @@ sides = st.sampled_from(["G41", "G42"])
 
 @dataclass(frozen=True)
 class Piece:
-    """A programmed element: it turns, then runs straight (bend 0) or bends by an angle at a radius, degrees and mm."""
+    """A programmed element: a turn, then a line (bend 0) or an arc of a bend and a radius, degrees and mm."""
 
     turn: float
     size: float
@@ -49,7 +49,7 @@ class Element:
     rotation: int
 
     def distance(self, point: complex) -> float:
-        """Distance of a point from the element."""
+        """Return the distance of a point from the element."""
         if self.centre is None:
             way = self.end - self.start
             share = ((point - self.start) * way.conjugate()).real / abs(way) ** 2
@@ -62,7 +62,7 @@ class Element:
         return min(abs(point - self.start), abs(point - self.end))
 
     def points(self, apart: float) -> list[complex]:
-        """Points along it, mm apart at most, both ends among them."""
+        """Return points along the element, both ends included, at most `apart` mm from each other."""
         if self.centre is None:
             way = self.end - self.start
             count = math.ceil(abs(way) / apart)
@@ -75,7 +75,7 @@ class Element:
         ]
 
     def reversed(self) -> "Element":
-        """The same run the other way round."""
+        """Return the element in the opposite direction."""
         return Element(self.end, self.start, self.centre, -self.rotation)
 
 
@@ -84,7 +84,7 @@ def rounded(point: complex) -> complex:
 
 
 def elements(pieces: list[Piece]) -> list[Element]:
-    """The contour from the origin along the first axis, its points rounded as words are."""
+    """Return the contour from the origin along the first axis, with points rounded as in words."""
     position, heading, result = 0j, 1.0 + 0j, []
     for index, piece in enumerate(pieces):
         heading *= cmath.rect(1.0, math.radians(piece.turn)) if index else 1.0
@@ -117,7 +117,7 @@ def text(path: list[Element], side: str, plane: str, corner: str = "G39") -> str
 
 
 def records_of(program: str, plane: str, radius: float, start: complex) -> list[dict[str, Any]]:
-    """The trace of a program; contours that cannot be compensated do not count."""
+    """Return the trace of a program; skip contours that cannot be compensated."""
     first, second = FIRST_AND_SECOND[plane]
     position = [0.0, 0.0, 0.0]
     position[first], position[second] = start.real, start.imag
@@ -131,7 +131,7 @@ def records_of(program: str, plane: str, radius: float, start: complex) -> list[
 
 
 def trace(program: str, plane: str, radius: float, start: complex = START) -> list[Run]:
-    """The runs of a program without entry and exit."""
+    """Return the runs of a program without entry and exit."""
     return runs(records_of(program, plane, radius, start))[2:-1]
 
 
@@ -174,7 +174,7 @@ def test_a_contour_that_comes_back_to_itself_is_followed(
 
 
 def followed(path: list[Element], side: str, plane: str, radius: float, corner: str) -> list[tuple[int, list[complex]]]:
-    """Number of the element of each motion, and points of its way; every element has one, at one radius from it."""
+    """Return element number and points of each motion; require one motion per element, one radius from it."""
     records = records_of(text(path, side, plane, corner), plane, radius, START)
     found, programmed = [], []
     for run, motion in zip(runs(records)[2:-1], records[2:-1], strict=True):
@@ -189,20 +189,20 @@ def followed(path: list[Element], side: str, plane: str, radius: float, corner: 
 
 
 def stays_apart(path: list[Element], radius: float) -> bool:
-    """Whether the elements next to each other run away from their corner on both sides."""
+    """Return whether neighbouring elements run away from their corner on both sides."""
     return all(
         opens(one, next_, radius) and opens(next_, one.reversed(), radius) for one, next_ in itertools.pairwise(path)
     )
 
 
 def opens(first: Element, second: Element, radius: float) -> bool:
-    """Whether the second element runs away from the first one until `APART` lies between them, and stays there."""
+    """Return whether the distance from the first element grows along the second one, up to `APART` radii."""
     gaps = [min(first.distance(point), APART * radius) for point in second.points(radius)]
     return gaps == sorted(gaps)
 
 
 def beyond(element: Element, point: complex) -> bool:
-    """Whether a point lies past an end of an element, where the path leads on to a corner."""
+    """Return whether a point lies past an end of an element, where the path leads to a corner."""
     return min(abs(point - element.start), abs(point - element.end)) <= element.distance(point) + 1e-9
 
 
@@ -235,7 +235,7 @@ def transformed(path: list[Element], change: Callable[[complex], complex], flip:
 )
 @examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0))
-def test_the_path_follows_the_contour(
+def test_the_path_is_translated_turned_and_mirrored_with_its_contour(
     change: Callable[[complex], complex], flip: bool, pieces: list[Piece], side: str, plane: str, radius: float
 ) -> None:
     path = elements(pieces)
@@ -254,7 +254,7 @@ def test_the_path_follows_the_contour(
 
 @examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0), data=st.data())
-def test_splitting_a_line_changes_nothing(
+def test_splitting_a_line_does_not_change_the_path(
     pieces: list[Piece], side: str, plane: str, radius: float, data: st.DataObject
 ) -> None:
     pieces = [

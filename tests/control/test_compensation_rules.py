@@ -1,4 +1,4 @@
-"""Rules of the radius compensation beyond the worked examples: which block is an entry, an exit, a generated one."""
+"""Rules of the radius compensation beyond the worked examples: entry, exit and generated blocks."""
 
 import math
 
@@ -16,7 +16,7 @@ def moved(text: str, **settings: object) -> list[Motion]:
 
 
 def path(text: str, **settings: object) -> list[Point]:
-    """Ends (Z, X) of the motions of a program."""
+    """Return the ends (Z, X) of the motions of a program."""
     return [(move.end[2], move.end[0]) for move in moved(text, **settings)]
 
 
@@ -60,7 +60,7 @@ def test_type_a_exit_is_the_same_for_every_angle(degrees: int, code: str, side: 
 @pytest.mark.parametrize(
     "words", ["{t} G41 G01 Z10. X5. F60.", "{t}\nG41 G01 Z10. X5. F60.", "G41\n{t}\nG01 Z10. X5. F60."]
 )
-def test_t_stands_before_in_or_after_the_block_of_g41(words: str) -> None:
+def test_t_may_stand_before_in_or_after_the_g41_block(words: str) -> None:
     text = words.format(t="T0101") + "\nZ30.\nG40 X9."
     assert path(text, radius=9.0, radii={1: RADIUS})[0] == pytest.approx((10.0, 5.0 + RADIUS))
 

@@ -41,7 +41,7 @@ def test_translated_coordinates_translate_the_motions(dx: int, dy: int, dz: int)
 
 
 @given(st.floats(0.01, 500), st.floats(0.1, 1000), st.floats(10, 5000), st.floats(0, 1))
-def test_the_profile_is_symmetric_and_ends_with_the_motion_time(
+def test_the_motion_profile_is_symmetric_and_lasts_the_motion_time(
     length: float, speed: float, acceleration: float, part: float
 ) -> None:
     total = motion_time(length, speed, acceleration)
@@ -52,7 +52,7 @@ def test_the_profile_is_symmetric_and_ends_with_the_motion_time(
     assert ramp_time(length, speed, acceleration) <= total / 2 * (1 + 1e-12)
 
 
-def test_events_come_in_the_order_in_which_they_end() -> None:
+def test_motions_come_in_the_order_of_their_ends() -> None:
     events = list(execute(read(COMMON + "G81 X230. I-30. E12000.\n" + "G91 G01 Z3. F500.\nG04 P.3\n" * 9)))
     finishes = [event.finish for event in events if isinstance(event, Motion) and not isinstance(event, Pick)]
     assert finishes == sorted(finishes) and len(finishes) == 18 + 10
@@ -67,7 +67,7 @@ def test_a_pick_follows_its_stroke_whichever_ends_last(feed: float, last: str) -
     assert list(ends[last]) == sorted(ends[last])
 
 
-def test_a_hold_before_a_stroke_beside_a_motion_has_the_time_of_that_stroke() -> None:
+def test_a_hold_before_a_stroke_has_the_begin_time_of_the_stroke() -> None:
     control, events = Control(), []
     for event in execute(read(COMMON + "G81 X230. I-30. E12000.\nG01 Z9. F60.\nM30"), control):
         events.append(event)

@@ -36,7 +36,7 @@ def test_g10_l2_loads_a_system_without_motion() -> None:
 @pytest.mark.parametrize(
     ("mode", "word", "x"), [("G07", "", 5.0), ("G08", "", 2.5), ("G07", "O2", 2.5), ("G08", "O1", 5.0)]
 )
-def test_g10_radius_or_diameter(mode: str, word: str, x: float) -> None:
+def test_g10_reads_x_as_radius_or_diameter(mode: str, word: str, x: float) -> None:
     assert ends(f"{mode} G10 L2 P1 {word} X5.\nG07 G00 X0.")[0][0] == x
 
 
@@ -54,7 +54,7 @@ def test_g92_gives_the_present_position_new_coordinates() -> None:
     ]
 
 
-def test_g28_and_g30_go_by_way_of_the_intermediate_point_and_g29_comes_back() -> None:
+def test_g28_and_g30_pass_the_intermediate_point_and_g29_returns_by_it() -> None:
     start = "G00 X50. Y50. Z50.\n"
     assert ends(start + "G28 X40. Z40.", reference_points=REFERENCE)[1:] == [(40.0, 50.0, 40.0), (1.0, 50.0, 3.0)]
     assert ends(start + "G91 G30 Y-1.", reference_points=REFERENCE)[1:] == [(50.0, 49.0, 50.0), (50.0, 20.0, 50.0)]
@@ -84,7 +84,7 @@ def test_reversal_points_move_in_the_work_system() -> None:
     assert {330.0, 65.0, 300.0} == {stroke.end[0] for stroke in strokes(events)} - {70.0}
 
 
-def test_diameters_halve_x_and_leave_the_integrand() -> None:
+def test_diameter_mode_halves_x_but_not_i() -> None:
     assert ends("G08 G00 X50. Z-10.") == [(25.0, 0.0, -10.0)]
     assert ends("G08 G91 G00 X5.\nG07 X5.") == [(2.5, 0.0, 0.0), (7.5, 0.0, 0.0)]
     arc = motions("G08 G03 X20. Z10. I10. K0 F100.")[0]

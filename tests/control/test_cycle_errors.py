@@ -27,7 +27,7 @@ GOOD = "X230. I-30. Y-.1 J-.01 F6. E12000. P9100"
         ("N7 G83 X230. Y-.1 J-.01 Z10. K1. R-1. F6. E12000.", "pick-direction", "R-1."),
     ],
 )
-def test_section_7(block: str, name: str, word: str) -> None:
+def test_a_faulty_cycle_word_is_refused_by_name_block_and_column(block: str, name: str, word: str) -> None:
     error = refusal(COMMON + block + "\nM30" + DRESS, start=PARKED)
     assert (error.name, error.block, error.line) == (name, 7, 2)
     assert error.column == block.index(word) + 1
@@ -36,19 +36,19 @@ def test_section_7(block: str, name: str, word: str) -> None:
 @pytest.mark.parametrize(
     ("block", "name"), [("G17 G82 Z5. X1. I1. F1.", "axis-conflict"), ("G01 F1. J5.", "block-format")]
 )
-def test_while_reciprocating(block: str, name: str) -> None:
+def test_a_faulty_block_beside_reciprocation_is_refused(block: str, name: str) -> None:
     error = refusal(COMMON + "G81 X230. I-30. E12000.\n" + block, start=PARKED)
     assert (error.name, error.line) == (name, 3)
 
 
-def test_a_dress_program_counts_as_a_level() -> None:
+def test_a_dress_program_counts_as_a_nesting_level() -> None:
     text = "M98 P1\nM30\nO1\nM98 P2\nM99\nO2\nM98 P3\nM99\nO3\n{}\nM99\nO5\nM99"
     cycle = "G19 G81.1 X9. E100. P5"
     assert refusal(text.format("M98 P4") + "\nO4\n" + cycle + "\nM99").name == "nesting"
     assert refusal(text.format(cycle + "\nZZ")).name == "number-format"
 
 
-def test_zero_depth_makes_the_strokes_without_picks_or_dresses() -> None:
+def test_a_cycle_of_zero_depth_has_strokes_but_no_picks_or_dresses() -> None:
     events = cycles("G82 X230. I-30. Y0 J.01 L2 F6. E12000. P9100 D3\nM30")
     assert story(events) == "X230 X-30 X230"
     assert refusal(COMMON + "G82 X230. Y0 J0 F6. E12000.").name == "zero-pick"
@@ -61,7 +61,7 @@ def test_q0_and_r0_skip_their_picks() -> None:
     )
 
 
-def test_without_coverage_the_spark_out_follows_at_once() -> None:
+def test_the_spark_out_follows_at_once_without_a_coverage_pass() -> None:
     block = "X230. I-30. Y-.02 J-.01 L1 F6. E12000."
     assert story(cycles(f"G82 {block}\nM30", coverage_pass=False)) == "X230 y-0.01 X-30 y-0.02 X230"
     assert story(cycles(f"G83 {block} Z10. K10.\nM30", coverage_pass=False)) == (
@@ -73,7 +73,7 @@ def test_g83_without_a_crossover_plunges_at_every_reversal() -> None:
     assert story(cycles("G83 X230. I-30. Y-.03 J-.02 Q-.01 Z0 K0 F6. E12000.\nM30")) == ("X230 y-0.02 X-30 y-0.03 X230")
 
 
-def test_memory_is_kept_per_role() -> None:
+def test_a_cycle_remembers_words_by_the_role_of_their_axis() -> None:
     events = cycles("G82 X230. I-30. Y-.02 J-.01 L1 F6. E12000.\nG80\nG17\nG82 X-29. I1.\nM30")
     second = plans(events)[1].plan
     assert (second.axis, second.primary, second.secondary) == (2, 230.0, -30.0)
@@ -89,7 +89,7 @@ def test_memory_is_kept_per_role() -> None:
         ("G82 X230. Y-.1 J-.01 F6. E.0005", "E.0005 is no feedrate; it must be 0.001 or more"),
     ],
 )
-def test_a_sentence_shows_the_word_and_the_remedy(block: str, words: str) -> None:
+def test_an_error_message_shows_the_word_and_the_remedy(block: str, words: str) -> None:
     assert words in refusal(COMMON + block, start=PARKED).message
 
 

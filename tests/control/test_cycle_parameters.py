@@ -1,4 +1,4 @@
-"""The words of the grinding cycles: what each means, what it may be, and where it comes from when left out."""
+"""The words of the grinding cycles: their meanings, ranges and values when omitted."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def last_plan(text: str, **settings: object) -> CyclePlan:
 
 
 @pytest.mark.parametrize(("axis", "integrand"), ["XI", "YJ", "ZK"])
-def test_the_three_forms_of_g81(axis: str, integrand: str) -> None:
+def test_g81_takes_each_axis_with_its_own_integrand(axis: str, integrand: str) -> None:
     (start,) = plans(run(f"G81 {axis}40. {integrand}-5. E600. P9100" + DRESS))
     plan = start.plan
     assert (plan.axis, plan.primary, plan.secondary, plan.feed, plan.program) == (
@@ -28,7 +28,7 @@ def test_the_three_forms_of_g81(axis: str, integrand: str) -> None:
     assert refusal(f"G81 {axis}40. {foreign}-5. E600.").name == "block-format"
 
 
-def test_what_g81_leaves_out_comes_from_the_last_cycle() -> None:
+def test_g81_takes_omitted_words_from_the_last_cycle() -> None:
     first = "G81 X230. I-20. E12000. P9100\nG80\n"
     plan = last_plan(first + "G81 X200.")
     assert (plan.primary, plan.secondary, plan.feed, plan.program) == (200.0, -20.0, 12000.0, 9100)
@@ -37,7 +37,7 @@ def test_what_g81_leaves_out_comes_from_the_last_cycle() -> None:
 
 
 @pytest.mark.parametrize("code", ["G82", "G83"])
-def test_what_is_left_out_comes_from_the_last_cycle(code: str) -> None:
+def test_g82_and_g83_take_omitted_words_from_the_last_cycle(code: str) -> None:
     first = {"G82": G82, "G83": G83}[code]
     before, after = (start.plan for start in plans(cycles(f"{first} P9100\nG80\nG00 X-30. Y0 Z0\n{code}" + "\nM30")))
     for name in ("axis", "primary", "secondary", "depth_target", "primary_pick", "cross_end", "primary_cross_pick"):
@@ -51,7 +51,7 @@ def test_e_is_read_like_f() -> None:
     assert refusal(COMMON + "G81 X9. E123456.").name == "number-format"
 
 
-def test_f_of_the_block_stands_in_for_e() -> None:
+def test_f_of_the_block_replaces_a_missing_e() -> None:
     assert last_plan("F300.\nG82 X230. Y-.02 J-.01 F60.").feed == 60.0
 
 
@@ -89,7 +89,7 @@ def test_every_cycle_has_a_form_with_pre_dress(block: str) -> None:
     assert first.source.value == "dress"
 
 
-def test_the_dress_program_is_that_of_p() -> None:
+def test_p_names_the_dress_program() -> None:
     events = cycles(f"{G82} D1 P7\nG82.1 Y-.04 P9100\nM30\nO7\nM99\n")
     assert [(event.program, event.cause) for event in events if isinstance(event, DressStart)] == [
         (7, "auto"),
@@ -97,14 +97,14 @@ def test_the_dress_program_is_that_of_p() -> None:
     ]
 
 
-def test_g81_reciprocates_and_nothing_else() -> None:
+def test_g81_only_reciprocates() -> None:
     events = cycles("G81 X230. I-30. E12000. P9100\n", strokes=5)
     assert story(events) == "X230 X-30 X230 X-30 X230"
     assert {stroke.end[1:] for stroke in strokes(events)} == {(0.0, 0.0)}
 
 
 @pytest.mark.parametrize("block", ["G81 X230. E12000.", G82, G83])
-def test_no_other_axis_moves_but_by_picks(block: str) -> None:
+def test_other_axes_move_only_by_picks(block: str) -> None:
     events = cycles(f"{block}\nM30")
     moved = sorted((pick.axis, pick.kind) for pick in picks(events))
     assert set(moved) <= {(1, "plunge"), (2, "cross")}
@@ -118,13 +118,13 @@ def test_depth_and_crossover_are_absolute_or_incremental(mode: str, depth: float
 
 
 @pytest.mark.parametrize("mode", ["G90", "G91"])
-def test_picks_are_incremental_always(mode: str) -> None:
+def test_picks_are_always_incremental(mode: str) -> None:
     plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83} Q-.01 R5.\nM30")
     found = (plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)
     assert found == (0.02, 0.01, 10.0, 5.0)
 
 
-def test_q_and_r_of_g83() -> None:
+def test_q_and_r_of_g83_are_the_secondary_picks_and_default_to_j_and_k() -> None:
     text = f"{G83} Q-.01 R5.\nG80\nG00 X-30. Y0 Z0\nG83 J-.005 K2.\nM30"
     first, second = (start.plan for start in plans(cycles(text)))
     assert (first.secondary_pick, first.secondary_cross_pick) == (0.01, 5.0)
@@ -141,7 +141,7 @@ def test_a_cycle_takes_over_at_once_at_the_secondary_point() -> None:
     )
 
 
-def test_words_of_a_cycle_wait_for_its_take_over() -> None:
+def test_words_of_a_new_cycle_act_from_its_first_stroke() -> None:
     made = strokes(cycles("G81 X230. I-30. E12000.\nG04 P.5\nG81 X100. I-10. E6000.\n", strokes=2))
     assert [(stroke.end[0], stroke.feed) for stroke in made] == [
         (230.0, 12000.0),
@@ -152,19 +152,19 @@ def test_words_of_a_cycle_wait_for_its_take_over() -> None:
 
 
 def test_defaults_are_not_remembered() -> None:
-    # neither the start point that stood in for I nor the F that stood in for E
+    # neither the start point used for a missing I nor the F used for a missing E
     text = "F300.\nG81 X230.\nG80\nG00 X-5.\nF500.\nG81 X230."
     first, second = (start.plan for start in plans(cycles(text, strokes=1)))
     assert (first.secondary, first.feed) == (-30.0, 300.0)
     assert (second.secondary, second.feed) == (-5.0, 500.0)
 
 
-def test_an_i_of_a_plain_block_is_remembered() -> None:
+def test_an_i_in_a_block_without_a_cycle_code_is_remembered() -> None:
     text = "G81 X230. I-30. E12000.\nI-60.\nG91 I5.\nG90 G80\nG81 X230."
     assert last_plan(text).secondary == -55.0
 
 
-def test_an_integrand_alone_names_the_axis() -> None:
+def test_an_integrand_alone_selects_the_axis_of_g81() -> None:
     plan = last_plan("G81 X230. I-30. E12000.\nG80\nG81 I-20.")
     assert (plan.axis, plan.primary, plan.secondary) == (0, 230.0, -20.0)
 
@@ -192,7 +192,7 @@ def test_g00_and_g01_do_not_end_reciprocation() -> None:
     assert sum(isinstance(event, CycleEnd) for event in events) == 1
 
 
-def test_a_program_name_ends_a_text() -> None:
+def test_a_program_name_ends_the_program_before_it() -> None:
     assert len(strokes(cycles("G81 X230. I-30. E12000.\nO5\nG00 Z9.\nM99\n", strokes=4))) == 4
 
 

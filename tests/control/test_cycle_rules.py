@@ -1,4 +1,4 @@
-"""The rules of a cycle by themselves."""
+"""The rules of a cycle, without a program."""
 
 import itertools
 from typing import Any
@@ -12,7 +12,7 @@ picks = st.integers(1, 40)
 
 
 def ground(rules: Rules, cycle: Any, most: int = 10_000) -> list[Any]:
-    """How far the cycle has come before every stroke and at its end."""
+    """Return the progress of a cycle before every stroke and at its end."""
     found = [rules.begin(cycle)]
     while not rules.finished(cycle, found[-1]):
         found.append(rules.after_reversal(cycle, found[-1]))
@@ -21,7 +21,7 @@ def ground(rules: Rules, cycle: Any, most: int = 10_000) -> list[Any]:
 
 
 @given(depth=st.integers(0, 60), J=picks, Q=st.integers(0, 40), at_depth=st.integers(0, 4), D=st.integers(0, 5))
-def test_a_plunge_comes_to_depth_dresses_and_sparks_out(depth: int, J: int, Q: int, at_depth: int, D: int) -> None:
+def test_a_plunge_reaches_its_depth_dresses_and_sparks_out(depth: int, J: int, Q: int, at_depth: int, D: int) -> None:
     cycle = plunge.PlungeCycle(depth / 1000, J / 1000, Q / 1000, at_depth, D, pre_dress=0.0)
     found = ground(RULES["G82"], cycle)
     h, strokes = 0, 0
@@ -43,7 +43,7 @@ def test_a_plunge_comes_to_depth_dresses_and_sparks_out(depth: int, J: int, Q: i
     at_depth=st.integers(0, 3),
     D=st.integers(0, 3),
 )
-def test_a_traverse_plunges_at_the_ends_of_its_crossover_alone(
+def test_a_traverse_plunges_only_at_the_ends_of_its_crossover(
     depth: int, J: int, Q: int, width: int, K: int, R: int, at_depth: int, D: int
 ) -> None:
     cycle = traverse.TraverseCycle(depth / 1000, J / 1000, Q / 1000, width, K, R, at_depth, D, pre_dress=0.0)

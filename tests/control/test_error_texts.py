@@ -1,4 +1,4 @@
-"""Every message of the control, word by word; none is without a program that causes it."""
+"""Every error message of the control, word by word, with a program, settings or a call that cause it."""
 
 import ast
 import contextlib
@@ -40,20 +40,20 @@ MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(
 SOURCES = Path(grind_env.control.__file__).parent
 FAULTS = (ControlError, CompensationFault, ImpossibleArc, FormulaFault, FunctionFault, VariableFault)
 MAKERS = {*(fault.__name__ for fault in FAULTS), "error", "_error"}
-"""What a call that makes an error is named."""
+"""Names of the functions that make an error."""
 
 Site = tuple[str, int]
 
 
 class Outcome(NamedTuple):
-    """What a message was printed as, and the lines of the sources that took part in making it."""
+    """The printed text of a message, and the lines of the sources that made it."""
 
     text: str
     sites: set[Site]
 
 
 def printed(message: dict[str, Any], folder: Path) -> str:
-    """What the control says of a message's program, settings or call."""
+    """Return the answer of the control to the program, settings or call of a message."""
     if "call" in message:
         with pytest.raises(ControlError) as caught:
             CALLS[message["call"]](folder)
@@ -73,7 +73,7 @@ def printed(message: dict[str, Any], folder: Path) -> str:
 
 
 def settings(values: dict[str, Any]) -> Control:
-    """A control with settings as TOML can hold them: lists for tuples, strings for the keys of tables."""
+    """Return a control with settings from TOML: lists for tuples, strings for the keys of tables."""
     keywords = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
     for name in ("radii", "variables"):
         if name in keywords:
@@ -128,12 +128,12 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "long block": lambda folder: read("  " + "M03 " * 2500 + "M", "part.nc"),
     "unevaluated": unevaluated,
 }
-"""What no program and no setting can cause."""
+"""Errors that no program and no setting can cause."""
 
 
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
-    """Every message once, in the order of the file."""
+    """Return the outcome of every message, in the order of the file."""
     result = []
     for message in MESSAGES:
         folder = tmp_path_factory.mktemp("message")
@@ -146,7 +146,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
 
 @contextlib.contextmanager
 def noted_sites() -> Iterator[list[tuple[Exception, set[Site]]]]:
-    """Every error and the places where it was made; one that is made while another is handled has both's places."""
+    """Yield a list of errors with their source lines; an error made while handling another has the lines of both."""
     noted: list[tuple[Exception, set[Site]]] = []
 
     def watched(fault: type[Exception]) -> Callable[..., None]:
@@ -178,7 +178,7 @@ def test_every_message_is_as_recorded(outcomes: list[Outcome]) -> None:
         assert re.fullmatch(r"(part\.nc:\d+:\d+: )?[^:].* \[[a-z-]+\]", outcome.text)
 
 
-def test_every_place_that_makes_an_error_has_a_message(outcomes: list[Outcome]) -> None:
+def test_every_error_in_the_sources_has_a_recorded_message(outcomes: list[Outcome]) -> None:
     reached = set().union(*(outcome.sites for outcome in outcomes))
     silent = []
     for path in sorted(SOURCES.rglob("*.py")):

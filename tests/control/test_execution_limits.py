@@ -1,4 +1,4 @@
-"""A program may execute so many blocks and strokes, and one that will come to more is refused long before it has."""
+"""The block budget: a program that would exceed it is refused long before it has run so far."""
 
 from itertools import islice
 from pathlib import Path
@@ -51,7 +51,7 @@ TOO_MUCH = {
 
 
 @pytest.mark.parametrize(("text", "line"), TOO_MUCH.values(), ids=TOO_MUCH)
-def test_too_much_is_refused_before_it_is_done(text: str, line: int) -> None:
+def test_a_program_beyond_the_block_budget_is_refused_early(text: str, line: int) -> None:
     events, made = execute(read(text)), 0
     with pytest.raises(ControlError) as caught:
         for _ in events:
@@ -61,7 +61,7 @@ def test_too_much_is_refused_before_it_is_done(text: str, line: int) -> None:
     assert caught.value.line == line
 
 
-def test_a_larger_budget_lets_more_be_done() -> None:
+def test_a_larger_budget_allows_a_longer_program() -> None:
     text = TOO_MUCH["calls of one block"][0]
     assert len(list(islice(execute(read(text), Control(block_budget=3_000_000)), 5000))) == 5000
     few = text.replace("L999", "L30")
@@ -79,7 +79,7 @@ def test_every_block_and_stroke_counts_one(calls: int, spark_out: int, dresses: 
     assert refusal(text, block_budget=needed - 1).name == "block-budget"
 
 
-def test_rounds_that_need_less_than_the_first_are_not_refused() -> None:
+def test_repeated_calls_shorter_than_the_first_are_not_refused() -> None:
     # only the first call finds the wheel above its depth
     deep = CYCLE.replace("-.02", "-1.").replace("-.01", "-.001")
     text = f"{COMMON}{RETURN}M98 P2 L999\nM30\nO2\n{deep}\nM99{DRESS}"
@@ -87,7 +87,7 @@ def test_rounds_that_need_less_than_the_first_are_not_refused() -> None:
 
 
 @pytest.mark.nightly
-def test_three_thousand_parts_are_no_endless_program() -> None:
+def test_a_program_of_three_thousand_parts_is_accepted() -> None:
     part, dress = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8").replace("%", "").split("\nO9100")
     part = part.replace("O2001", "O2").replace("N100 M30", "N100 M00 M99")
     calls = "M98 P2 L750\n" * 4
@@ -101,7 +101,7 @@ def test_three_thousand_parts_are_no_endless_program() -> None:
     st.lists(st.integers(0, 60), min_size=3, max_size=3),
     st.booleans(),
 )
-def test_a_cycle_makes_no_fewer_strokes_than_foreseen(
+def test_a_cycle_makes_at_least_the_predicted_number_of_strokes(
     code: str, picks: list[int], more: list[int], coverage: bool
 ) -> None:
     depth, width, spark_out = more
@@ -118,7 +118,7 @@ def test_a_cycle_makes_no_fewer_strokes_than_foreseen(
 
 
 @given(st.integers(1, 30), st.integers(1, 40), st.integers(0, 40), st.integers(1, 20))
-def test_grooves_have_as_many_legs_as_foreseen(step: int, depth: int, last: int, spacing: int) -> None:
+def test_grooves_have_the_predicted_number_of_legs(step: int, depth: int, last: int, spacing: int) -> None:
     text = f"G90 G94 G18\nG00 X30. Z0\nG77 X{30 - depth}. Z-{last}. I{step}. K{spacing}. D0 F6.\nM30"
     motions = [event for event in run(text) if isinstance(event, Motion) and event.source is Source.CYCLE]
     infeeds = sum(isinstance(motion, Infeed) for motion in motions)
@@ -147,7 +147,7 @@ def test_commands_take_a_budget(command: str, capsys: pytest.CaptureFixture[str]
     ],
     ids=["a dress that the operator asks for", "an interrupt"],
 )
-def test_what_comes_once_between_many_parts_is_counted_once(program: str, control: dict[str, Any]) -> None:
+def test_a_single_dress_or_interrupt_between_many_parts_is_counted_once(program: str, control: dict[str, Any]) -> None:
     parts = f"{COMMON}M98 P2 L900\nM30\nO2\n{RETURN}{CYCLE}\nG80\nM99\n{program}"
     seen = sum(1 for _ in execute(read(parts), Control(**control)))
     assert 400 < seen < 100_000

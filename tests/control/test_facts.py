@@ -1,4 +1,4 @@
-"""Every statement of the manual and every decision is listed, and a test that exists holds it."""
+"""Every statement of the manual and every decision is listed, with an existing test."""
 
 import ast
 import functools
@@ -14,7 +14,7 @@ from tests.command import Grind
 ROOT = Path(__file__).parents[2]
 FACTS = load_facts()
 
-# Counted in the pages and in the decision tables of the reference files, not in facts.toml.
+# Counts from the pages and the decision tables of the reference files, not from facts.toml.
 ROWS = {
     **{"16-13.": 28, "22-11.": 17, "15-20.": 12, "L23-7.": 27},
     **{"PD-": 24, "ruling-": 13},
@@ -67,7 +67,7 @@ def test_no_page_is_missing() -> None:
     assert set(PAGES.split()) <= {fact.page.replace(" ", "") for fact in FACTS}
 
 
-def test_few_facts_are_outside() -> None:
+def test_less_than_8_percent_of_the_facts_have_no_test() -> None:
     outside = [fact.id for fact in FACTS if fact.outside]
     assert len(outside) < 0.08 * len(FACTS)
 
@@ -89,12 +89,12 @@ def test_grind_facts_prints_json(grind: Grind) -> None:
     ("options", "words"),
     [(("--mark", "guessed"), "marks are seen, inferred, decided"), (("--page", "99-1"), "pages are ")],
 )
-def test_what_is_not_there_is_told(options: tuple[str, ...], words: str, grind: Grind) -> None:
+def test_an_unknown_mark_or_page_is_refused(options: tuple[str, ...], words: str, grind: Grind) -> None:
     status, _, err = grind("facts", *options)
     assert status == 2 and words in err
 
 
-def test_the_names_of_tests_are_not_broken(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_narrow_table_does_not_wrap_the_names_of_tests(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = grind("facts", "--page", "16-13")
     lines = [line.strip() for line in out.splitlines()]

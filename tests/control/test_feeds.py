@@ -1,4 +1,4 @@
-"""F and E: the speed along the path, what keeps it, and what limits it (12-53, 12-54, 12-60)."""
+"""F and E: the speed along the path, how long it holds and its limits (12-53, 12-54, 12-60)."""
 
 import pytest
 
@@ -22,13 +22,13 @@ def test_f_is_modal() -> None:
     ]
 
 
-def test_an_f_beside_g00_is_kept() -> None:
+def test_an_f_in_a_g00_block_is_remembered() -> None:
     rapid, line = motions("G00 X10. F60.\nG01 X20.", rapid_feed=6000.0, acceleration=1e9)
     assert rapid.seconds == pytest.approx(0.1, rel=1e-4)
     assert isinstance(line, Line) and line.feed == 60.0
 
 
-def test_e_is_clamped_too() -> None:
+def test_e_and_the_pick_feed_are_clamped_to_the_maximum() -> None:
     (stroke,) = strokes(cycles("G81 X230. E9000.\n", strokes=1, maximum_feed=600.0))
     assert stroke.feed == 600.0
     assert plans(run("G19 G82 X9. Y-1. J-1. E700. F700.\nM30", maximum_feed=600.0))[0].plan.pick_feed == 600.0
@@ -45,6 +45,6 @@ def test_the_override_acts_in_both_feed_modes(mode: str) -> None:
     assert seconds == pytest.approx([1.0, 4.0])
 
 
-def test_feed_per_revolution_is_clamped_after_it_is_known() -> None:
+def test_feed_per_revolution_is_clamped_to_the_maximum() -> None:
     line = motions("S1000 G95 G01 X10. F2.", maximum_feed=600.0)[0]
     assert isinstance(line, Line) and line.feed == 600.0

@@ -1,4 +1,4 @@
-"""A short, repeatable run of the random texts, and proof that it sees what it looks for."""
+"""A short, repeatable run of the random programs, and proof that the run detects faults."""
 
 from collections import Counter
 
@@ -19,12 +19,12 @@ zero-stroke no-feedrate nesting zero-pick backwards-motion circular-departure-to
 LONG = "G00 X1.\nX2.\nG01 X3. F100.\nZ1. (HERE)\nX4. Y5.\nM30\n"
 
 
-def test_a_few_random_programs() -> None:
+def test_a_hundred_random_programs_break_no_promise() -> None:
     assert [seed for seed in range(100) if attempt(seed).end == "fallen"] == []
 
 
 @pytest.mark.nightly
-def test_random_programs() -> None:
+def test_thousands_of_random_programs_break_no_promise() -> None:
     tried = [attempt(seed) for seed in range(PROGRAMS)]
     assert [each for each in tried if each.end == "fallen"] == []
     ends = Counter(end for each in tried for end in each.sums)
@@ -32,8 +32,8 @@ def test_random_programs() -> None:
     assert set(ENDS.split()) <= set(ends)
 
 
-def broken_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
-    """A control that fails in some way as soon as an axis comes to Z1."""
+def break_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
+    """Make the control fail in the given way as soon as an axis reaches Z1."""
     take = Execution.__next__
 
     def failing(self: Execution) -> Event:
@@ -56,7 +56,7 @@ def broken_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
 
 
 def found(monkeypatch: pytest.MonkeyPatch, how: str) -> Tried:
-    broken_control(monkeypatch, how)
+    break_control(monkeypatch, how)
     tried = examine(Case(LONG, {"block_delete": True}))
     assert tried.end == "fallen" and LONG.rstrip() in tried.details
     return tried
@@ -66,15 +66,15 @@ PROMISES = ["no place", "a motion has impossible numbers", "a motion does not be
 
 
 @pytest.mark.parametrize("how", PROMISES)
-def test_broken_promises_are_seen(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_broken_promises_are_detected(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found(monkeypatch, how).kind == how
 
 
-def test_crashes_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_crashes_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     finding = found(monkeypatch, "crash")
     assert finding.kind.startswith("ZeroDivisionError in ") and "Traceback" in finding.details
 
 
-def test_slow_programs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_programs_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fuzz_examine, "SLOW", 0.1)
     assert found(monkeypatch, "slow").kind.startswith("TooSlowError")

@@ -8,7 +8,7 @@ from grind_env.control.program_reader import read_file
 from tests.control.harness import ends, motions, plans, refusal, run
 
 
-def test_b1_a_block_with_every_kind_of_word() -> None:
+def test_b1_a_block_may_hold_every_kind_of_word() -> None:
     text = "/ N3 G00 X10. Z10. M3 ;"
     (move,) = motions(text)
     assert (move.block, move.line, move.end) == (3, 1, (10.0, 0.0, 10.0))
@@ -28,7 +28,7 @@ def test_b5_a_change_of_feed_mode_needs_an_f() -> None:
     assert isinstance(line, Line) and line.feed == 12.0
 
 
-def test_b6_arcs_by_radius() -> None:
+def test_b6_the_sign_of_r_selects_the_short_or_the_long_arc() -> None:
     def centre(radius: str) -> tuple[float, float]:
         arc = motions(f"F100 G00 Z10.; G02 X20 Z10 {radius}")[-1]
         return arc.centre[0], arc.centre[2]
@@ -74,7 +74,7 @@ def test_refusals_name_the_column(text: str, name: str, column: int) -> None:
     assert (error.name, error.column) == (name, column)
 
 
-def test_the_codes_that_a_refusal_lists_are_those_that_are_known() -> None:
+def test_a_refusal_lists_exactly_the_known_g_codes() -> None:
     listed = refusal("G05").message.partition("; ")[2].removesuffix(" are").replace("G", "")
     ranges = [(part.partition(" to ")[0], part.rpartition(" to ")[2]) for part in listed.split(", ")]
     assert len(ranges) < 20
@@ -88,13 +88,13 @@ def test_the_codes_that_a_refusal_lists_are_those_that_are_known() -> None:
             assert named
 
 
-def test_inch_words_have_four_decimals_and_leave_values_before_them() -> None:
+def test_g70_reads_later_words_in_inches_with_four_decimals() -> None:
     (move,) = motions("G00 X1. G70 Y.12345")
     assert move.end == (1.0, 3.13436, 0.0)
     assert move.inch
 
 
-def test_the_line_and_column_of_a_later_block() -> None:
+def test_an_error_in_a_later_block_names_line_column_and_block() -> None:
     error = refusal("G00 X1\n\n  N70 Y1 ; Y2 Q3")
     assert (error.line, error.column, error.block) == (3, 15, 3)
     assert refusal("G00 X1\n  N70 Y1 Q3").block == 70
@@ -107,13 +107,13 @@ def test_motions_before_a_faulty_block_are_made() -> None:
         next(stream)
 
 
-def test_dwell_in_seconds_and_revolutions() -> None:
+def test_a_dwell_is_given_in_seconds_or_revolutions() -> None:
     first, second, third = motions("G04 P1.5\nG04 X2\nG95 F1. S120\nG04 P3")
     assert all(isinstance(move, Dwell) for move in (first, second, third))
     assert [move.seconds for move in (first, second, third)] == [1.5, 2.0, 1.5]
 
 
-def test_stops_and_ends_are_told() -> None:
+def test_program_stops_and_ends_are_events() -> None:
     stop, end = run("N4 M00\nM30")
     assert isinstance(stop, ProgramStop) and (stop.code, stop.block) == ("M00", 4)
     assert isinstance(end, ProgramEnd) and end.cause == "M30"
@@ -143,7 +143,7 @@ def test_a_line_that_restores_every_default_is_legal() -> None:
 
 
 @pytest.mark.parametrize("code", ["G20", "G21"])
-def test_other_controls_codes_for_units_are_told_from_ours(code: str) -> None:
+def test_g20_and_g21_are_refused_with_the_codes_of_this_control(code: str) -> None:
     assert "G70 is inch and G71 metric" in refusal(f"{code} G00 X1.").message
 
 

@@ -35,7 +35,7 @@ def plan(text: str, position: Position, e: float = 0.5, modes: Modes = FEED) -> 
 
 
 def path(text: str, position: Position, e: float = 0.5, modes: Modes = FEED) -> str:
-    """The legs by the axis that moves: `fX23` for an infeed, `rZ-15` for a rapid."""
+    """Return the legs by the axis that moves: `fX23` for an infeed, `rZ-15` for a rapid."""
     words = []
     here = position
     for leg in groove_legs(plan(text, position, e, modes)):
@@ -56,7 +56,7 @@ def refusal(text: str, position: Position = (25.0, 0.0, -10.0), modes: Modes = F
 ONE_GROOVE = "fX23 rX23.5 fX21 rX21.5 fX20 rX25"
 
 
-def test_g1_one_groove() -> None:
+def test_g1_a_groove_is_cut_in_steps_with_retracts() -> None:
     assert path("G77 X20 I2 D0 F0.1", (25.0, 0.0, -10.0), modes=Modes()) == ONE_GROOVE
 
 
@@ -69,7 +69,7 @@ def test_g3_even_spacing_has_no_duplicate_at_the_end() -> None:
     assert list(groove_positions(plan("G77 X20 Z-20 I2 K5 D0", (25.0, 0.0, -10.0)))) == [-10.0, -15.0, -20.0]
 
 
-def test_g4_spacing_beyond_the_last_groove() -> None:
+def test_g4_a_spacing_beyond_the_last_groove_is_shortened() -> None:
     assert list(groove_positions(plan("G77 X20 Z-13 I2 K5 D0", (25.0, 0.0, -10.0)))) == [-10.0, -13.0]
 
 
@@ -78,22 +78,22 @@ def test_g5_cutoff_shifts_before_it_withdraws() -> None:
     assert found == "fX7 rX7.25 fX2 rX2.25 fX0 rZ-29.8 rX12"
 
 
-def test_g6_diameter_mode() -> None:
+def test_g6_diameter_mode_gives_the_same_path() -> None:
     assert path("G08 G77 X40 I2 D0", (25.0, 0.0, -10.0)) == ONE_GROOVE
     assert path("G08 G91 G77 X-10 I2 D0", (25.0, 0.0, -10.0)) == ONE_GROOVE
 
 
-def test_g7_inside_groove() -> None:
+def test_g7_an_inside_groove_is_cut_outwards() -> None:
     assert path("G77 X26 I3 D0", (20.0, 0.0, -10.0), e=0.25) == "fX23 rX22.75 fX26 rX20"
 
 
-def test_g8_face_grooves() -> None:
+def test_g8_g76_cuts_face_grooves() -> None:
     one = "fZ-0.5 rZ0 fZ-3 rZ-2.5 fZ-4 rZ2"
     found = path("G76 X18 Z-4 I4 K2.5 D0", (10.0, 0.0, 2.0))
     assert found == f"{one} rX14 {one} rX18 {one}"
 
 
-def test_figure_23_2_counts_of_the_legs() -> None:
+def test_figure_23_2_has_the_stated_numbers_of_legs() -> None:
     # three grooves with one I, three I + e, four e and a shorter last infeed each, and three D (23-3)
     start = (25.0, 0.0, -10.0)
     legs = list(groove_legs(plan("G77 X16 Z-20 I2 K5 D.2", start)))
@@ -123,25 +123,25 @@ def test_figure_23_2_counts_of_the_legs() -> None:
         ("G70 G77 X.5 I.1 D.01", "G77 X12.7 I2.54 D.254"),
     ],
 )
-def test_spellings_of_the_same_path(text: str, same: str) -> None:
+def test_equivalent_blocks_give_the_same_path(text: str, same: str) -> None:
     assert path(text, (25.0, 0.0, -10.0)) == path(same, (25.0, 0.0, -10.0))
 
 
-def test_no_retract_leaves_no_leg_behind() -> None:
+def test_a_retract_of_zero_adds_no_leg() -> None:
     assert path("G77 X20 I2 D0", (25.0, 0.0, -10.0), e=0.0) == "fX23 fX21 fX20 rX25"
 
 
-def test_a_shift_onto_the_next_groove_needs_no_way_to_it() -> None:
+def test_a_shift_onto_the_next_groove_adds_no_move_to_it() -> None:
     assert path("G77 X24 Z-15 I2 K5 D-5", (25.0, 0.0, -10.0)) == "fX24 rZ-15 rX25 fX24 rZ-20 rX25"
 
 
-def test_binary_residue_makes_neither_an_infeed_nor_a_groove() -> None:
+def test_floating_point_residue_adds_neither_an_infeed_nor_a_groove() -> None:
     # 12.3 - 12 is a little more than three times 0.1, and 0.1 + 0.2 is not 0.3
     found = path("G77 X12 Z.3 I.1 D0", (12.3, 0.0, 0.1 + 0.2), e=0.05)
     assert found == "fX12.2 rX12.25 fX12.1 rX12.15 fX12 rX12.3"
 
 
-def test_legs_know_their_groove() -> None:
+def test_legs_carry_the_number_of_their_groove() -> None:
     legs = list(groove_legs(plan("G77 X24 Z-20 I2 K5 D0", (25.0, 0.0, -10.0))))
     assert [(leg.groove, leg.kind[0]) for leg in legs] == [
         *[(1, "i"), (1, "r")],
@@ -152,7 +152,7 @@ def test_legs_know_their_groove() -> None:
 
 @pytest.mark.parametrize("code", ["G76", "G77"])
 @pytest.mark.parametrize("plane", ["G17", "G18", "G19"])
-def test_axes_change_with_the_plane(code: str, plane: str) -> None:
+def test_the_groove_axes_follow_from_the_plane(code: str, plane: str) -> None:
     # 22-2: in another plane the axes are exchanged; in G18 the roles are those of G1 and G8
     infeed, space = INFEED_AXES[code, plane], SPACING_AXES[code, plane]
     start = [7.0, 7.0, 7.0]
@@ -165,7 +165,7 @@ def test_axes_change_with_the_plane(code: str, plane: str) -> None:
 # --- in a program ---------------------------------------------------------------------------------
 
 
-def test_a_groove_in_a_program_acts_once_and_its_feed_stays() -> None:
+def test_a_groove_acts_once_and_its_feed_stays_modal() -> None:
     text = "G71 G94 G18 G08 G00 X50. Z-10.\nG77 X40. I2. D0 F90.\nX60.\nG01 Z-12.\nM30"
     _, *cycle, away, line = motions(text)
     assert [motion.end[0] for motion in cycle] == [23.0, 23.5, 21.0, 21.5, 20.0, 25.0]
@@ -185,7 +185,7 @@ def test_the_retract_is_a_setting_of_the_control() -> None:
     assert found[-1] == (12.0, 0.0, -29.8)
 
 
-def test_no_groove_beside_reciprocation() -> None:
+def test_a_groove_beside_reciprocation_is_refused() -> None:
     error = refused("G71 G94 G19 G81 X200. E8000.\nG77 Z5. J2. K1. D0 F90.\nM30")
     assert (error.name, error.line) == ("axis-conflict", 2)
 
@@ -205,14 +205,14 @@ def test_no_groove_beside_reciprocation() -> None:
         ("N7 G77 X20 I2 D1234567.", "number-format", "D", "integer digits"),
     ],
 )
-def test_refusals(text: str, name: str, word: str, words: str) -> None:
+def test_a_faulty_groove_word_is_refused_by_name_block_and_column(text: str, name: str, word: str, words: str) -> None:
     error = refusal(text)
     assert (error.name, error.block) == (name, 7)
     assert error.column == text.index(word) + 1
     assert words in error.message
 
 
-def test_a_feed_is_needed_and_may_be_an_earlier_one() -> None:
+def test_a_groove_needs_a_feed_which_may_be_an_earlier_one() -> None:
     error = refusal("G77 X20 I2 D0", modes=Modes())
     assert (error.name, error.column) == ("no-feedrate", 1)
     assert path("G77 X20 I2 D0", (25.0, 0.0, -10.0), modes=Modes(feed=3.0)) == ONE_GROOVE
@@ -239,7 +239,7 @@ def test_divided_covers_the_way_in_the_fewest_steps(total: int, step: int, count
 
 @st.composite
 def grooving(draw: st.DrawFn) -> tuple[str, Position, float, dict[str, int]]:
-    """A block, where the tool stands, e in mm, and what the block says in micrometres."""
+    """Return a block, the tool position and e in mm, and the words of the block in micrometres."""
     word = {
         "depth": draw(microns),
         "down": draw(signs),

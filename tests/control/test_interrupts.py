@@ -33,14 +33,14 @@ def steps(main: str, program: str, *interrupts: Interrupt) -> list[tuple[float, 
     return [(*(round(c, 3) for c in move.end), move.source.value) for move in moves]
 
 
-def test_type_1_without_motion_changes_nothing() -> None:
+def test_a_type_1_interrupt_without_motion_changes_nothing() -> None:
     plain = steps(MAIN, STILL)
     for immediate in (True, False):
         found = steps(MAIN, STILL, Interrupt(7, 1, immediate, at=0.5))
         assert [step for step in found if step[0] != 5.0] == plain
 
 
-def test_type_1_with_motion_goes_straight_to_the_end_of_the_next_block() -> None:
+def test_a_type_1_interrupt_with_motion_goes_straight_to_the_next_end() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 1, True, at=0.5))
     assert found == [
         (5.0, 0.0, 0.0, "program"),
@@ -57,7 +57,7 @@ def test_a_delayed_type_1_interrupt_waits_for_the_end_of_the_block() -> None:
     assert found[3:] == [(10.0, 0.0, 10.0, "program"), (20.0, 0.0, 10.0, "program")]
 
 
-def test_a_request_at_the_panel_does_not_take_the_place_of_an_immediate_one() -> None:
+def test_a_panel_request_does_not_replace_an_immediate_interrupt() -> None:
     control, programs = Control(interrupts=(Interrupt(7, at=0.5),)), []
     for event in execute(read(MAIN + STILL + STILL.replace("O7", "O8")), control):
         if isinstance(event, Line) and event.end[0] < 10.0:
@@ -74,7 +74,7 @@ def test_increments_after_a_type_1_interrupt_count_from_the_programmed_point(imm
     assert [step[:3] for step in found[-2:]] == [(10.0, 0.0, 10.0), (20.0, 0.0, 10.0)]
 
 
-def test_no_generated_piece_follows_an_interrupt_that_leads_away() -> None:
+def test_motions_after_an_interrupt_that_leads_away_are_continuous() -> None:
     text = "F100.\nG42 G01 Z35. T0101\nG01 Z-49.\nO9001\nG00 Z33.\nM99"
     settings = {"radii": {1: 5.0}, "compensation_type": "B", "interrupts": (Interrupt(9001, 1, True, at=19.0),)}
     moves = motions(text, **settings)
@@ -82,7 +82,7 @@ def test_no_generated_piece_follows_an_interrupt_that_leads_away() -> None:
         assert after.start == pytest.approx(before.end)
 
 
-def test_type_2_comes_back_and_finishes_the_block() -> None:
+def test_a_type_2_interrupt_comes_back_and_finishes_the_block() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 2, True, at=0.5))
     assert found == [
         *steps(MAIN, AWAY, Interrupt(7, 1, True, at=0.5))[:3],
@@ -150,14 +150,14 @@ def test_a_dress_can_be_requested_between_motions() -> None:
     assert story(events) == "X230 operator X-30 X230"
 
 
-def test_a_request_without_a_program_is_ignored_with_a_message() -> None:
+def test_a_dress_request_without_a_dress_program_gives_a_message() -> None:
     control = Control(strokes=2)
     control.request_dress()
     events = list(execute(read("G81 Z40. E2400.\n"), control))
     assert [e.text for e in events if type(e).__name__ == "Message"] == ["no dress program"]
 
 
-def test_a_dress_and_an_interrupt_asked_for_at_once_are_both_served_at_the_reversal() -> None:
+def test_a_simultaneous_dress_and_interrupt_are_both_served_at_the_reversal() -> None:
     control = Control(start=(-20.0, 0.0, 0.0), strokes=3)
     events = []
     for event in execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS + "\n" + AWAY), control):
@@ -222,7 +222,7 @@ def test_single_block_stops_after_every_groove() -> None:
     assert len(holds) == 3 + 3
 
 
-def test_a_dwell_is_not_cut() -> None:
+def test_an_interrupt_waits_for_the_end_of_a_dwell() -> None:
     moves = motions("G04 P2.\nG00 X1.\nM30\n" + AWAY, interrupts=(Interrupt(7, 2, True, at=1.0),))
     assert isinstance(moves[0], Dwell) and moves[0].seconds == 2.0
     assert moves[1].source.value == "interrupt"

@@ -1,4 +1,4 @@
-"""Motions of LinuxCNC's interpreter (linuxcnc/README.md of the reference) as an independent implementation."""
+"""Motions compared with those of LinuxCNC's interpreter, an independent implementation (linuxcnc/README.md)."""
 
 import csv
 import itertools
@@ -43,7 +43,7 @@ def found(case: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def expected(case: dict[str, Any]) -> list[dict[str, Any]]:
-    """The rows of a case as trace records, with their scope."""
+    """Return the rows of a case as trace records, with their scope."""
     records = []
     for row in rows(case):
         centre = [float(row[column]) if row[column] else math.nan for column in ("cx", "cy", "cz")]
@@ -63,7 +63,7 @@ def expected(case: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("case", of_mode("exact"), ids=lambda case: case["id"])
-def test_motions(case: dict[str, Any]) -> None:
+def test_exact_cases_have_the_motions_of_linuxcnc(case: dict[str, Any]) -> None:
     ours, theirs = runs(found(case)), runs(expected(case))
     assert [run.kind for run in ours] == [run.kind for run in theirs]
     for mine, other in zip(ours, theirs, strict=True):
@@ -76,7 +76,7 @@ def test_motions(case: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("case", [c for c in of_mode("exact") if not c["compensated"]], ids=lambda case: case["id"])
-def test_blocks(case: dict[str, Any]) -> None:
+def test_uncompensated_motions_carry_the_block_numbers_of_linuxcnc(case: dict[str, Any]) -> None:
     assert [motion["block"] for motion in found(case)] == [
         motion["block"] for motion, moves in zip(expected(case), moving(expected(case)), strict=True) if moves
     ]
@@ -92,7 +92,7 @@ def moving(records: list[dict[str, Any]]) -> list[bool]:
 
 
 @pytest.mark.parametrize("case", of_mode("contour"), ids=lambda case: case["id"])
-def test_contours(case: dict[str, Any]) -> None:
+def test_contours_follow_the_elements_of_linuxcnc_except_near_corners(case: dict[str, Any]) -> None:
     theirs = runs(expected(case))
     ours, radius = iter(runs(found(case))), abs(case["radius"])
     corners = [(run.plane, run.centre) for run in theirs if run.kind == "arc" and run.scope == "dialect"]
@@ -101,7 +101,7 @@ def test_contours(case: dict[str, Any]) -> None:
     assert shared and (corners or slanted)
 
     def near_a_corner(point: Vector) -> bool:
-        """Round an outside corner, or at an entry or exit at an angle, which every control has its own way of."""
+        """Return whether a point is near an outside corner or an angled entry or exit, where controls differ."""
         for plane, centre in corners:
             first, second = FIRST_AND_SECOND[plane]
             if radius - TOLERANCE <= math.dist((point[first], point[second]), centre) <= 2.0 * radius + TOLERANCE:
@@ -124,18 +124,18 @@ def test_contours(case: dict[str, Any]) -> None:
 
 
 def longest_gap(run: Run) -> float:
-    """Half the way between two of its points, and a little more."""
+    """Return a little more than half the longest distance between neighbouring points."""
     points = run.points()
     return 0.51 * max(math.dist(a, b) for a, b in itertools.pairwise(points)) + TOLERANCE
 
 
 @pytest.mark.parametrize("case", of_mode("error"), ids=lambda case: case["id"])
-def test_refused(case: dict[str, Any]) -> None:
+def test_faulty_programs_are_refused_at_the_block_of_linuxcnc(case: dict[str, Any]) -> None:
     with pytest.raises(ControlError) as caught:
         list(execute(read(program(case)), control(case)))
     assert caught.value.block == int(rows(case)[-1]["n"])
 
 
-def test_every_case_is_compared() -> None:
+def test_all_71_cases_and_three_modes_are_present() -> None:
     assert len(CASES) == 71
     assert {case["mode"] for case in CASES} == {"exact", "contour", "error"}

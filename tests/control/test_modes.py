@@ -1,4 +1,4 @@
-"""Modal codes: what is in force at power-up, what a code changes and how long it holds (10-23)."""
+"""Modal codes: modes at power-up, effect and duration of each code (10-23)."""
 
 import math
 
@@ -37,13 +37,13 @@ GROUPS = [
 
 
 def modes_after(text: str) -> Modes:
-    """The modes once a text has been executed up to its last block, an M00."""
+    """Return the modes after a text, at the M00 that follows it."""
     execution = execute(read(text + "\nM00"), Control(radii={33: 100.0}))
     next(event for event in execution if type(event).__name__ == "ProgramStop")
     return execution.modes._replace(feed=None)
 
 
-def test_power_up() -> None:
+def test_a_program_starts_with_the_power_up_modes() -> None:
     assert modes_after("")._asdict() == POWER_UP
 
 
@@ -74,7 +74,7 @@ def test_g02_turns_clockwise_in_the_default_plane() -> None:
     assert isinstance(back, Arc) and back.centre == pytest.approx((0.0, 0.0, 10.0))
 
 
-def test_centres_are_incremental_always() -> None:
+def test_arc_centres_are_always_incremental() -> None:
     text = "G00 X5. Z5.\nG01 F77.\n{} G03 X{} Z{} I0 K10."
     absolute = motions(text.format("G90", 15.0, 15.0))[-1]
     incremental = motions(text.format("G91", 10.0, 10.0))[-1]
@@ -101,26 +101,26 @@ def test_m_words_act_before_or_after_the_motion() -> None:
     assert [move.end[0] for move in back] == [2.0, 1.0, 0.0]
 
 
-def test_wheel_and_coolant_are_switched_where_their_words_stand() -> None:
+def test_wheel_and_coolant_switch_in_the_order_of_their_words() -> None:
     def switched(text: str) -> list[tuple[int, bool]]:
         return [(event.turning, event.coolant) for event in run(text) if isinstance(event, Switch)]
 
     assert switched("S500 M03\nM08\nM09\nM05") == [(True, False), (True, True), (True, False), (False, False)]
-    assert switched("M03 M07\nM03 M08\nM30") == [(1, True)]  # on already
-    assert switched("M03\nM04\nM05") == [(1, False), (-1, False), (0, False)]  # the other way
+    assert switched("M03 M07\nM03 M08\nM30") == [(1, True)]  # already on
+    assert switched("M03\nM04\nM05") == [(1, False), (-1, False), (0, False)]  # in the other direction
     assert switched("M03 M05") == [(True, False), (False, False)]
-    # a dress program does not give back what it switches
+    # switches of a dress program stay after it
     dress = "\nM30\nO9\nM09 G00 X1.\nM99"
     assert switched("M08\nG81.1 Y9. E100. P9" + dress) == [(False, True), (False, False)]
 
 
-def test_the_surface_speed_of_g96_is_told() -> None:
+def test_spindle_events_give_the_surface_speed_of_g96() -> None:
     events = run("S500\nG96 S900\nG97 S500", radii={33: 150.0})
-    told = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
-    assert told == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
+    speeds = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
+    assert speeds == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
 
 
-def test_labels_may_repeat() -> None:
+def test_block_numbers_may_repeat() -> None:
     assert ends("N10 G00 X1.\nN10 X2.\nN5 X3.") == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
 
 
@@ -131,7 +131,7 @@ def test_words_left_of_the_motion_code_belong_to_it() -> None:
     assert isinstance(rapid, Rapid) and rapid.end == (10.0, 5.0, 0.0)
 
 
-def test_the_external_offset_is_there_at_every_power_up() -> None:
+def test_the_external_offset_applies_again_at_every_start() -> None:
     control = Control(external_offset=(0.5, 0.0, 0.0))
     for _ in range(2):
         moves = [event for event in execute(read("G10 L2 P1 X1.\nG00 X1."), control) if isinstance(event, Motion)]

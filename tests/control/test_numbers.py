@@ -50,7 +50,7 @@ ROWS = [
 
 
 @pytest.mark.parametrize(("word", "suppression", "value"), ROWS)
-def test_table_10_a(word: str, suppression: str, value: str) -> None:
+def test_length_words_follow_table_10_a(word: str, suppression: str, value: str) -> None:
     form = NumberFormat(zero_suppression=suppression, metric=(5, 2))
     if value == "ERROR":
         error = refusal(word, form)
@@ -73,14 +73,14 @@ def test_table_10_a(word: str, suppression: str, value: str) -> None:
         ("G0", "G00", "G00"),
     ],
 )
-def test_g_words(word: str, leading: str, trailing: str) -> None:
+def test_g_codes_are_read_under_each_zero_suppression(word: str, leading: str, trailing: str) -> None:
     block, g = read_word(word)
     codes = [numbers.g_code(block, g, NumberFormat(zero_suppression=each)) for each in SUPPRESSIONS]
     assert codes == [leading, leading, trailing]
 
 
 @pytest.mark.parametrize("word", ["G-1", "G81.15", "G00001"])
-def test_what_is_no_g_word(word: str) -> None:
+def test_an_invalid_g_word_is_unknown(word: str) -> None:
     with pytest.raises(ControlError) as caught:
         numbers.g_code(*read_word(word))
     assert caught.value.name == "unknown-word"
@@ -159,7 +159,7 @@ def test_feeds_and_speeds_have_the_format_of_lengths() -> None:
 
 
 @pytest.mark.parametrize(("word", "value"), [("D12", 12), ("L0", 0), ("P9100", 9100), ("M03", 3), ("D12.", 12)])
-def test_integers(word: str, value: int) -> None:
+def test_integer_words_are_read_with_or_without_a_point(word: str, value: int) -> None:
     assert numbers.integer(*read_word(word), 0, 9999) == value
 
 
@@ -167,11 +167,11 @@ def test_integers(word: str, value: int) -> None:
     ("word", "radius", "length_entry"),
     [("T1", 1, 1), ("T01", 1, 1), ("T33", 33, 33), ("T105", 1, 5), ("T0105", 1, 5), ("T3307", 33, 7), ("T0000", 0, 0)],
 )
-def test_tool_numbers(word: str, radius: int, length_entry: int) -> None:
+def test_t_words_give_the_radius_and_length_entries(word: str, radius: int, length_entry: int) -> None:
     assert numbers.tool_numbers(*read_word(word)) == (radius, length_entry)
 
 
-def test_an_unevaluated_expression_is_no_zero() -> None:
+def test_an_unevaluated_expression_is_refused() -> None:
     for text in ("X[0]", "G[0]", "D[0]", "T#1"):
         block, word = read_word(text)
         for reading in (
@@ -197,6 +197,6 @@ def test_an_unevaluated_expression_is_no_zero() -> None:
         ("G71 G00 X[1/3] Y 1.2345", "line 1: Y1.2345 has more decimals than are read, and is taken for Y1.234"),
     ],
 )
-def test_what_is_not_read_of_a_number_is_told(words: str, told: str | None) -> None:
+def test_cut_decimals_are_reported(words: str, told: str | None) -> None:
     messages = [event.text for event in execute(read(f"{words}\nM30\n")) if isinstance(event, Message)]
     assert messages == ([] if told is None else [told])

@@ -1,4 +1,4 @@
-"""Paramacros: variables, jumps, loops and calls, by what the programs written with them do."""
+"""Paramacros: variables, jumps, loops and calls in programs."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from tests.control.harness import COMMON, DRESS, cycle_ends, cycles, ends, plans
 
 
 def xs(text: str, **settings: object) -> list[float]:
-    """Where the X moves of a program end."""
+    """Return the ends of the X moves of a program."""
     return [round(end[0], 9) for end in ends(text, **settings)]
 
 
@@ -63,18 +63,18 @@ def shown(tree: Tree | float) -> str:
 
 
 def computed(tree: Tree | float) -> float:
-    """The value in Python's own arithmetic, what functions take rounded to ten decimals."""
+    """Return the value in Python's arithmetic, with function arguments rounded to ten decimals."""
     if isinstance(tree, float):
         return tree
     given = [computed(each) for each in tree[1:]]
     if len(given) == 1:
         given = [round(given[0], 10)]
     if len(given) == 2 and tree[0] in ("GT", "LE") and 0.0 < abs(given[0] - given[1]) < 1e-6:
-        raise ValueError  # equal but for rounding
+        raise ValueError  # the numbers differ only by rounding
     if tree[0] == "MOD" and abs(given[0]) > 1e12 * abs(given[1]):
         raise ValueError  # the quotient has more digits than the control, or than Python, can hold
     if tree[0] in ("FIX", "FUP", "ROUND", "MOD") and any(abs(8 * each - round(8 * each)) > 1e-12 for each in given):
-        raise ValueError  # rounding may move it over the edge
+        raise ValueError  # rounding may cross a step of the function
     found = OPERATORS[tree[0]](*given) if len(given) == 2 else FUNCTIONS[tree[0]](*given)
     if abs(found) > 1e6:
         raise ValueError
@@ -82,7 +82,7 @@ def computed(tree: Tree | float) -> float:
 
 
 @given(trees)
-def test_values_are_those_of_pythons_own_arithmetic(tree: Tree | float) -> None:
+def test_expressions_have_the_values_of_python_arithmetic(tree: Tree | float) -> None:
     try:
         expected = computed(tree)
     except (ValueError, ZeroDivisionError, OverflowError):
@@ -97,7 +97,7 @@ flat = st.lists(st.tuples(st.sampled_from(["+", "-", "*", "MOD"]), st.integers(1
 
 
 @given(st.integers(0, 99), flat)
-def test_operators_rank_as_those_of_python(first: int, rest: list[tuple[str, int]]) -> None:
+def test_operators_have_the_precedence_of_python(first: int, rest: list[tuple[str, int]]) -> None:
     python = f"{first}" + "".join(f"{'%' if operator == 'MOD' else operator}{number}" for operator, number in rest)
     paramacro = python.replace("%", " MOD ")
     for _ in execute(read(f"#1={paramacro}\nIF [#1 NE [{eval(python)}]] THEN #3000=1")):
@@ -132,7 +132,7 @@ def test_operators_rank_as_those_of_python(first: int, rest: list[tuple[str, int
         ("sin[30]+Abs[-1]", 1.5),
     ],
 )
-def test_operators_and_functions(expression: str, expected: float) -> None:
+def test_operators_and_functions_give_the_documented_values(expression: str, expected: float) -> None:
     assert value(expression) == pytest.approx(expected, abs=1e-3)
 
 
@@ -147,7 +147,7 @@ def test_settings_give_variables_their_first_values() -> None:
     assert xs("X#101\n#101=3.\nX#101", variables={101: 2.5}) == [2.5, 3.0]
 
 
-def test_a_vacant_variable_is_told_from_zero_and_has_no_value() -> None:
+def test_a_vacant_variable_differs_from_zero_and_has_no_value() -> None:
     text = (
         "IF [#1 EQ #0] THEN #2=1\n#1=0\nIF [#1 NE #0] THEN #3=2\nX[#2+#3]\n#1=#0\n#4=#1\nIF [#4 EQ #0] THEN #2=7\nX#2"
     )
@@ -164,13 +164,13 @@ def test_every_word_takes_an_expression() -> None:
     assert (plan.spark_out, plan.feed, plan.pick_feed, plan.program, plan.dresses) == (2, 15000.0, 300.0, 9100, 1)
 
 
-def test_the_program_reads_where_its_axes_are() -> None:
+def test_a_program_reads_the_positions_of_its_axes() -> None:
     text = "G54 G00 X20. Z5.\n#1=#5001\n#2=#5021\n#3=#5043\nX[#1+1]\nX[#2-#1]\nX#3"
     assert xs(text, work_offsets={"G54": (100.0, 0.0, 0.0)}) == [120.0, 121.0, 200.0, 105.0]
     assert xs("G70 G08 X2.\n#1=#5041\nG71 G07 X#1") == [25.4, 2.0]  # inches, as a diameter
 
 
-def test_the_program_reads_and_writes_offsets_and_radii() -> None:
+def test_a_program_reads_and_writes_offsets_and_radii() -> None:
     assert xs("#1=#5221\n#5221=#1+5\nX0\n#5201=2\nX0\nG55 X0\n#5241=#5241-1\nX0") == [5.0, 7.0, 2.0, 1.0]
     assert xs("X#2033\n#2033=#2033-.5\nX#2033", radii={33: 100.0}) == [100.0, 99.5]
     assert xs("G70\n#2001=1\nG71\nX#2001") == [25.4]
@@ -179,29 +179,29 @@ def test_the_program_reads_and_writes_offsets_and_radii() -> None:
 # ---------------------------------------------------------------------------------------------------- jumps and loops
 
 
-def test_goto_takes_the_first_such_block_behind_it_or_else_the_first_of_all() -> None:
+def test_goto_finds_the_next_matching_block_or_else_the_first() -> None:
     assert xs("GOTO 20\nN10 X1\nM30\nN20 X2\nGOTO 10\nN20 X3") == [2.0, 1.0]
     assert xs("N1 X1\nIF [#5041 GT .5] GOTO#1\nN2 X2\nN3 X3", variables={1: 3}) == [1.0, 3.0]
 
 
-def test_a_condition_that_does_not_hold_changes_nothing() -> None:
+def test_a_false_condition_has_no_effect() -> None:
     assert xs("IF [1 GT 2] GOTO 9\nIF[1GT2]THEN#1=5\nX1") == [1.0]
 
 
-def test_loops_go_round_as_long_as_their_condition_holds() -> None:
+def test_a_loop_repeats_while_its_condition_holds() -> None:
     assert xs("#1=1\nWHILE [#1 LE 3] DO 1\nX#1\n#1=#1+1\nEND 1\nX9") == [1.0, 2.0, 3.0, 9.0]
     assert xs("while[1gt2]do2\nX1\nend2\nX9") == [9.0]
     nested = "#1=0\nWHILE[#1LT2]DO1\n#2=0\nWHILE[#2LT2]DO2\nX[10*#1+#2+1]\n#2=#2+1\nEND2\n#1=#1+1\nEND1"
     assert xs(nested) == [1.0, 2.0, 11.0, 12.0]
 
 
-def test_goto_leaves_a_loop_which_may_be_begun_again() -> None:
+def test_goto_leaves_a_loop_which_can_start_again() -> None:
     text = "#1=0\nN1 #1=#1+1\nDO 1\nX#1\nIF [#1 LT 3] GOTO 1\nGOTO 2\nEND 1\nN2 X9"
     assert xs(text) == [1.0, 2.0, 3.0, 9.0]
 
 
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=3))
-def test_nested_loops_are_those_of_python(counts: list[int]) -> None:
+def test_nested_loops_run_as_in_python(counts: list[int]) -> None:
     lines = ["#100=0"]
     for level, count in enumerate(counts, 1):
         lines += [f"#{level}=0", f"WHILE [#{level} LT {count}] DO {level}", f"#100=#100*2+{level}"]
@@ -230,7 +230,7 @@ def test_nested_loops_are_those_of_python(counts: list[int]) -> None:
         "#1=0\nDO 1\n#1=[#1+1] MOD 37\nEND 1",
     ],
 )
-def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
+def test_an_endless_loop_is_refused_with_its_line(text: str) -> None:
     error = refusal(text)
     assert error.name == "block-budget" and "goes round here without end" in error.message
     assert error.line is not None and any(word in text.split("\n")[error.line - 1] for word in ("END 1", "GOTO 1"))
@@ -244,25 +244,25 @@ def test_an_endless_loop_ends_with_one_sentence(text: str) -> None:
         "#1=0\nDO 1\nM98 P5\nEND 1\nO5\n#1=#1+1\nM99",
     ],
 )
-def test_one_that_changes_something_ends_with_the_budget(text: str) -> None:
+def test_an_endless_loop_that_changes_values_ends_at_the_block_budget(text: str) -> None:
     error = refusal(text, block_budget=2000)
     assert error.name == "block-budget" and "comes to more than 2000 blocks and strokes" in error.message
 
 
-def test_a_loop_that_goes_round_with_values_of_before_may_end() -> None:
-    # the second time it sets out with the same values as the first time, from another round of the loop around it
+def test_a_loop_that_repeats_earlier_values_may_end() -> None:
+    # the inner loop starts with the same values in every round of the outer loop
     inner = "#1=0\nWHILE [#1 LT 2] DO 2\n#1=#1+1\nG91 X.1\nEND 2\n"
     assert len(cycles(f"#2=0\nWHILE [#2 LT 3] DO 1\n{inner}#2=#2+1\nEND 1\nM30")) > 6
     assert len(cycles("#100=0\nN1 G91 X.1\n#100=#100+1\nIF [#100 LT 3] GOTO 1\nM30")) > 2
 
 
-def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
-    filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
+def test_a_jump_does_not_reread_a_long_program_from_its_start() -> None:
+    filling = "(A)\n" * 15_000  # reading it anew at every jump would take a quarter of an hour
     loop = "#1=0\nDO 1\n#1=#1+1\nEND 1"
     assert refusal(f"{filling}{loop}\n{filling[:400]}", block_budget=60_000).name == "block-budget"
 
 
-def test_loops_over_parts_end_as_parts_written_out() -> None:
+def test_a_loop_over_parts_equals_the_parts_written_out() -> None:
     part = "G00 X-30. Y2.\nG01 Y0 F500.\nG82 X200. I-30. Y-.03 J-.01 L{L} F60. E{E} P9100 D1\nG80\nG00 Y20.\nM00\n"
     loop = "#1=0\nWHILE [#1 LT 3] DO 1\n" + part.format(L="[#1]", E="[9000+#1*1000]") + "#1=#1+1\nEND 1\nM30"
     written = "".join(part.format(L=k, E=9000 + k * 1000) for k in range(3)) + "M30"
@@ -282,7 +282,7 @@ def test_g65_passes_its_arguments() -> None:
     assert xs(text) == [float(letter[1:]) for letter in letters.split()]
 
 
-def test_local_variables_are_of_their_level_and_common_ones_of_all() -> None:
+def test_local_variables_belong_to_one_level_and_common_ones_to_all() -> None:
     text = "#1=1\n#100=5\nG65 P8 A7 L2\nX#1\nX#100\nM98 P9\nX#2\nM30\n"
     text += "O8\n#1=#1+1\n#100=#100+#1\nX#1\nM99\nO9\n#2=#1*3\nM99"
     assert xs(text) == [8.0, 1.0, 21.0, 3.0]
@@ -304,12 +304,12 @@ def test_an_alarm_stops_the_program_with_its_comment() -> None:
     assert "alarm 21: X TOO SMALL" in error.message
 
 
-def test_a_dress_program_with_variables_is_known_as_long_as_they_keep_their_values() -> None:
+def test_whole_cycles_give_the_same_dresses_when_variables_change() -> None:
     part = "G82 X200. I-30. Y[#5-.03] J-.01 F60. E15000. P9200 D1\n"
     text = f"{COMMON}#5=0\n#105=100\n" + part * 2 + "#105=50\n" + "#5=-.03\n" + part * 2 + "M30\n"
     text += "O9200\nG90 G00 Y50.\n#3=0\nWHILE [#3 LT 2] DO 3\nG01 Z[5*#3] F#105\n#3=#3+1\nEND 3\nM99"
-    told, whole = run(text, start=(-30.0, 0.0, 0.0)), run(text, start=(-30.0, 0.0, 0.0), whole_cycles=True)
-    assert [event.dresses for event in cycle_ends(told)] == [event.dresses for event in cycle_ends(whole)]
+    stepped, whole = run(text, start=(-30.0, 0.0, 0.0)), run(text, start=(-30.0, 0.0, 0.0), whole_cycles=True)
+    assert [event.dresses for event in cycle_ends(stepped)] == [event.dresses for event in cycle_ends(whole)]
     values = [event.variables[105] for event in whole if isinstance(event, CycleStart)]
     assert values == [100.0, 100.0, 50.0, 50.0]
 
@@ -317,7 +317,7 @@ def test_a_dress_program_with_variables_is_known_as_long_as_they_keep_their_valu
 # ------------------------------------------------------------------------------------------------- G52 and G53
 
 
-def test_g52_shifts_every_work_system_until_it_is_taken_back() -> None:
+def test_g52_shifts_every_work_system_until_it_is_cancelled() -> None:
     text = "G52 X10.\nX1\nG55 X1\nG91 G52 X5.\nG90 X1\nG52 X0\nX1"
     assert xs(text, work_offsets={"G55": (100.0, 0.0, 0.0)}) == [11.0, 111.0, 106.0, 101.0]
 
@@ -350,33 +350,33 @@ def test_compensation_looks_ahead_along_jumps_and_loops() -> None:
     assert contour(called) == contour(written)
 
 
-# ---------------------------------------------------------------------------------------------- what else is told
+# ------------------------------------------------------------------------------------------------------ messages
 
 
 @pytest.mark.parametrize(
     ("text", "hint"),
     [("G01 X1.5e-03 F1", "write X0.0015"), ("G70 G19 G81 X1. E15000.", "write E590.6 if mm/min are meant, or G71")],
 )
-def test_mistakes_are_answered_with_what_to_write(text: str, hint: str) -> None:
+def test_error_messages_suggest_the_right_words(text: str, hint: str) -> None:
     assert hint in str(refusal(text))
 
 
 @pytest.mark.parametrize("text", ["G81 X10.E15000.", "G81 X10E150", "G81 X10. E2", "G81 X10.E#1"])
-def test_a_feed_behind_a_number_is_no_exponent(text: str) -> None:
+def test_an_e_word_directly_after_a_number_is_not_an_exponent(text: str) -> None:
     run(f"#1=200\nG00 Z1\nG19\n{text}")
 
 
-def test_what_follows_a_semicolon_and_is_no_block_is_a_remark() -> None:
+def test_text_after_a_semicolon_is_a_remark_unless_it_is_a_block() -> None:
     assert xs("X1 ; rapid, 100% X7\nX2;X3;(A);X4; -- done\n;1st\n; X = 5\nX5 ;;") == [1.0, 2.0, 3.0, 4.0, 5.0]
     for text in ("X1;XO.", "X1; X-", "X1; Y#"):
         with pytest.raises(ControlError):
             run(text)
 
 
-def test_a_feed_beyond_the_maximum_is_told_with_the_unit_that_may_be_meant() -> None:
+def test_a_clamped_feed_is_reported_with_the_unit_probably_meant() -> None:
     events = run(COMMON + "G70\nG82 X8. I-1. Y-.001 J-.001 F20. E9000.\nG71 G80\nG01 X5. F70000.\nM30" + DRESS)
-    told = [event.text for event in events if type(event).__name__ == "Message"]
-    assert told == [
+    messages = [event.text for event in events if type(event).__name__ == "Message"]
+    assert messages == [
         "line 3: E9000. is 228600 mm/min and clamped to 60000; G70 is in force, so write E354.3 if mm/min are meant, "
         "or G71 before it",
         "line 5: F70000. is 70000 mm/min and clamped to 60000",

@@ -23,7 +23,7 @@ Found = tuple[int, int, str]
 
 
 def naive_remark(rest: str) -> bool:
-    """Whether what follows a ; in its line is a remark and no block."""
+    """Return whether the text after a ; is a remark and not a block."""
     rest = rest.lstrip(" \t")
     if not rest or rest[0].isspace() or rest[0] in "(/#;%":
         return False
@@ -38,7 +38,7 @@ def naive_remark(rest: str) -> bool:
 
 
 def naive_blocks(text: str) -> list[Found]:
-    """Line, column and text of every block, found character by character."""
+    """Return line, column and text of every block, found character by character."""
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     found: list[Found] = []
     line, column, commented, begun = 1, 1, False, False
@@ -86,19 +86,19 @@ LEADERS = ["", "%", "\n%\r\n", "(A)\n%\n", "X1\n%\n", "%X1\n", "% (A) %", "%\n%\
 EVERYTHING = "O1 (É); G00 X1\r\n\r\n/N5 Y2;(%);Z3 \rO2\nO3\n(UNCLOSED % ; X4\r\r\n  X5 (A)(B;C) % X6\nX7"
 
 
-def test_blocks_are_those_of_a_reading_by_characters() -> None:
+def test_the_scanner_reads_all_leaders_like_a_reading_by_characters() -> None:
     for leader in LEADERS:
         compare_scan(leader + EVERYTHING)
 
 
 @examples(300)
 @given(programs_text, st.integers(1, 9))
-def test_any_text_has_the_blocks_of_a_reading_by_characters(text: str, chunk: int) -> None:
+def test_the_scanner_reads_any_text_like_a_reading_by_characters(text: str, chunk: int) -> None:
     compare_scan(text, (chunk,))
 
 
 def compare_scan(text: str, chunks: Sequence[int] = (*range(1, 30), 1 << 16)) -> None:
-    """Compare the blocks of a text, and those that come after every block, with a reading by characters."""
+    """Compare the blocks of a text, also those after every single block, with a reading by characters."""
     whole, expected = text_of(text, "t"), naive_blocks(text)
     with pytest.MonkeyPatch.context() as patch:
         for chunk in chunks:
@@ -126,7 +126,7 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
             programs = list(read(text))
         except ControlError:
             return
-        held = [seen(program.blocks) for program in programs]
+        actual = [seen(program.blocks) for program in programs]
     parts: list[list[Found]] = [[]]
     for found in naive_blocks(text):
         if re.sub(r"\([^()]*\)", "", found[2]).strip().startswith("O"):
@@ -134,19 +134,19 @@ def test_programs_hold_the_blocks_between_their_names(text: str, chunk: int) -> 
         else:
             parts[-1].append(found)
     comments_alone = all(not re.sub(r"\([^()%]{,126}\)", "", block).strip() for _, _, block in parts[0])
-    assert held == (parts[1:] if len(parts) > 1 and comments_alone else parts)
-    assert [len(program.blocks) for program in programs] == [len(part) for part in held]
+    assert actual == (parts[1:] if len(parts) > 1 and comments_alone else parts)
+    assert [len(program.blocks) for program in programs] == [len(part) for part in actual]
 
 
 @pytest.fixture(params=["held", "read again"])
 def path(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file's path; what is written there is kept in memory, or read again."""
+    """Return the path of a program file whose text is held in memory or read again from disk."""
     if request.param == "read again":
         monkeypatch.setattr(source_module, "IN_MEMORY_BYTES", -1)
     return tmp_path / "part.nc"
 
 
-def test_iterations_are_independent(path: Path) -> None:
+def test_iterations_over_a_program_are_independent(path: Path) -> None:
     path.write_bytes(b"%\r\nO1 (MAIN)\r\nM98 P2\rX1; X2\r\nM30\r\nO2; G91 X3\nM99")
     main, sub = read_file(path)
     assert seen(main.blocks) == seen(main.blocks) == [(3, 1, "M98 P2"), (4, 1, "X1"), (4, 5, "X2"), (5, 1, "M30")]
@@ -158,7 +158,7 @@ def test_iterations_are_independent(path: Path) -> None:
 
 
 class Opened:
-    """A text that remembers its handles."""
+    """A text that records the handles it opens."""
 
     def __init__(self, text: str) -> None:
         self.handles: list[BinaryIO] = []
@@ -170,7 +170,7 @@ class Opened:
         return self.handles[-1]
 
 
-def test_the_text_is_closed_with_the_iterator() -> None:
+def test_an_iterator_closes_its_text_at_its_end() -> None:
     words = [f"X{number}" for number in range(60)]
     opened = Opened("\n".join(words))
     blocks = Blocks(opened.text, Mark(), 60, None)
@@ -183,7 +183,7 @@ def test_the_text_is_closed_with_the_iterator() -> None:
     assert not list(Blocks(opened.text, Mark(), 0, None)) and len(opened.handles) == 2
 
 
-def test_a_short_program_is_cut_from_its_text_once() -> None:
+def test_a_short_program_is_split_into_blocks_once() -> None:
     opened = Opened("X1\nX2\nX3")
     blocks = Blocks(opened.text, Mark(), 3, None)
     assert [source.text for source in (*blocks, *blocks)] == ["X1", "X2", "X3"] * 2
@@ -191,7 +191,7 @@ def test_a_short_program_is_cut_from_its_text_once() -> None:
 
 
 def peak(work: Path, count: int) -> tuple[int, int]:
-    """Bytes taken at most by reading and iterating that many blocks, and how many blocks came."""
+    """Return the peak memory of reading `count` lines, bytes, and the number of blocks found."""
     work.write_text(f"O1\n{lines(count)}M30\n", encoding="utf-8")
     read_block.cache_clear()
     tracemalloc.start()
@@ -216,7 +216,7 @@ def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
     assert large < 1.2 * small
 
 
-def test_one_line_of_many_blocks_is_a_stream_too(tmp_path: Path) -> None:
+def test_a_line_of_100_000_blocks_needs_less_than_2_mb(tmp_path: Path) -> None:
     path = tmp_path / "one_line.nc"
     path.write_text("G01 X1.234 Y2.345; " * 100_000, encoding="utf-8")
     tracemalloc.start()
@@ -228,7 +228,7 @@ def test_one_line_of_many_blocks_is_a_stream_too(tmp_path: Path) -> None:
     assert top < 2_000_000
 
 
-def test_a_file_that_changes_is_not_read_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_file_that_changes_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(source_module, "IN_MEMORY_BYTES", -1)
     monkeypatch.setattr(source_module, "CHUNK", 4)
     path = tmp_path / "part.nc"
@@ -252,7 +252,7 @@ def test_a_file_that_changes_is_not_read_on(tmp_path: Path, monkeypatch: pytest.
         list(blocks)
 
 
-def test_a_small_file_may_change(tmp_path: Path) -> None:
+def test_a_small_file_may_change_after_it_was_read(tmp_path: Path) -> None:
     path = tmp_path / "part.nc"
     path.write_text("X1\nX2")
     blocks = read_file(path).main.blocks
@@ -275,7 +275,7 @@ def test_a_pipe_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("data", "line"), [(b"G00\n(R\0ck)", 2), (b"X1\rX2\r\n\n\0", 4), (b"M30\n%\nabc\n\0\n", 4), (b"X1\n(\0", 2)]
 )
-def test_what_is_no_text_is_found_wherever_it_stands(
+def test_a_null_byte_is_refused_with_its_line(
     path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, data: bytes, line: int
 ) -> None:
     monkeypatch.setattr(source_module, "CHUNK", chunk)
@@ -316,15 +316,15 @@ SNo. TOOL NOM-D No. APRCH-X
         (MAZATROL, "Mazatrol", 1),
     ],
 )
-def test_a_program_for_another_control_is_named_in_one_sentence(text: str, name: str, line: int) -> None:
+def test_a_program_for_another_control_is_refused_by_the_name_of_the_control(text: str, name: str, line: int) -> None:
     for end in ("\n", "\r\n"):
         with pytest.raises(ControlError, match=f"this is a program for a {name} control") as caught:
             read(text.replace("\n", end))
         assert caught.value.line == line
 
 
-def test_no_program_for_this_control_is_taken_for_one_of_another() -> None:
-    # single slips in the words of another control are told word by word
+def test_programs_for_this_control_are_not_taken_for_foreign_ones() -> None:
+    # single words of another control are reported one by one
     for text in (
         "N10 R1=5\nN20 G00 X1\nM30",
         "(SINUMERIK: R1=5)\n(CYCLE81)\nG00 X1 ; R1=5 *\nX2 ; BEGIN PGM *",
@@ -346,14 +346,14 @@ def test_comments_may_stand_before_the_first_percent(leader: str) -> None:
 
 
 @pytest.mark.parametrize("leader", ["PLATE OF TUESDAY", "(A)\nORDER FOR MILL", "Part: 7\nRev. B"])
-def test_text_before_the_percent_is_refused_in_one_sentence(leader: str) -> None:
+def test_text_before_the_percent_is_refused(leader: str) -> None:
     with pytest.raises(ControlError, match=r"stands before the % of the program, .*; delete it"):
         read(f"{leader}\n%\nO1\nX1\nM30\n%\n")
     assert [each.text for each in read("PLATE\n%\n").main.blocks] == ["PLATE"]
     assert [each.text for each in read("PLATE\nX1\n%\nX2").main.blocks] == ["PLATE", "X1"]
 
 
-def test_tapes_with_parity_and_codes_of_a_transfer_are_refused(path: Path) -> None:
+def test_parity_bits_and_data_transfer_codes_are_refused(path: Path) -> None:
     text = b"%\r\nO1 (MAIN)\r\nG00 X1. Y-2.5\r\nM30\r\n%\r\n"
     path.write_bytes(bytes(byte | 0x80 * (bin(byte).count("1") % 2) for byte in text))
     with pytest.raises(ControlError, match="every byte has a bit of even parity"):
@@ -367,7 +367,7 @@ def test_tapes_with_parity_and_codes_of_a_transfer_are_refused(path: Path) -> No
 
 @pytest.mark.parametrize("chunk", [3, 1 << 16])
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "cp437"])
-def test_comments_in_any_8_bit_code_break_nothing(
+def test_comments_may_use_any_8_bit_encoding(
     path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int, encoding: str
 ) -> None:
     monkeypatch.setattr(source_module, "CHUNK", chunk)
@@ -401,7 +401,7 @@ blanks = st.text(" \t", max_size=2)
     ),
     st.data(),
 )
-def test_any_spacing_and_case_reads_the_same(numbers: list[tuple[str, str]], data: st.DataObject) -> None:
+def test_spacing_and_case_do_not_change_the_words(numbers: list[tuple[str, str]], data: st.DataObject) -> None:
     pieces, expected, columns = "", [], []
     for letter, (sign, number) in zip("XyZfG", numbers, strict=False):
         columns.append(len(pieces) + 1)
@@ -423,12 +423,12 @@ def refusal(text: str) -> tuple[str, int | None]:
     return caught.value.name, caught.value.column
 
 
-def test_a_comment_has_128_characters_with_its_parentheses() -> None:
+def test_a_comment_has_at_most_128_characters_with_its_parentheses() -> None:
     assert words(f"({'A' * 126}) X1") == ["X1"]
     assert refusal(f"X1 ({'A' * 127})") == ("block-format", 4)
 
 
-def test_block_delete_is_the_first_character_alone() -> None:
+def test_block_delete_must_be_the_first_character() -> None:
     (source,) = read("  / X1").main.blocks
     assert source.deletable and words(" /X1") == ["X1"]
     assert refusal("X1 /Y2") == ("block-format", 4)
@@ -437,7 +437,7 @@ def test_block_delete_is_the_first_character_alone() -> None:
 
 
 @pytest.mark.parametrize("text", ["N12345 X1", "N0 X1", "N00001 X1"])
-def test_labels_of_up_to_five_digits(text: str) -> None:
+def test_block_numbers_have_up_to_five_digits(text: str) -> None:
     (source,) = read(text).main.blocks
     assert read_block(source).place.block == int(text[1:].split()[0])
 
@@ -458,7 +458,7 @@ def test_labels_of_up_to_five_digits(text: str) -> None:
         ("X#1[2]", "expression", 4),
     ],
 )
-def test_refused_words(text: str, name: str, column: int) -> None:
+def test_a_faulty_word_is_refused_by_name_and_column(text: str, name: str, column: int) -> None:
     assert refusal(text) == (name, column)
 
 
@@ -470,14 +470,14 @@ def test_expressions_stay_unevaluated() -> None:
     assert [word.column for word in block.words] == [1, 11, 16, 21, 33, 39]
 
 
-def test_equal_blocks_are_read_once_and_few_are_kept() -> None:
+def test_equal_blocks_are_read_once_and_the_cache_is_small() -> None:
     one, two = (next(iter(read("G00 X1").main.blocks)) for _ in range(2))
     assert one is not two and read_block(one) is read_block(two)
     limit = read_block.cache_info().maxsize
     assert limit is not None and limit <= 4096
 
 
-def test_a_program_beside_the_file_is_split_too(path: Path) -> None:
+def test_a_program_file_beside_the_main_file_is_split_into_programs(path: Path) -> None:
     path.write_text("M98 P77\nM30")
     path.with_name("O77.nc").write_text("(SUB)\nX1\nO78\nX2; X3\n")
     programs: Programs = read_file(path)

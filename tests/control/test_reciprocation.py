@@ -16,7 +16,7 @@ def test_g80_finishes_the_stroke_and_the_next_block_waits() -> None:
 
 
 @pytest.mark.parametrize("end", ["M30", "M02", "G80\nM30"])
-def test_at_a_reversal_point_it_stops_at_once(end: str) -> None:
+def test_reciprocation_at_a_reversal_point_stops_at_once(end: str) -> None:
     assert story(cycles(f"G81 X230. I-30. E12000.\n{end}")) == ""
     assert story(cycles(f"G82 X230. I-30. Y-.01 J-.01 F6. E12000.\n{end}")) == "X230 y-0.01 X-30"
 
@@ -26,30 +26,30 @@ def test_m30_finishes_the_stroke_in_progress() -> None:
     assert story(cycles("G81 X230. I-30. E12000.\nG04 P1.5\nM30")) == "X230 X-30"
 
 
-def test_the_text_end_counts_the_strokes_already_made() -> None:
+def test_the_stroke_limit_at_the_text_end_counts_earlier_strokes() -> None:
     assert len(strokes(cycles("G81 X230. I-30. E12000.\nG04 P4.\n"))) == 10
     assert len(strokes(cycles("G81 X230. I-30. E12000.\nG04 P4.\n", strokes=2))) == 3
     assert story(cycles("G82 X230. I-30. Y-.01 J-.01 F6. E12000.\n")) == "X230 y-0.01 X-30"
 
 
-def test_words_of_the_table_command_no_motion_and_move_reversal_points() -> None:
+def test_words_of_the_table_axis_only_move_its_reversal_points() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG00 X100. Z1.\nM01\nG91 I-10. X50. E6000.\n", strokes=4)
     assert story(events) == "X100 X-40 X20 X-40"
     assert [stroke.feed for stroke in strokes(events)] == [12000.0, 6000.0, 6000.0, 6000.0]
 
 
-def test_a_change_spares_the_stroke_in_progress() -> None:
+def test_a_change_acts_after_the_stroke_in_progress() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG04 P.5\nX100. E6000.\n", strokes=3)
     assert story(events) == "X230 X-30 X100"
     assert [stroke.feed for stroke in strokes(events)] == [12000.0, 6000.0, 6000.0]
 
 
-def test_a_new_f_leaves_a_running_e_alone() -> None:
+def test_a_new_f_does_not_change_the_e_of_running_strokes() -> None:
     events = cycles("G01 Z1. F300.\nG81 X230. I-30.\nG01 Z2. F600.\n", strokes=2)
     assert [stroke.feed for stroke in strokes(events)] == [300.0, 300.0]
 
 
-def test_the_middle_of_a_stroke_shows_a_program_motion_under_way() -> None:
+def test_the_middle_of_a_stroke_includes_a_motion_in_progress() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG01 Z100. F6000.\n", strokes=1)
     (stroke,) = strokes(events)
     line = next(event for event in events if isinstance(event, Line))
@@ -59,7 +59,7 @@ def test_the_middle_of_a_stroke_shows_a_program_motion_under_way() -> None:
     assert line.finish < stroke.finish and stroke.end == (230.0, 0.0, 100.0)
 
 
-def test_a_motion_shows_where_the_table_is_at_its_end() -> None:
+def test_the_end_of_a_motion_includes_the_table_position() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG04 P.7\n", strokes=1)
     dwell = next(event for event in events if isinstance(event, Motion))
     assert dwell.end[0] == pytest.approx(100.0)
@@ -74,7 +74,7 @@ def test_a_stroke_spans_several_blocks() -> None:
     assert all(a.finish == b.begin for a, b in pairwise(lines))
 
 
-def test_the_middle_of_a_stroke_shows_a_slow_pick() -> None:
+def test_the_middle_of_a_stroke_includes_a_slow_pick() -> None:
     events = cycles("G82 X230. I-30. Y-.04 J-.02 F1. E12000.\nM30")
     assert strokes(events)[0].middle == (100.0, 0.0, 0.0)
     second, pick = strokes(events)[1], picks(events)[0]
@@ -108,7 +108,7 @@ def test_a_cycle_at_the_primary_point_starts_with_a_stroke_without_length() -> N
     assert strokes(events)[0].seconds == 0.0
 
 
-def test_g81_keeps_reciprocating_in_planes_of_other_axes() -> None:
+def test_g81_reciprocates_the_axis_of_its_word_in_g17() -> None:
     (stroke,) = strokes(run("G17 G81 Y40. E600.", strokes=1))
     assert isinstance(stroke, Stroke) and stroke.axis == 1 and stroke.end == (0.0, 40.0, 0.0)
 
@@ -125,7 +125,7 @@ def test_g82_takes_its_roles_from_the_plane() -> None:
     assert start.plan.cross_axis == 1
 
 
-def test_axis_words_in_arcs_and_dwells_leave_the_table_alone() -> None:
+def test_axis_words_in_arcs_and_dwells_do_not_change_the_strokes() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG02 Y1. Z1. R1. F600.\nG04 X.1\nE6000. G04 P.1\n", strokes=2)
     assert story(events) == "X230 X-30"
     assert [stroke.feed for stroke in strokes(events)] == [12000.0, 12000.0]
@@ -142,7 +142,7 @@ def test_dwells_that_add_up_to_two_strokes_end_at_the_reversal_point() -> None:
     assert story(cycles("G81 X230. I-30. E12000.\n" + "G04 P.7\n" * 4 + "M30")) == "X230 X-30"
 
 
-def test_slow_picks_queue() -> None:
+def test_slow_picks_wait_for_each_other() -> None:
     # picks of 2 s begin at 1.3, 3.3 and 5.3 s; the fourth stroke, from 4.2 s on, is half-way at 4.9 s
     events = cycles("G82 X230. I-30. Y-.06 J-.02 F.6 E12000.\nM30")
     assert [pick.begin for pick in picks(events)] == pytest.approx([1.3, 3.3, 5.3], abs=1e-3)

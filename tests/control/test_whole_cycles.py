@@ -1,4 +1,4 @@
-"""A cycle that nothing can come between is one event, and all else is as if its strokes had been stepped."""
+"""Whole cycles: a cycle without possible interruptions is one event, and all other events stay as when stepped."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
 
 @st.composite
 def programs(draw: Any) -> str:
-    """Cycles one after the other, with and without the table running on between them."""
+    """Return a program of several cycles, with or without reciprocation between them."""
     inch = draw(st.booleans())
 
     def length(mm: float) -> str:
@@ -48,7 +48,7 @@ def programs(draw: Any) -> str:
 
 
 def is_slow(made: list[events.Event], dwell: float) -> bool:
-    """Whether a pick is under way in the middle of the stroke after it."""
+    """Return whether a pick is under way in the middle of the stroke after it."""
     picked = 0.0
     for event in made:
         if isinstance(event, events.Stroke) and picked > event.begin + 0.5 * (event.seconds - dwell):
@@ -58,7 +58,7 @@ def is_slow(made: list[events.Event], dwell: float) -> bool:
 
 
 def summed(made: list[events.Event]) -> tuple[events.CycleStrokes, float]:
-    """What the stepped events of a cycle between its pre-dress and its end come to, and the seconds of its dresses."""
+    """Return the whole-cycle event of the stepped events after the pre-dress, and the seconds of the dresses."""
     seconds, finish = 0.0, 0.0
     begins: list[float] = []
     dresses: list[tuple[int, float]] = []
@@ -95,7 +95,7 @@ TIMES = ("time", "begin", "begins", "dresses")
 
 
 def numbers(value: Any, name: str = "", late: float = 0.0) -> Iterator[Any]:
-    """All that an event says, its times put back by `late` s."""
+    """Yield all values of an event, with its times reduced by `late` s."""
     if is_dataclass(value):
         yield type(value).__name__
         for item in fields(value):
@@ -110,7 +110,7 @@ def numbers(value: Any, name: str = "", late: float = 0.0) -> Iterator[Any]:
 
 
 def require_same(found: events.Event, stepped: events.Event, late: float, exact: bool = True) -> None:
-    """The event has the same bits or, if dresses have been left out, says the same but for rounding."""
+    """Require the same bits or, if dresses have been left out, the same values up to rounding."""
     if late == 0.0 and exact:
         assert found == stepped
         return
@@ -119,7 +119,7 @@ def require_same(found: events.Event, stepped: events.Event, late: float, exact:
 
 
 def require_alike(found: list[events.Event], stepped: list[events.Event], dwell: float) -> None:
-    """Whole cycles stand where the stepped ones do, and all else is the same; what can be whole is."""
+    """Require whole cycles wherever they are possible, and the stepped events everywhere else."""
     late, at, known = 0.0, 0, False
     for event in found:
         known |= isinstance(event, events.DressEnd)
@@ -146,7 +146,7 @@ def require_alike(found: list[events.Event], stepped: list[events.Event], dwell:
     coverage=st.booleans(),
     acceleration=st.sampled_from([300.0, 2000.0]),
 )
-def test_a_whole_cycle_leaves_everything_as_its_strokes_would(
+def test_whole_cycles_give_the_same_events_as_stepped_strokes(
     text: str, x: float, dwell: float, coverage: bool, acceleration: float
 ) -> None:
     control: dict[str, Any] = {"start": (x, 0.0, 0.0), "reversal_dwell": dwell, "coverage_pass": coverage}
@@ -154,7 +154,7 @@ def test_a_whole_cycle_leaves_everything_as_its_strokes_would(
     require_alike(run(text, whole_cycles=True, **control), run(text, **control), dwell)
 
 
-def test_a_cycle_ends_once_its_last_pick_has() -> None:
+def test_a_whole_cycle_ends_with_its_last_pick() -> None:
     text = f"{COMMON}{CYCLE.replace('L1', 'L0').replace('F60.', 'F1.')}\nG04 P1.\nM30{DRESS}"
     control: dict[str, Any] = {"start": PARKED, "coverage_pass": False}
     found = run(text, whole_cycles=True, **control)
@@ -163,8 +163,8 @@ def test_a_cycle_ends_once_its_last_pick_has() -> None:
     assert found[2].time > found[1].time
 
 
-class Along(NamedTuple):
-    """How far a cycle of one pick each way has come."""
+class Progress(NamedTuple):
+    """Progress of a cycle with one pick of each kind."""
 
     made: float
     depth: float = 0.0
@@ -176,8 +176,8 @@ class Along(NamedTuple):
 def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     both = Rules(
         cycle_of=lambda plan, coverage: None,
-        begin=lambda cycle: Along(0.0),
-        after_reversal=lambda cycle, along: Along(along.made + 1.0, depth=0.03, crossed=0.05),
+        begin=lambda cycle: Progress(0.0),
+        after_reversal=lambda cycle, along: Progress(along.made + 1.0, depth=0.03, crossed=0.05),
         finished=lambda cycle, along: along.made >= 1.0,
         least_strokes=lambda cycle: 1.0,
         cross=traverse.cross,
@@ -188,7 +188,7 @@ def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytes
 
 
 @given(text=programs(), limit=st.integers(1, 400))
-def test_a_whole_cycle_spends_what_its_strokes_would(text: str, limit: int) -> None:
+def test_a_whole_cycle_spends_the_block_budget_of_its_strokes(text: str, limit: int) -> None:
     def outcome(**settings: Any) -> str:
         try:
             run(text, start=PARKED, block_budget=limit, **settings)
@@ -219,7 +219,7 @@ PANEL: dict[str, Callable[[Control], None]] = {
 
 
 @pytest.mark.parametrize(("cycle", "control"), BETWEEN.values(), ids=BETWEEN)
-def test_what_can_come_between_strokes_has_them_stepped(cycle: str, control: dict[str, Any]) -> None:
+def test_a_cycle_is_stepped_when_something_can_come_between_strokes(cycle: str, control: dict[str, Any]) -> None:
     text = f"{COMMON}{cycle}\nM30{DRESS}"
     found = run(text, start=PARKED, whole_cycles=True, **control)
     assert found == run(text, start=PARKED, **control)
@@ -229,7 +229,7 @@ def test_what_can_come_between_strokes_has_them_stepped(cycle: str, control: dic
 
 
 @pytest.mark.parametrize("act", PANEL.values(), ids=PANEL)
-def test_what_the_operator_does_as_a_cycle_begins_has_it_stepped(act: Callable[[Control], None]) -> None:
+def test_a_panel_action_at_the_start_of_a_cycle_has_it_stepped(act: Callable[[Control], None]) -> None:
     def produced(**settings: Any) -> Iterator[events.Event]:
         control = Control(start=PARKED, **settings)
         for event in execute(read(f"{COMMON}{CYCLE}\nM30{DRESS}"), control):
@@ -241,7 +241,7 @@ def test_what_the_operator_does_as_a_cycle_begins_has_it_stepped(act: Callable[[
 
 
 @pytest.mark.parametrize("hold", [Control.feedhold, lambda control: control.override(0.0)])
-def test_a_hold_as_a_cycle_begins_comes_before_its_first_stroke(hold: Callable[[Control], None]) -> None:
+def test_a_hold_at_the_start_of_a_cycle_comes_before_its_first_stroke(hold: Callable[[Control], None]) -> None:
     control = Control(start=PARKED, whole_cycles=True)
     coming = execute(read(f"{COMMON}{CYCLE}\nM30{DRESS}"), control)
     while not isinstance(next(coming), events.CycleStart):
@@ -254,13 +254,13 @@ def test_a_hold_as_a_cycle_begins_comes_before_its_first_stroke(hold: Callable[[
 
 
 @pytest.mark.parametrize(("block", "control"), AFTER_DRESS.values(), ids=AFTER_DRESS)
-def test_dresses_that_tell_something_are_executed(block: str, control: dict[str, Any]) -> None:
+def test_dresses_with_messages_or_spindle_events_are_executed(block: str, control: dict[str, Any]) -> None:
     text = f"{COMMON}{block}\n{CYCLE} D2\nG82 Y-.06 D2\nM30{DRESS}"
     assert run(text, start=PARKED, whole_cycles=True, **control) == run(text, start=PARKED, **control)
 
 
 @pytest.mark.parametrize(("write", "whole"), [("T0202", 1), ("G92 Z7.", 1), ("G28 Y60.", 0), ("G91 G10 L2 P1 Z.5", 0)])
-def test_a_dress_program_is_executed_until_it_leaves_the_tables_as_they_were(write: str, whole: int) -> None:
+def test_a_dress_program_is_executed_until_it_leaves_the_tables_unchanged(write: str, whole: int) -> None:
     dress = DRESS.replace("G01", f"{write}\nG90 G01")
     text = f"{COMMON}{CYCLE} D3\nG82 Y-.06 D1\nG80\nG00 X0 Y0 Z3.\nM30{dress}"
     found, stepped = run(text, start=PARKED, whole_cycles=True), run(text, start=PARKED)
@@ -270,7 +270,7 @@ def test_a_dress_program_is_executed_until_it_leaves_the_tables_as_they_were(wri
     assert last.end == expected.end
 
 
-def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
+def test_a_cycle_without_strokes_gives_no_strokes_event() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
     assert kinds == [events.CycleStart, events.CycleEnd, events.ProgramEnd]

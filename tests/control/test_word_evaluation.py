@@ -21,7 +21,7 @@ def block_of(text: str) -> Block:
 
 
 def written(text: str) -> str:
-    """The value of the only word, as sign, digits and point."""
+    """Return the value of the only word, as sign, digits and point."""
     (word,) = evaluated(block_of(text), VARIABLES).words
     assert word.point
     return f"{word.sign}{word.whole}.{word.decimals}"
@@ -50,7 +50,7 @@ def written(text: str) -> str:
         ("X" + "[" * 20 + "1" + "]" * 20, "1."),
     ],
 )
-def test_values(text: str, value: str) -> None:
+def test_expressions_are_evaluated_to_ten_decimals(text: str, value: str) -> None:
     assert written(text) == value
 
 
@@ -64,7 +64,7 @@ def test_g_codes_are_exact_and_count_as_written_with_a_point() -> None:
         assert numbers.length(block, block.words[0], False, NumberFormat(suppression)) == 123.0
 
 
-def test_integers_and_tool_numbers() -> None:
+def test_integers_and_tool_numbers_may_be_expressions() -> None:
     block = evaluated(block_of("D[#1+1] L[#2+#2] T[100+#1]"), VARIABLES)
     dresses, spark_out, tool = block.words
     assert numbers.integer(block, dresses, 0, 9) == 3
@@ -98,7 +98,7 @@ tree = st.recursive(
 
 
 def written_and_exact(node: tuple) -> tuple[str, Fraction | None]:
-    """An expression, every operation in brackets, and its exact value; None where it divides by 0."""
+    """Return an expression with every operation in brackets, and its exact value; None for a division by 0."""
     if len(node) == 2:
         return node
     (left, a), operator, (right, b), sign = written_and_exact(node[0]), node[1], written_and_exact(node[2]), node[3]
@@ -112,7 +112,7 @@ def written_and_exact(node: tuple) -> tuple[str, Fraction | None]:
 
 
 @given(tree)
-def test_values_are_those_of_exact_fractions(node: tuple) -> None:
+def test_values_agree_with_exact_fractions(node: tuple) -> None:
     text, exact = written_and_exact(node)
     block = block_of(f"X[{text}]")
     if exact is None:

@@ -7,7 +7,7 @@ G82 = "G82 X230. I-30. Y-.1 J-.01 L4 F6. E12000. P9100 D2\n"
 
 
 @pytest.mark.parametrize(("feed", "seconds"), [("12000", 1.40), ("24000", 0.85), ("6000", 2.65)])
-def test_8_1_plain_reciprocation(feed: str, seconds: float) -> None:
+def test_8_1_g81_strokes_take_the_calculated_time(feed: str, seconds: float) -> None:
     events = cycles(f"G81 X230. I-30. E{feed}.\n", strokes=3)
     assert story(events) == "X230 X-30 X230"
     assert [stroke.seconds for stroke in strokes(events)] == pytest.approx([seconds] * 3)
@@ -22,7 +22,7 @@ def test_8_2_a_pick_begins_with_the_deceleration(feed: str, ramp: float) -> None
         assert pick.seconds == pytest.approx(0.1, abs=1e-3)
 
 
-def test_8_3_incremental_with_i_omitted() -> None:
+def test_8_3_an_omitted_i_is_the_start_point_of_an_incremental_g81() -> None:
     events = run("G71 G94 G19 G00 X10.\nG91 G81 X200. E8000.\nG04 P1.\nG91 G81 X150. I-5.\n", strokes=3)
     first, second = (start.plan for start in plans(events))
     assert (first.primary, first.secondary) == (210.0, 10.0)
@@ -40,7 +40,7 @@ def test_8_4_the_far_end_changes_on_the_fly() -> None:
     assert strokes(events)[1].seconds == pytest.approx(290 / 200 + 0.1)
 
 
-def test_8_5_g82_with_two_dresses() -> None:
+def test_8_5_g82_spreads_two_dresses_over_its_plunges() -> None:
     events = cycles(G82 + "M30")
     assert story(events) == (
         "X230 y-0.01 X-30 y-0.02 X230 y-0.03 X-30 y-0.04 auto X230 y-0.05 X-30 y-0.06 X230 y-0.07 auto "
@@ -71,7 +71,7 @@ def test_8_6_d_is_not_remembered() -> None:
     assert (second.program, second.spark_out, second.dresses) == (9100, 0, 0)
 
 
-def test_8_7_unequal_picks_and_the_clipped_last_one() -> None:
+def test_8_7_unequal_picks_alternate_and_the_last_one_is_clipped() -> None:
     events = cycles("G82 X230. I-30. E12000. F6. Y-.045 J-.02 Q-.01 D0\nM30")
     assert story(events) == "X230 y-0.02 X-30 y-0.03 X230 y-0.045 X-30"
     assert picks(events)[-1].end[1] == -0.045
@@ -98,7 +98,7 @@ def test_8_9_e_falls_back_to_the_last_cycle_and_then_to_f() -> None:
     assert {pick.feed for pick in picks(events)} == {6.0, 12.0}
 
 
-def test_8_10_g83() -> None:
+def test_8_10_g83_plunges_and_crosses_over_in_turn() -> None:
     events = cycles("G83 X230. I-30. Y-.04 J-.02 Z40. K10. L1 F60. E12000. P9100 D1\nM30")
     assert story(events) == (
         "X230 y-0.02 auto X-30 z10 X230 z20 X-30 z30 X230 z40 X-30 y-0.04 "

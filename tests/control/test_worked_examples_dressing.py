@@ -10,12 +10,12 @@ Leg = tuple[float, float, float | None]
 
 
 def legs(moves: list[Motion], source: Source) -> list[Leg]:
-    """X, Z and feed (None for a rapid) of the moves from one source."""
+    """Return X, Z and feed (None for a rapid) of the moves from one source."""
     return [(move.end[0], move.end[2], getattr(move, "feed", None)) for move in moves if move.source is source]
 
 
 def dressed(program: str, before: str = "") -> list[Motion]:
-    """The moves of the pre-dress of a G81.1 at X10 Z0, with F20 active."""
+    """Return the moves of the pre-dress of a G81.1 at X10 Z0, with F20 active."""
     text = f"G00 X10.\nF20.\n{before}\nG81.1 Z40. K0 E200. P1000\nM30\n{program}"
     return dress_moves(run(text))
 
@@ -76,7 +76,7 @@ def test_d8_a_request_waits_for_the_stroke_and_its_pick() -> None:
     assert plunging(to_z40.begin + 0.4 * to_z40.seconds) == "Z0 x-0.1 Z40 operator Z0 x-0.2 Z40"
 
 
-def test_d8_the_wheel_returns_to_the_very_point() -> None:
+def test_d8_the_wheel_returns_to_the_exact_point() -> None:
     events = run(PLUNGE_AT_Z0, operator_dress_at=(0.9,))
     moves = dress_moves(events)
     assert moves[0].start == moves[-1].end == (-0.1, 0.0, 0.0)
@@ -94,7 +94,7 @@ def test_a_program_motion_ends_before_a_requested_dress() -> None:
     moves = [event for event in events if isinstance(event, Motion)]
     lines = [move for move in moves if move.source is Source.PROGRAM]
     dress = dress_moves(events)
-    # the table goes on beside the motion, a stroke of 40 mm at 40 mm/s a second, and ends the one under way
+    # the table makes a stroke of 40 mm each second beside the motion, and finishes the last one
     ended = [stroke.finish for stroke in strokes(events)]
     assert sum(finish <= lines[0].finish for finish in ended) > 1
     assert dress[0].begin == min(finish for finish in ended if finish >= lines[0].finish)
@@ -109,7 +109,7 @@ def test_a_requested_dress_does_not_feed_the_standing_table_into_the_part() -> N
     assert max(before - after for before, after in itertools.pairwise(depths)) < 0.03
 
 
-def test_auto_dress_comes_before_the_operator() -> None:
+def test_an_auto_dress_comes_before_an_operator_dress() -> None:
     text = "G17\nG82 Z0 K40. X-.1 I-.1 E2400. F60. P1000 D1\nM30\n" + D1
     assert story(run("G00 Z40.\n" + text, operator_dress_at=(0.2,))) == "Z0 x-0.1 auto operator Z40"
 
@@ -129,7 +129,7 @@ def test_m90x_in_a_dress_program_holds_from_the_next_dress() -> None:
     assert len(backs) == 5 + 1
 
 
-def test_a_dress_program_in_isolation() -> None:
+def test_dress_program_moves_executes_a_dress_program_alone() -> None:
     programs = read("G00 X1.\nM30\n" + D1)
     moves = dress_program_moves(programs, 1000, Control(), start=(10.0, 0.0, 0.0))
     assert [move.source for move in moves] == [Source.DRESS] * 5 + [Source.RETRACE] * 5
@@ -137,7 +137,7 @@ def test_a_dress_program_in_isolation() -> None:
     assert list(execute(programs))
 
 
-def test_the_way_back_begins_at_the_m99_that_is_reached() -> None:
+def test_the_way_back_carries_the_block_of_the_m99() -> None:
     moves = dressed(D1 + "N7 X--\n")
     assert {move.block for move in moves if move.source is Source.RETRACE} == {6}
 

@@ -1,4 +1,4 @@
-"""What the API pages of the site promise: every public name says shapes, units, errors and sources."""
+"""API pages of the site: every public name documents its shapes, units, errors and sources."""
 
 import ast
 import functools
@@ -31,9 +31,9 @@ UNIT = re.compile(
     r"\b(?i:shares?|fraction|factors?|ratios?|exponent|probability|log of|index|indices|how many)\b|"
     r"\b(?i:numbers? of)(?! the\b)|\b(?i:whether)\b|(\A|\bis |\bare )1 (if|for)\b"
 )
-"""Of a quantity, or what says that it is a count, a flag or a number without one."""
+"""Unit of a quantity, or the words for a count, a flag or a number without a unit."""
 ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
-"""A text that is no more than this makes an empty list on the site."""
+"""A text of nothing but an enumerator makes an empty list on the site."""
 BEHIND = (
     "envs.kind_tables",
     "envs.noise_tape",
@@ -41,7 +41,7 @@ BEHIND = (
     "machine.script.script_tables",
     "machine.loops.stroke_totals",
 )
-"""Modules with the tables of the compiled loops, of which the pages speak."""
+"""Modules with the tables of the compiled loops, which the pages mention."""
 PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
 DERIVED = {
     "cut_root",
@@ -56,7 +56,7 @@ DERIVED = {
     "worn_diameter",
     "worn_flat_area",
 }
-"""Equations that follow from definitions and balances of the others."""
+"""Equations derived from definitions and balances of the others."""
 SOURCE = re.compile(r"\[[^\]]*\b[MRWDC]\b[^\]]*\]|Malkin|Rowe|Hahn|Chen|Verkerk|Jaeger")
 
 
@@ -69,7 +69,7 @@ class Public(NamedTuple):
 
     @property
     def overrides(self) -> bool:
-        """Whether it has the contract of a method of another library."""
+        """True for a method that overrides a method of another library."""
         name, bases = self.name.rpartition(".")[2], self.owner.__mro__[1:] if self.owner else ()
         return any(name in vars(base) for base in bases if not base.__module__.startswith("grind_env"))
 
@@ -79,7 +79,7 @@ class Public(NamedTuple):
 
 
 def exported(module: ModuleType) -> Iterator[tuple[str, Any]]:
-    """Names and objects of a module that its page shows."""
+    """Yield the names and objects on the page of a module."""
     names = getattr(module, "__all__", None)
     for name, value in [(each, getattr(module, each)) for each in names] if names else vars(module).items():
         if names or (not name.startswith("_") and getattr(value, "__module__", None) == module.__name__):
@@ -87,7 +87,7 @@ def exported(module: ModuleType) -> Iterator[tuple[str, Any]]:
 
 
 def functions() -> list[Public]:
-    """All public functions and methods, compiled ones as they were written."""
+    """Return all public functions and methods, compiled ones as their Python functions."""
     found: dict[int, Public] = {}
     for module in map(import_module, MODULES):
         for name, value in exported(module):
@@ -104,7 +104,7 @@ FUNCTIONS = functions()
 
 
 def tables() -> list[type]:
-    """Named tuples and dataclasses that the pages show or speak of, and those of the package they inherit from."""
+    """Return the named tuples and dataclasses of the pages, with their base classes in the package."""
     modules = [*MODULES, *(f"grind_env.{name}" for name in BEHIND)]
     shown = (value for module in map(import_module, modules) for _, value in exported(module) if inspect.isclass(value))
     kinds = dict.fromkeys(kind for each in shown for kind in each.__mro__ if kind.__module__.startswith("grind_env"))
@@ -112,7 +112,7 @@ def tables() -> list[type]:
 
 
 def quantities_of(table: type) -> list[str]:
-    """Names of the public fields with floats or arrays; the site prints the unit of an annotated `Quantity`."""
+    """Return public fields with floats or arrays, without each `Quantity`, whose unit the site prints."""
     return [
         name
         for name, hint in inspect.get_annotations(table).items()
@@ -122,7 +122,7 @@ def quantities_of(table: type) -> list[str]:
 
 @functools.cache
 def own_texts(table: type) -> dict[str, str]:
-    """What stands below the fields of a table."""
+    """Return the docstrings below the fields of a table."""
     body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
     return {
         field.target.id: text.value.value
@@ -132,9 +132,9 @@ def own_texts(table: type) -> dict[str, str]:
 
 
 def text_of(table: type, name: str) -> str:
-    """All that is said of a field: below it, in a section on attributes, or in sentences on fields that name it.
+    """Return all text about a field: below it, in the section on attributes and in sentences that name it.
 
-    A table may say that fields without a text are those of another one, as they are or as 1/X in `per_X`.
+    A table may refer to another one for fields without a text, by the same name or as 1/X in `per_X`.
     """
     introduction, *sections = re.split(r"^Attributes:\n", inspect.getdoc(table) or "", flags=re.MULTILINE)
     said = [own_texts(table).get(name, "")]
@@ -147,7 +147,7 @@ def text_of(table: type, name: str) -> str:
     return " ".join(filter(None, said))
 
 
-def test_there_is_something_to_look_at() -> None:
+def test_enough_modules_and_functions_are_found() -> None:
     assert len(MODULES) > 50 and len(FUNCTIONS) > 350
 
 
@@ -176,8 +176,7 @@ def test_every_error_that_a_public_function_raises_is_named() -> None:
     assert unnamed == []
 
 
-def test_errors_that_are_named_exist() -> None:
-    """A section on errors names classes of the package or of the libraries."""
+def test_every_documented_error_exists() -> None:
     for module in walk_packages(grind_env.__path__, "grind_env."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
@@ -202,7 +201,7 @@ def test_functions_of_arrays_state_shapes() -> None:
 
 
 @pytest.mark.parametrize("table", PHYSICS, ids=lambda table: table.__name__)
-def test_every_quantity_of_the_process_has_a_text_of_its_own(table: type) -> None:
+def test_every_quantity_of_the_process_has_its_own_text_and_unit(table: type) -> None:
     texts = own_texts(table)
     assert texts.keys() == set(table._fields)
     assert [name for name, text in texts.items() if not UNIT.search(text)] == []

@@ -51,7 +51,7 @@ EQUATIONS = [name for name, value in vars(equations).items() if callable(value)]
         ("restored_fraction", r"\eta_{\mathrm{d}} = 1 - \exp \left( -x_{\mathrm{d}} \right)"),
     ],
 )
-def test_a_formula_is_that_of_the_code(name: str, latex: str) -> None:
+def test_a_formula_is_made_from_the_code_of_its_equation(name: str, latex: str) -> None:
     assert formula(getattr(equations, name)) == latex
 
 
@@ -91,7 +91,7 @@ def test_every_symbol_stands_in_an_equation() -> None:
         assert not unused, equation
 
 
-def test_links_that_lead_nowhere_are_found(tmp_path: Path) -> None:
+def test_broken_links_are_found(tmp_path: Path) -> None:
     (tmp_path / "b.html").write_text('<h2 id="here">b</h2><a href="a.html">a</a>')
     (tmp_path / "a.html").write_text(
         '<a href="b.html#here">1</a><a href="b.html#there">2</a><a href="c.html">3</a><a href="#top">4</a>'
@@ -100,7 +100,7 @@ def test_links_that_lead_nowhere_are_found(tmp_path: Path) -> None:
     assert broken(tmp_path) == ["a.html: b.html#there", "a.html: c.html", "a.html: picture.png"]
 
 
-def test_the_page_of_facts_has_all_of_them() -> None:
+def test_the_page_of_facts_lists_every_fact() -> None:
     page = facts_page()
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     assert len(rows) == len(load_facts())
@@ -108,21 +108,21 @@ def test_the_page_of_facts_has_all_of_them() -> None:
     assert sum("**DECIDED**" in row for row in rows) == decided and f"{decided} decided" in page
 
 
-def test_the_page_of_commands_has_all_of_them() -> None:
+def test_the_page_of_commands_lists_every_command() -> None:
     page = commands_page(app, "grind")
     for command in app.registered_commands:
         assert f"## `grind {command.callback.__name__.replace('_', '-')}`" in page
     assert "```console\n$ grind check slot.nc\n$ grind check slot.nc --job slot.toml --json\n```" in page
 
 
-def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:
+def test_consecutive_text_outputs_of_a_cell_are_joined() -> None:
     picture = {"output_type": "display_data", "data": {"image/png": "..."}, "metadata": {}}
     a, b, c = ({"output_type": "stream", "name": "stdout", "text": [text]} for text in ("a\n", "b", "c"))
     assert joined([a, b, picture, c]) == [{**a, "text": ["a\n", "b"]}, picture, c]
 
 
 def test_a_picture_of_the_site_is_lighter_and_looks_the_same() -> None:
-    """No colour of a drawing with few of them moves, and none of a smooth one by more than eyes see."""
+    """A drawing of few colours keeps them exactly; a smooth picture changes less than the eye sees."""
     rng = np.random.default_rng(1)
     flat = np.repeat(np.repeat(rng.integers(0, 255, (10, 12, 3), np.uint8), 40, 0), 40, 1)
     smooth = np.stack(np.broadcast_arrays(np.arange(256)[:, None], np.arange(256)[None, :] // 2, 90), -1).astype(
@@ -148,7 +148,7 @@ def test_the_shell_blocks_of_a_page_are_bash() -> None:
         assert read.returncode == 0, f"{path}: {read.stderr}"
 
 
-def test_cells_of_a_shell_are_shown_without_their_mark() -> None:
+def test_shell_cells_are_shown_without_their_marker() -> None:
     page = new_document("page")
     page += [
         nodes.container("", nodes.literal_block("", text)) for text in ("%%bash\ngrind facts\n", "print('%%bash')")
@@ -159,12 +159,12 @@ def test_cells_of_a_shell_are_shown_without_their_mark() -> None:
     assert shell.parent["classes"] == ["shell"] and python.parent["classes"] == []
 
 
-def test_folders_of_this_machine_are_not_shown() -> None:
+def test_paths_of_the_build_machine_are_replaced() -> None:
     text = f"{ROOT}/runs] {Path.home()}/.cache/grind_env) in {gettempdir()}/tmpab_1 https://example.com{ROOT}/x"
     assert anywhere(text) == f"runs] ~/.cache/grind_env) in /tmp/... https://example.com{ROOT}/x"
 
 
-def test_bibtex_is_that_of_the_citation_file() -> None:
+def test_bibtex_follows_from_the_citation_file() -> None:
     root = DOCS.parent
     cited = read_citation(root / "CITATION.cff")
     entry = bibtex(cited, (root / "LICENSE").read_text(encoding="utf-8"))
@@ -174,7 +174,7 @@ def test_bibtex_is_that_of_the_citation_file() -> None:
     assert "{Doe, Jo and {A Group}}" in bibtex({**cited, "authors": authors}, "Copyright (c) 2026")
 
 
-def test_a_lean_page_says_the_same() -> None:
+def test_a_lean_page_keeps_the_text() -> None:
     name = '<span class="n"><span class="pre">x</span></span><span class="pre">&lt;int&gt;</span>'
     page = f'<p>{name}</p><dt class="sig sig-object py" id="x">{name}</dt><dt class="field-odd">{name}</dt>'
     made = lean(page)

@@ -13,7 +13,7 @@ from tests.envs.harness import Array, assert_same
 
 
 def check_vector_env(make: Callable[[AutoresetMode], VectorEnv], single: Callable[[], gym.Env], steps: int) -> None:
-    """Compare every call in every autoreset mode; every episode must end within so many steps, also one begun anew."""
+    """Compare every call in every autoreset mode; every episode, also a restarted one, must end within `steps`."""
     for mode in AutoresetMode:
         env = make(mode)
         sync = SyncVectorEnv([single] * env.num_envs, autoreset_mode=mode)
@@ -29,7 +29,7 @@ def check_vector_env(make: Callable[[AutoresetMode], VectorEnv], single: Callabl
 
 
 class Comparison:
-    """Calls both environments; every other result is overwritten, and the others must keep their values."""
+    """Caller of both environments; it overwrites every other result, and the rest must keep their values."""
 
     def __init__(self, env: VectorEnv, sync: SyncVectorEnv, mode: AutoresetMode) -> None:
         self.env, self.sync, self.mode = env, sync, mode
@@ -48,13 +48,13 @@ class Comparison:
         return copy
 
     def reset(self, mask: Array, first: int | None = None) -> None:
-        """Begin some episodes anew, with a seed or going on with the random numbers at hand."""
+        """Reset some episodes, with seeds or with the random state as it is."""
         seeds = None if first is None else [first + i if chosen else None for i, chosen in enumerate(mask)]
         self.both(lambda env: env.reset(seed=seeds, options={"reset_mask": mask.copy()}))
         self.over &= ~mask
 
     def step(self) -> None:
-        """Take random actions; where a step only resets, each environment gets another one."""
+        """Take random actions; where a step only resets, the two environments get different ones."""
         space, one = self.env.action_space, self.env.single_action_space
         drawn, unlike = (list(iterate(space, space.sample())) for _ in range(2))
         idle = self.over & (self.mode is AutoresetMode.NEXT_STEP)

@@ -1,4 +1,4 @@
-"""What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
+"""Helpers of the environment tests: ids, actions, rollouts and exact comparison."""
 
 import inspect
 from collections.abc import Callable
@@ -15,7 +15,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
-from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import NOISE, Episodes
@@ -40,17 +39,17 @@ Array = NDArray[Any]
 
 
 def every_id() -> list[str]:
-    """The ids of all environments that the package registers, those of tasks and the others."""
+    """Return the ids of all environments of the package."""
     return sorted(name for name in gym.registry if name.startswith("grind/"))
 
 
 def accepts(env_id: str, name: str) -> bool:
-    """Whether an environment has a keyword argument of that name."""
+    """Return whether an environment has a keyword argument of the given name."""
     return name in inspect.signature(load_env_creator(gym.spec(env_id).entry_point)).parameters
 
 
 def quiet(env_id: str) -> dict[str, Any]:
-    """The keyword argument that keeps the text of the blocks out of the info."""
+    """Return the keyword argument that keeps the text of the blocks out of the info."""
     return {"show_block": False} if accepts(env_id, "show_block") else {}
 
 
@@ -68,20 +67,12 @@ def reward_terms_of(info: dict[str, Any]) -> dict[str, Any]:
 
 
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
-    """Uniform actions, shape (steps, num_envs, 2), float32."""
+    """Return uniform actions, shape (steps, num_envs, 2), float32."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)
 
 
-def alike(task: Task, steps: int, num_envs: int) -> tuple[Array, Array]:
-    """E in mm/min geometrically over its range and every D alike, each shape (steps, num_envs)."""
-    u = actions(steps, num_envs)
-    speeds = ActionCodec(task).decode(u.reshape(-1, 2))[0].reshape(steps, num_envs)
-    most = task.action.executions
-    return speeds, np.minimum(np.floor(0.5 * (u[..., 1] + 1.0) * (most + 1.0)), most)
-
-
 def sampled(env_id: str, steps: int, num_envs: int, **kwargs: Any) -> list[Any]:
-    """Batches of actions drawn from the action space of the vector env."""
+    """Return batches of actions sampled from the action space of the vector env."""
     space = native(env_id, num_envs, **kwargs).action_space
     space.seed(0)
     return [space.sample() for _ in range(steps)]
@@ -92,7 +83,7 @@ USUAL_LOTS = Lots()
 
 
 class JobTape(NamedTuple):
-    """What was drawn for an episode of a job: the parts, whether each begins a lot, and the noise of each block."""
+    """Draws of an episode of a job: its parts, a flag where a part begins a lot, and the noise of each block."""
 
     conditions: tuple[PartConditions, ...]
     new_lot: tuple[bool, ...]
@@ -100,7 +91,7 @@ class JobTape(NamedTuple):
 
 
 def job_tape(tape: Array, conditions: tuple[PartConditions, ...], part_of_block: Array) -> JobTape:
-    """Of a tape of shape (blocks, fields of `TapeRow`)."""
+    """Return the draws on a tape of shape (blocks, fields of `TapeRow`)."""
     first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
     return JobTape(conditions, tuple((tape[first, NEW_LOT] > 0.0).tolist()), tape[:, NOISE])
 
@@ -108,7 +99,7 @@ def job_tape(tape: Array, conditions: tuple[PartConditions, ...], part_of_block:
 def job_drawn(
     rng: np.random.Generator, parts: int, spread: float, given: Given = NOTHING_GIVEN, lots: Lots = USUAL_LOTS
 ) -> JobTape:
-    """An episode of a job of that many parts with one block each."""
+    """Draw an episode of a job with `parts` parts of one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
     tape, source = np.empty((1, parts, len(TapeRow._fields))), np.zeros((1, SOURCE))
     numbers = {"block": np.zeros(1, np.int64), "schedule": np.zeros((1, parts), np.int16)}
@@ -119,25 +110,25 @@ def job_drawn(
 
 
 def whole_tape(env: Any) -> np.ndarray:
-    """The tape of the episode that an environment is in, shape (blocks, fields of `TapeRow`)."""
+    """Return the tape of the current episode of an environment, shape (blocks, fields of `TapeRow`)."""
     return env.unwrapped.simulation.with_full_tapes(env.unwrapped.episodes).tape[0]
 
 
 def tape_of_job(env: Any) -> JobTape:
-    """What was drawn for the episode of a program that an environment is in."""
+    """Return the draws of the current episode of a job environment."""
     simulation, episodes = env.simulation, env.episodes
     return job_tape(episodes.tape[0], simulation.conditions(episodes, 0), simulation.part_of_block)
 
 
 def rows_of(batch: Any, count: int) -> list[Any]:
-    """The actions of a batch, one for each single env."""
+    """Return the actions of a batch, one for each single env."""
     if isinstance(batch, dict):
         return [{name: values[i] for name, values in batch.items()} for i in range(count)]
     return [batch[i] for i in range(count)]
 
 
 def without_expansion(task: Task) -> Task:
-    """The task with materials that heat does not expand: how long a part has cooled is then the same."""
+    """Return the task with materials without thermal expansion, so that the cooling time of a part has no effect."""
     materials = {name: replace(each, thermal_expansion=0.0) for name, each in task.catalogue.materials.items()}
     return replace(task, catalogue=replace(task.catalogue, materials=materials))
 
@@ -157,7 +148,7 @@ def sync(env_id: str, num_envs: int, mode: AutoresetMode = AutoresetMode.NEXT_ST
 
 
 def row_of(stepped: Any, i: int) -> Any:
-    """What the single env i would have returned."""
+    """Return the result of a step as the single env i would return it."""
     observations, rewards, terminated, truncated, info = stepped
     return observations[i], float(rewards[i]), bool(terminated[i]), bool(truncated[i]), info_of(info, i)
 
@@ -193,7 +184,7 @@ def assert_same(a: Any, b: Any, place: str = "result") -> None:
 
 
 def refusal(error: Any, function: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
-    """The message of an error, which must be one line."""
+    """Return the message of the expected error, which must be one line."""
     with pytest.raises(error) as caught:
         function(*args, **kwargs)
     message = str(caught.value)
@@ -227,7 +218,7 @@ def rollout(
 
 
 class Course:
-    """Random episodes of a task: what was drawn and what happened, arrays of shape (blocks, N) and (blocks + 1, N)."""
+    """Episodes of a task with their draws and results, arrays of shape (blocks, N) and (blocks + 1, N)."""
 
     def __init__(self, simulation: Simulation, speeds: Array, executions: Array) -> None:
         self.simulation, self.task = simulation, simulation.task
@@ -249,10 +240,10 @@ class Course:
         self.observations = np.array(observations)
 
     def of_kind(self, field: str) -> Array:
-        """That number of the kind of every block, shape (blocks, N)."""
+        """Return a field of the kind of every block, shape (blocks, N)."""
         return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
 
 
 def start(simulation: Simulation, count: int, seed: int = 0) -> Episodes:
-    """Fresh episodes with the seeds `seed`, `seed + 1`, ..."""
+    """Return fresh episodes with the seeds `seed`, `seed + 1`, ..."""
     return simulation.start([np.random.default_rng(seed + i) for i in range(count)])

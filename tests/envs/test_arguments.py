@@ -48,7 +48,7 @@ def test_an_argument_of_a_wrong_type_is_refused_in_one_sentence(env_id: str) -> 
             refused(vector, name, value)
 
 
-def test_what_has_no_task_to_leave_the_observation_to_needs_it_said() -> None:
+def test_a_job_environment_refuses_observation_none() -> None:
     for make in (gym.make, gym.make_vec):
         with pytest.raises(GrindError, match=r"^observation is None, but must be one of measured, full$"):
             make("grind/Job-v0", observation=None)
@@ -56,13 +56,13 @@ def test_what_has_no_task_to_leave_the_observation_to_needs_it_said() -> None:
 
 @pytest.mark.parametrize("name", ["program", "job"])
 @pytest.mark.parametrize("value", [3, "a\0b", "\ud800"])
-def test_the_name_of_a_file_is_a_text_that_can_be_one(name: str, value: Any) -> None:
+def test_an_impossible_file_name_is_refused(name: str, value: Any) -> None:
     for make in (job.make, job.make_vector):
         refused(make, name, value)
 
 
 @pytest.mark.parametrize("name", ["program", "job"])
-def test_a_path_which_no_spec_can_hold_is_refused_and_its_text_is_not(name: str) -> None:
+def test_a_path_object_is_refused_and_its_text_accepted(name: str) -> None:
     path = EXAMPLE if name == "program" else EXAMPLE.with_suffix(".toml")
     for make in (job.make, job.make_vector):
         refused(make, name, path)
@@ -72,20 +72,20 @@ def test_a_path_which_no_spec_can_hold_is_refused_and_its_text_is_not(name: str)
 
 @every_environment
 @pytest.mark.parametrize("observation", ["measured", "full"])
-def test_every_id_takes_what_a_loop_over_all_ids_gives(env_id: str, observation: str) -> None:
+def test_every_id_accepts_the_same_keyword_arguments(env_id: str, observation: str) -> None:
     given = {"observation": observation, "show_block": False, "action": "box", "predress": False}
     for env in (gym.make(env_id, **given), native(env_id, 2, **given)):
         assert env.reset(seed=0)[0] in env.observation_space
 
 
-def test_where_no_cycle_can_be_chosen_one_is_refused() -> None:
+def test_a_job_environment_refuses_a_cycle() -> None:
     for make in (gym.make, gym.make_vec):
         with pytest.raises(GrindError, match=r"^cycle is 'G82', but .*: leave it out$"):
             make("grind/Job-v0", cycle="G82")
 
 
 @every_environment
-def test_the_numbers_of_numpy_are_as_good_as_those_of_python(env_id: str) -> None:
+def test_numpy_numbers_are_accepted_like_python_numbers(env_id: str) -> None:
     vector: Any = load_env_creator(gym.spec(env_id).vector_entry_point)
     env, twin = vector(num_envs=np.int64(2)), vector(num_envs=2)
     assert env.num_envs == 2 and type(env.num_envs) is int
@@ -97,12 +97,12 @@ def test_the_numbers_of_numpy_are_as_good_as_those_of_python(env_id: str) -> Non
 
 
 @every_environment
-def test_an_argument_that_there_is_not_is_named(env_id: str) -> None:
+def test_an_unknown_argument_is_named_in_the_error(env_id: str) -> None:
     for make in (gym.make, gym.make_vec):
         with pytest.raises(TypeError, match="unexpected keyword argument 'obervation'"):
             make(env_id, obervation="full")
 
 
-def test_the_task_of_an_id_can_be_overridden_as_its_class_says() -> None:
+def test_the_task_of_an_id_can_be_overridden() -> None:
     env = gym.make("grind/Slot-v0", task="rush").unwrapped
     assert env.task.name == "rush" and native("grind/Slot-v0", 2, task="rush").unwrapped.task.name == "rush"

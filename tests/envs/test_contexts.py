@@ -19,11 +19,11 @@ from grind_env.errors import GrindError
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, refusal, start, whole_tape
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
-"""Of the standard normal distribution."""
+"""Deciles of the standard normal distribution."""
 
 
 def trajectory(env_id: str, seed: int, options: Any, **kwargs: Any) -> tuple[Array, Array, str]:
-    """Observations, rewards and the part program of an episode of middling actions."""
+    """Return observations, rewards and the part program of an episode of moderate actions."""
     env = gym.make(env_id, **kwargs).unwrapped
     observations, rewards = [env.reset(seed=seed, options=options)[0]], []
     for action in 0.5 * actions(BLOCKS[env_id], 1)[:, 0]:
@@ -34,13 +34,13 @@ def trajectory(env_id: str, seed: int, options: Any, **kwargs: Any) -> tuple[Arr
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_the_nominal_context_is_the_deterministic_task(name: str) -> None:
+def test_the_nominal_context_makes_a_task_deterministic(name: str) -> None:
     env_id = IDS[task_names().index(name)]
     task = load_task(name)
     runs = [trajectory(env_id, seed, {"context": nominal_context(task)}, observation="full") for seed in (1, 99)]
     assert_same(runs[0], runs[1])
     assert_same(trajectory(env_id, 7, {"context": "nominal"}, observation="full"), runs[0])
-    if name != "oracle6":  # which is deterministic as it is
+    if name != "oracle6":  # Oracle6 is always deterministic
         plain = trajectory(env_id, 1, None, observation="full")
         assert not np.array_equal(plain[1], runs[0][1])
         # and the nominal values are those of the task: stock on target, every factor 1
@@ -55,7 +55,7 @@ def test_the_nominal_context_is_the_deterministic_task(name: str) -> None:
 
 
 OTHER = {"executions_left": 3.0, "slack": 0.5, "diamond_flat": 0.2, "noise": 2.0, "stock": 1.2}
-"""Values that are not the nominal ones; 1.5 of every other factor."""
+"""Values other than the nominal ones; every other factor gets 1.5."""
 
 
 @pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
@@ -81,11 +81,11 @@ def test_a_factor_either_changes_something_or_is_refused(env_id: str) -> None:
     made, shown = (np.concatenate(rows, axis=1) for rows in (earned, seen))
     for k, name in enumerate(legal, 1):
         assert not (shown[k] == shown[0]).all(), name
-        # what happens changes, too, and not only what is seen, but for the noise
+        # every factor except the noise also changes the rewards
         assert (made[k] == made[0]).all() == (name == "noise"), name
 
 
-def test_the_noise_changes_what_is_seen_and_not_what_happens() -> None:
+def test_noise_changes_the_observations_but_not_the_rewards() -> None:
     nominal = nominal_context(load_task("power_limited"))
     exact, rewards, program = trajectory("grind/PowerLimited-v0", 0, {"context": nominal})
     noisy, same, text = trajectory("grind/PowerLimited-v0", 0, {"context": {**nominal, "noise": 1.0}})
@@ -93,7 +93,7 @@ def test_the_noise_changes_what_is_seen_and_not_what_happens() -> None:
     assert program == text and not np.allclose(exact, noisy)
 
 
-def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
+def test_a_context_does_not_change_the_draws_of_other_factors() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     seeds = [np.random.default_rng(s) for s in range(50)]
     given = read_options(simulation.task, {"context": {"kA": 2.0, "noise": 0.5}}, Given())
@@ -101,7 +101,7 @@ def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
     fixed = TapeRow(*np.moveaxis(simulation.start(seeds, [given] * 50).tape, 2, 0))
     for name in ("kind", "stock", "new_lot", "pm", "hf", "fc", "Gref", "ra_scale", "material"):
         np.testing.assert_array_equal(getattr(plain, name), getattr(fixed, name), err_msg=name)
-    # every lot has the factor 2, on top of that of the wheel
+    # every lot has the factor 2, multiplied by the factor of the wheel
     wheel = fixed.kA / 2.0
     assert (wheel == wheel[:, :1]).all() and np.abs(np.log(wheel)).max() == pytest.approx(
         CUT * simulation.task.spread.wheel_growth
@@ -110,7 +110,7 @@ def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
     np.testing.assert_allclose(fixed.gauged - fixed.stock, 0.5 * (plain.gauged - plain.stock), atol=1e-12)
 
 
-def test_a_lot_that_differs_in_nothing_is_no_new_lot() -> None:
+def test_a_lot_without_any_difference_is_not_a_new_lot() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     for context, lots in (({"kA": 1.0}, True), ({"pm": 1.0}, True), ({"kA": 1.0, "pm": 1.0}, False)):
         given = read_options(simulation.task, {"context": context}, Given())
@@ -135,7 +135,7 @@ def test_a_context_holds_until_another_is_given() -> None:
     assert env.given == Given()
 
 
-def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
+def test_sub_envs_keep_their_own_contexts_through_autoresets() -> None:
     contexts = [{"stock": 0.8, "sequence": ["plate"]}, None, "nominal"]
     for mode in (AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP):
         env = native("grind/PowerLimited-v0", 3, mode)
@@ -151,7 +151,7 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
         assert [given.split for given in env.unwrapped.given] == [
             SPLITS[name] for name in ("inner", "interpolation", "all")
         ]
-        # only those that are reset take a new one
+        # only the sub-env that is reset takes a new context
         mask = np.array([True, False, False])
         env.reset(options={"reset_mask": mask, "context": {"stock": 1.2}})
         assert [given.fixed.stock for given in env.unwrapped.given][::2] == [1.2, 1.0]
@@ -198,7 +198,7 @@ def test_a_bad_option_is_refused_and_changes_nothing(options: Any, part: str) ->
     assert issubclass(ContextError, GrindError)
 
 
-def test_a_list_of_contexts_has_one_for_each_env() -> None:
+def test_a_list_of_contexts_must_have_one_for_each_env() -> None:
     env = native("grind/PowerLimited-v0", 2)
     with pytest.raises(ContextError, match="context has 3 entries, but must have 2"):
         env.reset(options={"context": [None] * 3})
@@ -213,11 +213,11 @@ def test_a_rough_block_needs_its_finish_block() -> None:
             read_options(task, {"context": {"sequence": sequence}}, Given())
 
 
-def test_the_splits_take_ranges_of_every_factor_that_do_not_meet() -> None:
+def test_the_splits_use_disjoint_ranges_of_every_factor() -> None:
     assert SPLITS[EVERY] == Split()
     inner, between = (SPLITS[name].ranges for name in ("inner", "interpolation"))
     assert sorted(inner + between) == [0, 1, 3, 4, 5, 6, 8, 9]
-    # what is to be interpolated lies between what is met in training
+    # the ranges of interpolation lie between those of training
     assert all(min(inner) < number < max(inner) for number in between)
     # symmetric about the middle, so that no split is harder on the whole
     assert all(sorted(9 - number for number in split.ranges) == sorted(split.ranges) for split in SPLITS.values())
@@ -272,7 +272,7 @@ def test_the_roughness_scatters_from_part_to_part_about_that_of_the_wheel() -> N
         assert following == pytest.approx(0.0, abs=0.03)
 
 
-def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
+def test_a_fixed_material_changes_the_readings_but_is_not_shown() -> None:
     for name, flags in (("power_limited", []), ("job_shop", [0.0, 0.0])):
         env = task_env.make(name, observation="full")
         names = [entry.name for entry in env.observation_info()]

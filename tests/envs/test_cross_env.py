@@ -42,7 +42,7 @@ def play(env: GrindEnv, seed: int, policy_seed: int) -> list[Info]:
 
 
 def ground(env: GrindEnv) -> GrindingRecord:
-    """The program and requests of the episode under `machine.grind`, with the wheel and the parts of its seed."""
+    """Run program and requests of the episode with `machine.grind`, on the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_of(env.task, env.blocks)
     wheel = replace(job.wheel, diamond_flat=drawn.wheel(0).wd)
@@ -52,7 +52,7 @@ def ground(env: GrindEnv) -> GrindingRecord:
 
 
 def too_many_dresses(text: str) -> list[int]:
-    """Lines of the cycles whose D is above depth over pick."""
+    """Return the lines of the cycles with D above depth over pick."""
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         words = {name: float(value) for name, value in re.findall(r"([YJD])(-?[\d.]+)", line)}
@@ -72,11 +72,11 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings
-    # fast tables ask for more than its 5 kW; each block that dresses more often than it plunges is told, and no other
+    # fast tables overload the 5 kW spindle; a warning names every block with more dresses than plunges, and no other
     told = [each for each in own.warnings if "the spindle" not in each]
     assert all("asks for more dresses than the cycle has plunges" in each for each in told)
     assert [int(each.split(":")[1]) for each in told] == too_many_dresses(env.part_program())
-    # from the wheel and the parts that the seed draws, and from those of the environment
+    # ground on the wheel and parts drawn from the seed, and on those of the environment
     for name in ("strokes", "dresses", "parts"):
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name
     parts = record.parts
@@ -103,7 +103,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
 
 
-def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
+def test_the_block_is_a_g83_that_crosses_the_part_from_edge_to_edge() -> None:
     env = wide_plates.make(predress=True, show_block=True)
     env.reset(seed=0)
     assert env.episodes is not None
@@ -115,14 +115,14 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
     assert text in env.part_program() and plain in env.part_program()
 
 
-def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
+def test_the_strips_match_a_traverse_computed_step_by_step() -> None:
     env = wide_plates.make()
     task, kind = env.task, env.task.kinds[0]
     env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
     assert env.episodes is not None
     wheel, stock = env.episodes.wheel(0), float(whole_tape(env)[0, 1])
     env.step(np.array([0.0, -1.0], np.float32))
-    # a strip has 1 mm; the wheel of 25 mm goes there by 12 mm and back by 12 mm, each from where it plunged
+    # strips are 1 mm wide; the 25 mm wheel crosses there and back in picks of 12 mm
     there, back = (0, 12, 24, 35), (35, 23, 11, 0)
     strips = strip_zones(np.arange(60.0))
     depths = [0.0, *np.minimum(kind.pick * np.arange(1, 20), stock)[: int(np.ceil(stock / kind.pick))]]
@@ -149,7 +149,7 @@ def tapers(context: dict[str, float], D: int, parts: int = 8) -> np.ndarray[Any,
     return np.asarray(env.record().parts["taper"])
 
 
-def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
+def test_the_taper_grows_as_the_wheel_dulls_and_shrinks_with_dresses() -> None:
     plain = tapers({}, 0)
     assert (plain > 0.5).all()
     assert (np.diff(plain[1:]) > 0.0).all()
@@ -159,7 +159,7 @@ def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
     assert (np.diff(by_dresses) < 0.0).all()
 
 
-def test_taper_and_worst_size_are_read_after_every_part() -> None:
+def test_the_observation_shows_taper_and_worst_size_after_every_part() -> None:
     env = wide_plates.make()
     observation, _ = env.reset(seed=3, options={"context": {"noise": 0.0}})
     assert observation[-1] == 0.0 and env.observation_info()[-1].name == "taper"
@@ -173,7 +173,7 @@ def test_taper_and_worst_size_are_read_after_every_part() -> None:
         assert 0.0 < width_of_cut < 25.0
 
 
-def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
+def test_the_taper_of_every_part_has_its_own_noise_of_two_size_readings() -> None:
     simulation = BlockSimulation(read_task("wide_plates"))
     exact = Given(fixed=Fixed(noise=0.0))
     tapers = list[list[np.ndarray]]()

@@ -42,7 +42,7 @@ def test_decoding_follows_the_published_map(u0: float, u1: float) -> None:
     assert executions == (np.float32(u1) > np.float32(1.0 / 3.0))
 
 
-def test_uniform_actions_dress_in_a_third_of_the_blocks_with_every_D_alike_and_choose_every_level_alike() -> None:
+def test_uniform_actions_dress_in_a_third_of_blocks_and_choose_D_and_levels_evenly() -> None:
     u = np.linspace(-1.0, 1.0, 12001)[:-1] + 1.0 / 12000.0
     actions = np.stack([u, u], axis=1)
     for codec, most in ((RANGE, 3), (LEVELS, 1), (ActionCodec(load_task("slot")), 4)):
@@ -57,7 +57,7 @@ def test_a_third_is_the_last_action_without_a_dress() -> None:
     for codec in (RANGE, LEVELS):
         D = codec.decode(edges)[1]
         assert D.tolist() == [0.0, 1.0] and not np.signbit(D).any()
-    # what a Gaussian policy does that has learned nothing
+    # actions of an untrained Gaussian policy
     drawn = np.clip(np.random.default_rng(0).standard_normal((100_000, 2)), -1.0, 1.0)
     assert 0.35 < (RANGE.decode(drawn)[1] > 0.0).mean() < 0.39
 
@@ -81,7 +81,7 @@ def test_a_task_without_dresses_has_one_D() -> None:
         (9000.0, math.nan, "D is nan"),
     ],
 )
-def test_what_cannot_be_chosen_is_refused(speed: float, executions: float, part: str) -> None:
+def test_encode_refuses_an_illegal_E_or_D(speed: float, executions: float, part: str) -> None:
     with pytest.raises(ActionError, match=part):
         RANGE.encode(speed, executions)
 
@@ -101,7 +101,7 @@ CODECS = [
 
 
 @given(st.data())
-def test_every_form_undoes_its_decoding(data: st.DataObject) -> None:
+def test_encode_inverts_decode_in_every_form(data: st.DataObject) -> None:
     codec = data.draw(st.sampled_from(CODECS))
     codec.space.seed(data.draw(st.integers(0, 2**31)))
     actions = [codec.space.sample() for _ in range(5)]
@@ -112,12 +112,12 @@ def test_every_form_undoes_its_decoding(data: st.DataObject) -> None:
     rows = rows_of(again, 5)
     assert all(codec.space.contains(row) for row in rows)
     np.testing.assert_array_equal(codec.decode(again), chosen)
-    if codec.action in ("multidiscrete", "discrete"):  # where an action stands for one choice only, and back
+    if codec.action in ("multidiscrete", "discrete"):  # one action for each choice
         np.testing.assert_array_equal(again, batch)
 
 
 @given(st.data())
-def test_every_form_can_say_every_choice(data: st.DataObject) -> None:
+def test_every_form_can_express_every_choice(data: st.DataObject) -> None:
     codec = data.draw(st.sampled_from(CODECS))
     if codec.levels.size:
         E = data.draw(st.sampled_from(codec.levels.tolist()))
@@ -154,7 +154,7 @@ def test_a_pre_dress_is_asked_for_above_zero() -> None:
     assert asked.tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
 
 
-def test_physical_actions_are_rounded_as_a_program_says_them() -> None:
+def test_physical_actions_are_rounded_to_whole_mm_per_min_or_a_level() -> None:
     free, levels = (ActionCodec(load_task(name), "dict") for name in ("power_limited", "oracle6"))
     assert free.decode({"E": [8999.4, 8999.6], "D": [0, 3]})[0].tolist() == [8999.0, 9000.0]
     # the nearest level by ratio: 6000, 9000, 14000, 21000

@@ -30,16 +30,16 @@ from tests.examples import few
 pytestmark = pytest.mark.filterwarnings("error")
 
 SHORT = {"wide_plates": 2}
-"""Blocks of an episode of the short form of a task; 8 of the others."""
+"""Blocks of a shortened episode; 8 for the other tasks."""
 
 SPACES = dict(zip(harness.FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
 NO_PRE_DRESS = {"grind/Job-v0": "the program says which cycles begin with a dress"}
-"""Environments whose action has no pre-dress, and why; all others have it."""
+"""Environments without a pre-dress in their action, and the reason."""
 
 
 def kinds_of(env_id: str) -> list[dict[str, Any]]:
-    """The keyword arguments of every kind of action of an environment; in all with a pre-dress for one of them."""
+    """Return keyword arguments for every kind of action, with a pre-dress for one kind (Oracle6: for every kind)."""
     forms: list[dict[str, Any]] = [{"action": form} for form in harness.FORMS]
     dressing = forms if env_id == "grind/Oracle6-v0" else forms[:1]
     return [*forms, *({**form, "predress": True} for form in dressing if env_id not in NO_PRE_DRESS)]
@@ -62,7 +62,7 @@ a_kind_of_each = parametrized(
         for kwargs in (kinds if env_id in ALL_KINDS else [kinds[k % len(kinds)]])
     ]
 )
-"""Of the most an environment has one kind here, the next one another: that decisions do the same in all is tested."""
+"""Most environments have one kind of action here, in turn: another test shows that all kinds are equivalent."""
 every_clone = pytest.mark.parametrize(
     "clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["deepcopy", "pickle"]
 )
@@ -70,9 +70,9 @@ every_clone = pytest.mark.parametrize(
 
 @functools.cache
 def short_simulation(env_id: str, observation: str = "measured", predress: bool = False) -> Simulation:
-    """That of an environment with few blocks: what happens at the end of its episodes is the same, but comes sooner.
+    """Return the simulation of an environment with few blocks, so that its episodes end sooner.
 
-    It is made once: what happens in an environment is in its episodes, and the simulation stays as it is.
+    It is cached: all state of an environment is in its episodes, and the simulation does not change.
     """
     simulation: Simulation = gym.make(env_id, observation=observation).unwrapped.simulation
     if env_id == "grind/Job-v0":
@@ -83,19 +83,19 @@ def short_simulation(env_id: str, observation: str = "measured", predress: bool 
 
 
 def short_vector(env_id: str, mode: AutoresetMode, **kwargs: Any) -> VectorEnv:
-    """The native vector form of an environment with such episodes, where E and D are chosen."""
+    """Return the native vector form of an environment with short episodes."""
     own = {name: kwargs.pop(name) for name in ("observation", "predress") if name in kwargs}
     return GrindVectorEnv(short_simulation(env_id, **own), 2, autoreset_mode=mode, **kwargs)
 
 
 def short_single(env_id: str, **kwargs: Any) -> gym.Env[Any, Any]:
-    """The single form, likewise."""
+    """Return the single form of an environment with short episodes."""
     own = {name: kwargs.pop(name) for name in ("observation", "predress") if name in kwargs}
     return GrindEnv(short_simulation(env_id, **own), **kwargs)
 
 
 def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
-    """Random actions up to the end of an episode, or as many as `most`."""
+    """Return random actions up to the end of an episode, at most `most`."""
     env.action_space.seed(0)
     env.reset(seed=seed)
     plan: list[Any] = []
@@ -114,7 +114,7 @@ def test_the_published_ids_are_registered() -> None:
 
 
 def made(env_id: str, **kwargs: Any) -> list[gym.Space[Any]]:
-    """The action spaces of the single and of the vector environment."""
+    """Return the action spaces of the single and of the vector environment."""
     return [gym.make(env_id, **kwargs).action_space, harness.native(env_id, 2, **kwargs).single_action_space]
 
 
@@ -156,7 +156,7 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
     shown = {"observation": ("measured", "full")[CASES.index((env_id, kwargs)) % 2]}
     env = gym.make(env_id, **kwargs, **(shown if harness.accepts(env_id, "observation") else {}))
     with warnings.catch_warnings():
-        if kwargs.get("action") == "dict":  # which is in physical units on purpose
+        if kwargs.get("action") == "dict":  # dict actions have physical units on purpose
             warnings.filterwarnings("ignore", ".*symmetric and normalized space")
         check_env(env.unwrapped)
     if kwargs.get("action") != "dict":  # Stable-Baselines3 has no dict actions
@@ -166,7 +166,7 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
 @pytest.mark.bits
 @a_kind_of_each
 def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any]) -> None:
-    # in every other case, the blocks are shown, the state is observed and the info tells all
+    # every other case shows the blocks, the full observation and the full info
     odd = bool(CASES.index((env_id, kwargs)) % 2)
     shown = "full" if odd else "measured"
     kwargs = {**kwargs, "show_block": odd, "observation": shown, "info": shown}
@@ -191,7 +191,7 @@ def test_no_two_arrays_of_a_result_share_memory(mode: AutoresetMode) -> None:
 
 
 def arrays(value: Any) -> list[np.ndarray]:
-    """All arrays of a result, those within arrays of objects among them."""
+    """Return all arrays of a result, also those within arrays of objects."""
     if isinstance(value, np.ndarray):
         return [value, *(part for each in value if value.dtype == object for part in arrays(each))]
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else ()
@@ -220,13 +220,13 @@ def assert_workers_are_alike(env_id: str, count: int, plan: list[Any], context: 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("env_id", few(["grind/PowerLimited-v0", "grind/Job-v0"]))
-def test_workers_that_share_nothing_with_this_process_give_the_same_bits(env_id: str) -> None:
+def test_spawned_workers_and_the_native_form_give_the_same_bits(env_id: str) -> None:
     # one worker: each takes seconds to start
     assert_workers_are_alike(env_id, 1, harness.sampled(env_id, 3, 1), "spawn")
 
 
 def assert_resumed(env: Any, clone: Callable[[Any], Any], plan: list[Any]) -> None:
-    """Step half of the way, and then both the environment and a copy of it the rest, which must be the same."""
+    """Step half of the plan; then the environment and a copy of it must do the same in the rest."""
     env.reset(seed=7)
     half = len(plan) // 2
     for action in plan[:half]:
@@ -241,7 +241,7 @@ def assert_resumed(env: Any, clone: Callable[[Any], Any], plan: list[Any]) -> No
 
 @every_clone
 @every_kind
-def test_a_copied_env_goes_on_identically_and_alone(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
+def test_a_copied_env_continues_identically_and_independently(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
     assert_resumed(gym.make(env_id, **kwargs), clone, play(gym.make(env_id, **kwargs), 9, seed=7))
     mode = harness.MODES[CASES.index((env_id, kwargs)) % 2]
     assert_resumed(short_vector(env_id, mode, **kwargs), clone, harness.sampled(env_id, 14, 2, **kwargs))
@@ -269,7 +269,7 @@ def test_the_spec_survives_json(env_id: str, kwargs: dict[str, Any]) -> None:
 
 
 @every_environment
-def test_types_are_those_of_the_python_api(env_id: str) -> None:
+def test_step_returns_the_types_of_the_gymnasium_api(env_id: str) -> None:
     env = gym.make(env_id)
     env.reset(seed=0)
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())

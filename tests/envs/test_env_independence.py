@@ -13,7 +13,7 @@ from tests.envs.harness import IDS, Array, actions, assert_same, native, start
 
 
 def columns(env_id: str, seeds: list[int], plans: Array) -> list[Array]:
-    """Observations and rewards of each sub-env; plans have shape (steps, N, 2)."""
+    """Return observations and rewards of each sub-env; plans have shape (steps, N, 2)."""
     env = native(env_id, len(seeds), AutoresetMode.SAME_STEP)
     observations = [env.reset(seed=seeds)[0]]
     rewards = []
@@ -25,7 +25,7 @@ def columns(env_id: str, seeds: list[int], plans: Array) -> list[Array]:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_a_sub_env_does_not_feel_its_neighbours(env_id: str) -> None:
+def test_a_sub_env_does_not_depend_on_its_neighbours(env_id: str) -> None:
     steps = gym.make(env_id).unwrapped.task.blocks + 2
     seeds = list(range(100, 121))
     plans = actions(steps, len(seeds))
@@ -53,7 +53,7 @@ def tape_columns(count: int) -> dict[str, Array]:
 
 
 def cut_sigma(sigma: float) -> float:
-    """Standard deviation of sigma clip(N(0, 1), -1.8, 1.8)."""
+    """Return the standard deviation of sigma clip(N(0, 1), -1.8, 1.8)."""
     z = np.clip(np.random.default_rng(0).standard_normal(1_000_000), -1.8, 1.8)
     return sigma * float(z.std())
 
@@ -114,7 +114,7 @@ def test_the_noises_are_standard_normal_and_independent() -> None:
     assert np.abs(correlation).max() < 5 / np.sqrt(n)
 
 
-def test_picked_episodes_are_copies_that_go_on_alike() -> None:
+def test_picked_episodes_are_independent_copies() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     episodes = start(simulation, 4)
     simulation.step(episodes, np.full(4, 6000.0), np.ones(4))

@@ -17,7 +17,7 @@ N = 300
 
 
 @pytest.mark.parametrize("env_id", every_id())
-def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_the_page_states(env_id: str) -> None:
+def test_random_steps_stay_in_the_space_and_in_the_reward_range_of_the_page(env_id: str) -> None:
     stated = summary(env_id).reward
     assert stated is not None
     least, most = stated
@@ -32,7 +32,7 @@ def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_th
 
 
 class Run(Course):
-    """With what was read."""
+    """Random episodes of a task with their readings."""
 
     def __init__(self, name: str) -> None:
         rng, shape = np.random.default_rng(1), (load_task(name).blocks, N)
@@ -129,7 +129,7 @@ def test_book_keeping_is_exact(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_the_diameter_is_gauged_to_a_micrometre_and_that_of_a_new_wheel_known(name: str) -> None:
+def test_the_gauged_diameter_is_rounded_to_a_micrometre_and_exact_after_a_change(name: str) -> None:
     r = run(name)
     read, changed = r.read["diameter"], r.outcome.change_cost > 0.0
     np.testing.assert_allclose(read[0], r.wheels.ds[0], rtol=1e-6)
@@ -137,7 +137,7 @@ def test_the_diameter_is_gauged_to_a_micrometre_and_that_of_a_new_wheel_known(na
     np.testing.assert_allclose(read[1:][changed], r.task.wheel.diameter, rtol=1e-6)
     error = 1000.0 * (read[1:] - r.wheels.ds[1:])[~changed]
     if r.task.spread.measurement:
-        # twice the noise of the size gauge, and what rounding to 1 um adds
+        # twice the noise of the size gauge, plus the error of rounding to 1 um
         assert_standard_normal(error / np.hypot(1.4 * r.task.spread.measurement, 12.0**-0.5))
     else:
         assert np.abs(error).max() < 0.52
@@ -187,7 +187,7 @@ def test_a_pre_dress_is_remembered_for_one_block() -> None:
         seen = physical(observation, env.simulation.entries)
         assert seen["last_pre_dress"] == info["predress"] == wanted
         assert seen["dresses"] == pytest.approx(before["dresses"] + D + wanted)
-        # of D executions the last one stands at the depth D/(D + 1); a pre-dress alone before all of it
+        # the last of D executions comes at the depth D/(D + 1), a pre-dress before the first stroke
         left = stock * 300.0 / (D + 1.0) + (0.0 if D + wanted > 0.0 else before["volume"])
         assert seen["volume"] == pytest.approx(left, rel=1e-5)
         assert info["block"].startswith("G82.1 " if wanted else "G82 ")
@@ -217,7 +217,7 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
         np.testing.assert_allclose(r.read[reading][:-1], np.minimum(factor, 11.0), rtol=1e-6, err_msg=reading)
 
 
-@pytest.mark.parametrize("name", ["CBN", "blades", "wide_rails"])  # which grind a part in several blocks
+@pytest.mark.parametrize("name", ["CBN", "blades", "wide_rails"])  # tasks with several blocks per part
 def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> None:
     simulation = BlockSimulation(load_task(name), full=True)
     episodes, shown, blocks = start(simulation, 1), [], []
@@ -227,7 +227,7 @@ def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> Non
         simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
     strokes = (record := simulation.writer.record(episodes, 0, blocks)).strokes
     first = record.executions["first"][1]
-    # of the heat of each stroke every mode has a share, which decays up to the end of the block
+    # every mode takes a share of the heat of each stroke, which decays until the end of the block
     p, rows, last = simulation.task.parameters(blocks[0].kind), strokes[:first], strokes[first - 1]
     heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity
     after = last["time"] + last["seconds"] - rows["time"]
@@ -259,6 +259,6 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:
     r = run("power_limited")
-    # a part on which the spindle has stalled is no ordinary one
+    # readings after a stall are not ordinary
     shown = r.observations[1:, :, : -len(HIDDEN)][r.outcome.peak_torque < 1.0]
     assert np.abs(np.percentile(shown, [5, 50, 95], axis=0)).max() <= 3.0

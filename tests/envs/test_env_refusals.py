@@ -76,7 +76,7 @@ BAD_FORMS: list[tuple[str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("form", "action", "part"), [*(("box", *bad) for bad in BAD_ACTIONS), *BAD_FORMS])
-def test_a_bad_action_is_refused_alike_everywhere_and_changes_nothing(form: str, action: Any, part: str) -> None:
+def test_a_bad_action_changes_nothing_and_gives_the_same_error_in_a_vector(form: str, action: Any, part: str) -> None:
     arguments = {"action": form, "out_of_range": "raise"}
     env, twin = task_env.make(**arguments), task_env.make(**arguments)
     env.reset(seed=1)
@@ -142,7 +142,7 @@ def test_bad_seeds_are_refused() -> None:
 
 
 @pytest.mark.parametrize("env_id", every_id())
-def test_the_seeds_of_a_vector_env_are_told_as_by_gymnasium(env_id: str) -> None:
+def test_a_vector_env_reports_its_seeds_like_gymnasium(env_id: str) -> None:
     env, twin = native(env_id, 3), sync(env_id, 3)
     drawn = [each.unwrapped.np_random_seed for each in (env, native(env_id, 3))]
     assert drawn[0] != drawn[1] and len(set(drawn[0])) == 3

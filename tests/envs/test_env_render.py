@@ -15,7 +15,7 @@ ACTION = np.zeros(2, np.float32)
 @pytest.mark.parametrize("env_id", every_id())
 @pytest.mark.parametrize("mode", ["rgb_array", "ansi"])
 @pytest.mark.filterwarnings("error")
-def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) -> None:
+def test_rendering_passes_the_checker_of_gymnasium(env_id: str, mode: str) -> None:
     env = gym.make(env_id, render_mode=mode)
     env.reset(seed=0)
     env_render_passive_checker(env.unwrapped)
@@ -42,7 +42,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
 
 
 @pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Reciprocation-v0"])
-def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
+def test_a_view_sums_the_infos_of_the_steps(env_id: str) -> None:
     env = gym.make(env_id, render_mode="ansi", info="full", show_block=True)
     env.action_space.seed(1)
     env.reset(seed=2)
@@ -60,12 +60,12 @@ def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
     assert all(f"{line}" in env.render() for line in info["block"].split("\n"))
 
 
-def test_there_is_nothing_to_show_before_the_first_reset() -> None:
+def test_rendering_before_the_first_reset_is_refused() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
         task_env.make(render_mode="ansi").render()
 
 
-def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_human_mode_shows_a_picture_of_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
     pictures, closed = [], []
 
     class Screen:
@@ -88,7 +88,7 @@ def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
     assert closed == [True]
 
 
-def test_without_a_screen_a_human_reads_text(
+def test_human_mode_prints_text_without_a_screen(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def no_screen(title: str) -> None:
@@ -104,7 +104,7 @@ def test_without_a_screen_a_human_reads_text(
 
 
 @pytest.mark.parametrize("env_id", every_id())
-def test_the_pictures_of_a_vector_are_those_of_the_single_environments(env_id: str) -> None:
+def test_a_vector_environment_renders_like_its_single_environments(env_id: str) -> None:
     vector = native(env_id, 2, render_mode="ansi")
     singles = [gym.make(env_id, render_mode="ansi") for _ in range(2)]
     vector.reset(seed=4)
@@ -120,7 +120,7 @@ def test_the_pictures_of_a_vector_are_those_of_the_single_environments(env_id: s
     assert vector.render() == tuple(env.render() for env in singles)
 
 
-def test_an_episode_begun_anew_shows_nothing_of_the_last_one() -> None:
+def test_a_restarted_episode_shows_nothing_of_the_previous_one() -> None:
     env = native("grind/Oracle6-v0", 2, "NextStep", render_mode="ansi")
     env.reset(seed=0)
     for _ in range(6):

@@ -14,22 +14,22 @@ TERMS = ["time", "wheel", "dress", "scrap", "handover"]
 
 
 class Published(NamedTuple):
-    """The set-up of a task."""
+    """Published set-up of a task."""
 
     speed: float = 30.0
-    """Of the new wheel, m/s."""
+    """Surface speed of the new wheel, m/s."""
     width: float = 25.0
     price: float = 1e-4
     passes: int = 2
     depth: float = 0.02
     lead: float = 0.10
-    """mm per wheel revolution."""
+    """Dressing lead, mm per wheel revolution."""
     setup: float = 8.0
     load: float = 20.0
 
     @property
     def dress_seconds(self) -> float:
-        """The lead as an F word with three decimals, over the wheel and 10 mm more."""
+        """Time of a dress, s: the lead as an F word with three decimals, over the wheel and 10 mm more."""
         feed = round(self.lead * 60_000.0 * self.speed / (math.pi * 300.0), 3) / 60.0
         return self.setup + self.passes * (self.width + 10.0) / feed
 
@@ -51,7 +51,7 @@ FASTEST = {"power_limited": 12_000.0, "wide_rails": 12_000.0}
 """mm/min; a faster table stalls a spindle of 5 kW in most blocks."""
 STALL_SECONDS = 600.0
 GAUGE_SECONDS = 10.0
-"""What the operator loses when the spindle has stalled, once a part."""
+"""Time of a gauging between two blocks of a part; a stalled spindle costs `STALL_SECONDS` once a part."""
 TEMPERING = {"aisi_52100": 450.0, "aisi_1020": 600.0, "inconel_718": 600.0}
 
 
@@ -88,7 +88,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
 
 
 class Run(Course):
-    """With where the spindle stalls."""
+    """Random episodes of a task with their spindle stalls."""
 
     def __init__(self, name: str) -> None:
         task = load_task(name)
@@ -103,29 +103,29 @@ class Run(Course):
         starts = self.of_kind("starts_part")
         over = self.outcome.peak_torque >= 1.0
         self.stalled_before = np.concatenate([np.zeros((1, 64), bool), over[:-1]]) & ~starts
-        """Whether the spindle had stalled on the part when the block began."""
+        """Mask of the blocks that begin after a stall on their part."""
         self.stalls = over & ~self.stalled_before
-        """Whether it stalls in the block."""
+        """Mask of the blocks with a stall."""
 
 
 run = functools.cache(Run)
 
 
-def test_some_of_these_plans_stall_the_spindle_and_most_do_not() -> None:
+def test_random_plans_stall_the_spindle_in_some_blocks() -> None:
     stalls = {name: run(name).stalls.mean() for name in task_names()}
-    assert stalls.pop("credit") > 0.5  # where it is ruin to leave dresses out
+    assert stalls.pop("credit") > 0.5  # Credit is ruinous without dresses
     assert max(stalls.values()) < 0.5 and 0.0 < np.median(list(stalls.values())) < 0.05
     assert run("wide_rails").stalled_before.any()
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_the_wheel_is_paid_for_the_volume_that_it_loses(name: str) -> None:
+def test_the_wheel_cost_is_the_price_of_the_lost_volume(name: str) -> None:
     r, shop = run(name), SETUPS[name]
     kept = r.outcome.change_cost == 0.0
     dressed = shop.depth * shop.passes * r.executions  # radius, mm
     worn = (r.wheels.ds[:-1] - r.wheels.ds[1:]) / 2.0 - dressed
-    # on a part on which the spindle has stalled the wheel no longer cuts
-    # nor may a finish block cut, which finds the part too thin as it has cooled
+    # the wheel no longer cuts a part after a stall
+    # nor may a finish block cut a part that has become too thin as it cooled
     cuts = kept & ~r.stalled_before
     assert (worn[cuts & r.of_kind("starts_part")] > 0.0).all()
     assert worn[cuts].min() > -1e-12 and (worn[cuts] > 0.0).mean() > 0.97
@@ -160,7 +160,7 @@ def scrap(x: Array) -> Array:
 
 @pytest.mark.parametrize("name", task_names())
 def test_the_part_is_good_when_every_limit_holds_in_every_block(name: str) -> None:
-    # the logistic steps of the cost, written out, of torque in place of power; none is good after a stall
+    # the logistic steps of the cost written out, with torque in place of power; no part is good after a stall
     r = run(name)
     outcome = r.outcome
     allowance, rough, tolerance = (r.of_kind(key) for key in ("rise_allowance", "roughness_limit", "tolerance"))

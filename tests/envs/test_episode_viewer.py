@@ -16,7 +16,7 @@ STALLED = History._fields.index("stalled")
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
+def test_a_view_agrees_with_info_and_observation(name: str) -> None:
     env = task_env.make(name, observation="full", info="full", show_block=True)
     task = env.task
     observation, _ = env.reset(seed=3)
@@ -33,14 +33,14 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
         assert (view.cost, view.good_parts) == pytest.approx((cost, good))
         assert sum(block.executions for block in view.ground) == executions == round(float(seen["dresses"]))
         assert view.ground[-1].speed == info["E"]
-        # a picture shows the true wheel, the observation the shop's book
+        # the picture shows the true diameter, the observation the gauged one
         assert view.wheel.ds == pytest.approx(float(seen["diameter"]), abs=0.01 * max(task.spread.measurement, 1.0))
         assert pytest.approx(float(seen["wear_flat"]), abs=1e-6) == view.wheel.A
         assert view.part.stock == coming.stock == coming.left
-        # the word Y of the block is the depth below the surface touched off, which a finish block finds ground
+        # the Y word counts from the touched-off surface, which is already ground away before a finish block
         depth = float(view.text.split(" Y-")[1].split()[0]) - env.blocks[-1].surface
         assert depth == pytest.approx(view.part.stock, abs=5e-4)
-        # a part ground hot may be too thin; one on which the spindle has stalled is left as it is
+        # a part ground hot may be too thin; a part is left as it is after a stall
         assert view.part.left == pytest.approx(1e-3 * env.outcomes[-1].size_error, abs=1e-12)
         assert view.part.left < 0.5 * view.part.stock or env.episodes.memory[0, STALLED] == 1.0
 
@@ -54,7 +54,7 @@ def test_before_the_first_block_the_part_has_all_its_stock() -> None:
     assert view.radius_lost == 0.0
 
 
-def test_the_extent_of_an_episode_is_that_of_its_task() -> None:
+def test_the_extent_of_an_episode_follows_from_its_task() -> None:
     found = extent_of(load_task("oracle6"))
     assert (found.title, found.blocks, found.parts) == ("Six blocks with a known optimum", 6, 6)
     assert found.most_executions == 1

@@ -1,4 +1,4 @@
-"""What infos tell: what a shop knows, or how near to its limits a block came, beside what the machine recorded."""
+"""Infos: values known to a shop, and ratios of a block to its limits, against the record of the machine."""
 
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ def arguments_of(env_id: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("env_id", every_id())
-def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
+def test_the_default_info_holds_only_values_known_to_a_shop(env_id: str) -> None:
     envs: list[Any] = [gym.make(env_id, info=info, **arguments_of(env_id)).unwrapped for info in ("measured", "full")]
     default: Any = gym.make(env_id, **arguments_of(env_id)).unwrapped
     for env in (*envs, default):
@@ -49,13 +49,13 @@ def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
         assert told["cost"] + told["good_parts"] == pytest.approx(true["cost"] + true["good_parts"])
 
 
-def test_a_part_is_found_bad_that_is_more_likely_scrap_than_not() -> None:
+def test_a_part_counts_as_bad_if_scrap_is_more_likely_than_not() -> None:
     assert [found_bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
     assert (found_bad(0.0, 0.0), found_bad(3.0, 1.2), found_bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
 
 
 def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:
-    """The ratios of five steps, shape (5, 3), and the record of the machine."""
+    """Return the ratios of five steps, shape (5, 3), and the record of the machine."""
     env: Any = gym.make(environment_id(name), info="full").unwrapped
     env.reset(seed=2, options={"context": "nominal"})
     infos = [env.step(env.codec.encode(9000.0 + 1000.0 * k, k % 2)[0])[4] for k in range(5)]
@@ -65,7 +65,7 @@ def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:
 
 
 @pytest.mark.parametrize("name", OF_PARTS)
-def test_they_are_peaks_over_limits(name: str) -> None:
+def test_info_ratios_are_peaks_over_limits(name: str) -> None:
     task = read_task(name)
     found, record = ratios_of_parts(name)
     limits = task.limits(task.kinds[0])
@@ -86,7 +86,7 @@ def test_a_block_without_a_roughness_limit_has_a_ratio_of_0() -> None:
     assert rough["roughness_ratio"] == 0.0 < finish["roughness_ratio"]
 
 
-def test_a_block_of_a_program_has_those_of_its_own() -> None:
+def test_the_blocks_of_a_user_program_have_the_ratios_of_its_record() -> None:
     mine: Any = gym.make("grind/Job-v0", program=str(PLATE), spread=0.0, info="full").unwrapped
     mine.reset(seed=0)
     infos = [mine.step(mine.codec.encode(9000.0, 0.0)[0])[4] for _ in mine.simulation.blocks]

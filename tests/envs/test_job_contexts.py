@@ -1,4 +1,4 @@
-"""Contexts and splits of the user's own job: the grammar of the other tasks, for what a job leaves to chance."""
+"""Contexts and splits of the user's job: options as for the other tasks, for the random factors of a job."""
 
 import functools
 from statistics import NormalDist
@@ -40,7 +40,7 @@ def column(tape: JobTape, name: str) -> np.ndarray:
 
 
 def episode(env: GrindEnv, seed: int, options: Any = None) -> list[Any]:
-    """What an episode of the example shows and earns."""
+    """Return observations and rewards of an episode of the example."""
     steps = [env.reset(seed=seed, options=options)[0]]
     for D in (0.0, 1.0):
         steps.append(env.step(np.array([0.2, 2.0 * (D + 0.5) / 4.0 - 1.0], np.float32))[:2])
@@ -64,27 +64,27 @@ def test_exact_gauges_have_no_noise_to_fix() -> None:
         job.make(spread=0.0).reset(options={"context": {"noise": 1.0}})
 
 
-def test_the_nominal_context_is_the_job_without_spread() -> None:
+def test_the_nominal_context_equals_a_job_without_spread() -> None:
     env, nominal = job.make(), job.make(spread=0.0)
     for seed in (0, 1):
         assert_same(episode(env, seed, {"context": "nominal"}), episode(nominal, seed))
 
 
-def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
+def test_a_context_does_not_change_the_draws_of_other_factors() -> None:
     plain, fixed = tape_of({}, 3), tape_of({"context": {"kA": 2.0, "noise": 0.5, "fc": 1.1}}, 3)
     for name in ("pm", "hf", "Gref", "ra_scale"):
         np.testing.assert_array_equal(column(plain, name), column(fixed, name))
     assert (column(fixed, "fc") == 1.1).all() and len(set(column(plain, "kA"))) > 3
-    # every lot has the factor 2, on top of that of the wheel
-    np.testing.assert_allclose(column(fixed, "kA"), 2.0 * np.exp(0.20 * cut(3)), rtol=1e-9)
+    # every lot has the factor 2, multiplied by the factor of the wheel
+    np.testing.assert_allclose(column(fixed, "kA"), 2.0 * np.exp(0.20 * clipped_normal(3)), rtol=1e-9)
     np.testing.assert_array_equal(fixed.noise, 0.5 * plain.noise)
     assert fixed.new_lot == plain.new_lot and sum(plain.new_lot) > 3
     both = tape_of({"context": {"kA": 2.0, "pm": 1.0}}, 3)
-    assert both.new_lot == (True, *[False] * 49)  # a lot that differs in nothing is no new one
+    assert both.new_lot == (True, *[False] * 49)  # a lot without any difference is not new
 
 
-def cut(seed: int) -> float:
-    """The standard normal number of the wheel, cut as all of them."""
+def clipped_normal(seed: int) -> float:
+    """Return the standard normal number of the wheel, clipped like all of them."""
     first, second = np.floor(np.random.default_rng(seed).random(2) * 2.0**32).astype(int).tolist()
     word = philox(first, second, 0, EPISODE, 0, 0)[0]
     return float(np.clip(NormalDist().inv_cdf((word + 0.5) / 2.0**32), -1.8, 1.8))
@@ -113,8 +113,8 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str
         assert set(np.digitize(z[~near], DECILES)) == set(SPLITS[name].ranges or range(10)), factor
 
 
-def test_a_program_keeps_its_wheel_and_its_stocks_in_every_split() -> None:
-    # a lot varies from wheel to wheel and part to part only where the job says so
+def test_extrapolation_keeps_the_stocks_of_a_program_and_widens_noise_and_growth() -> None:
+    # all spreads of the lots table are 0
     alike = Lots(growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
     plain, beyond = (
         [job_drawn(np.random.default_rng(seed), 9, 1.0, given_of({"split": name}), alike) for seed in range(20)]
@@ -123,11 +123,11 @@ def test_a_program_keeps_its_wheel_and_its_stocks_in_every_split() -> None:
     for one, other in zip(plain, beyond, strict=True):
         assert [part.stock for part in one.conditions] == [part.stock for part in other.conditions]
         np.testing.assert_allclose(other.noise, 3.0 * one.noise)
-    # 1.28 to 1.8 standard deviations of 0.20, half as far again
+    # 1.28 to 1.8 standard deviations of 0.20, times 1.5
     growth = np.abs(np.log([column(tape, "kA")[0] for tape in beyond])) / WHEEL_SPREAD["kA"]
     assert (growth > 1.5 * 1.28).all() and (growth < 1.5 * 1.801).all()
 
 
-def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
+def test_a_context_can_name_every_factor_of_wheel_and_lot() -> None:
     assert {*WHEEL_FACTORS.values(), *LOT_FACTORS, "noise"} == set(FIXABLE)
     assert set(unfixable_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)

@@ -66,7 +66,7 @@ machine_overrides = { hourly_rate = 0 }
 
 @pytest.fixture(scope="module")
 def batch(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A program of three parts with two blocks each."""
+    """Return a program of three parts with two blocks each."""
     return written(tmp_path_factory.mktemp("batch"), BATCH)
 
 
@@ -82,7 +82,7 @@ def example(name: str) -> str:
 
 
 def play(env: GrindEnv, policy_seed: int, seed: int | None = 0) -> list[dict[str, Any]]:
-    """An episode with uniform actions."""
+    """Play an episode with uniform actions; return its infos."""
     rng = np.random.default_rng(policy_seed)
     env.reset(seed=seed)
     infos, terminated = [], False
@@ -99,8 +99,8 @@ def assert_same_record(a: GrindingRecord, b: GrindingRecord) -> None:
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
 
 
-def assert_told(env: GrindEnv, infos: list[dict[str, Any]]) -> GrindingRecord:
-    """The record of an episode, of which the infos told costs, seconds and good parts."""
+def assert_infos_match_record(env: GrindEnv, infos: list[dict[str, Any]]) -> GrindingRecord:
+    """Compare the infos with costs, seconds and good parts of the record; return the record."""
     record = env.record()
     handover = -infos[-1]["reward_handover"] * env.task.reference_cost
     cost = sum(info["block_cost"] for info in infos)
@@ -115,27 +115,25 @@ def assert_told(env: GrindEnv, infos: list[dict[str, Any]]) -> GrindingRecord:
 
 @examples(25)
 @given(name=st.sampled_from([*NAMES, "batch"]), seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000))
-def test_the_program_with_the_words_chosen_grinds_the_same_record(
-    batch: str, name: str, seed: int, policy_seed: int
-) -> None:
+def test_the_program_of_an_episode_grinds_the_same_record(batch: str, name: str, seed: int, policy_seed: int) -> None:
     env = job_env.make(batch if name == "batch" else example(name), info="full")
     infos = play(env, policy_seed, seed)
-    record = assert_told(env, infos)
+    record = assert_infos_match_record(env, infos)
     assert_same_record(grind(read(env.part_program(), "part.nc"), env.written().job), record)
     assert record.dresses.size == sum(info["D"] for info in infos)
     scrap = record.parts.size - record.parts["survival"].sum()
     assert sum(info["cost"] for info in infos) == pytest.approx(scrap, rel=1e-9, abs=1e-12)
 
 
-def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp_path: Path) -> None:
+def test_the_first_step_includes_a_part_finished_before_the_first_cycle_block(tmp_path: Path) -> None:
     groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
     env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"), info="full")
     infos = play(env, 0)
-    record = assert_told(env, infos)
+    record = assert_infos_match_record(env, infos)
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
     assert infos[0]["cost"] == pytest.approx(1.0) and infos[0]["good_parts"] == 0.0
     assert [block.depth for block in env.simulation.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
-    # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
+    # a turning tool makes the groove: the readings of the first plate are those without a groove
     grooved, plain = (
         job_env.make(written(tmp_path, text, name=name), spread=0.0)
         for name, text in (
@@ -152,7 +150,7 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
 
 
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83"])
-def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: str) -> None:
+def test_the_programmed_E_and_D_earn_minus_one_per_block_on_nominal_parts(name: str) -> None:
     env = job_env.make(example(name), spread=0.0)
     env.reset(seed=1)
     rewards = []
@@ -163,7 +161,7 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
     assert_same_record(grind(read_file(example(name)), env.simulation.job), env.record())
 
 
-def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
+def test_the_chosen_E_and_D_are_written_into_their_block() -> None:
     env = job_env.make(example("plate_g82"), show_block=True)
     env.reset(seed=0)
     info = env.step(env.codec.encode(7000.0, 3)[0])[4]
@@ -174,7 +172,7 @@ def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
     assert (info["E"], info["D"]) == (7000.0, 3.0)
 
 
-def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
+def test_a_program_in_inches_gets_E_in_inches(tmp_path: Path) -> None:
     cycle = "G82 X9. I-1.2 Y-.002 J-.0004 L1 F2.4 E472. P9100\nM30\n"
     env = job_env.make(
         written(tmp_path, "G70 G94 G90 G19 S1910 M03 M08\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS), show_block=True
@@ -187,7 +185,7 @@ def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
     assert env.record().dresses.size == 1
 
 
-def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
+def test_a_block_without_dresses_gets_no_D_word(tmp_path: Path) -> None:
     cycle = "G82 X230. I-30. Y-.05 J-.01 L1 F60. E9000."
     env = job_env.make(
         written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"), show_block=True
@@ -199,7 +197,7 @@ def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
         assert not each.simulation.blocks[0].takes_dresses
 
 
-def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
+def test_a_subprogram_run_with_different_words_has_no_part_program(tmp_path: Path) -> None:
     text = f"G71 G94 G90 G19 S1910 M03 M08\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
     env = job_env.make(written(tmp_path, text))
     assert len(env.simulation.blocks) == 4
@@ -213,21 +211,21 @@ def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp
     assert "part.nc:6" in refusal(GrindError, env.part_program)
 
 
-def test_a_cycle_block_in_a_file_beside_the_program_cannot_be_written_into_it(tmp_path: Path) -> None:
+def test_a_cycle_block_in_another_file_has_no_part_program(tmp_path: Path) -> None:
     (tmp_path / "O50.nc").write_text(f"{PLATE}M99\n{DRESS}")
     env = job_env.make(written(tmp_path, "G71 G94 G90 G19 S1910 M03 M08\nM98 P50\nM30\n"))
     play(env, 0)
     assert "O50.nc:2" in refusal(GrindError, env.part_program)
 
 
-# --- what the agent sees ------------------------------------------------------------------------------
+# --- observations -------------------------------------------------------------------------------------
 
 
 def seen(env: GrindEnv, observation: Any) -> dict[str, float]:
     return {e.name: float(e.offset + e.scale * v) for e, v in zip(env.observation_info(), observation, strict=True)}
 
 
-def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
+def test_exact_gauges_show_the_values_of_the_record(batch: str) -> None:
     env = job_env.make(batch, spread=0.0)
     observation, _ = env.reset(seed=0)
     assert seen(env, observation)["remaining"] == 1.0
@@ -270,7 +268,7 @@ def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
     assert seen(exact, exact.step(action)[0])["peak_power"] != pytest.approx(view["peak_power"], rel=1e-3)
 
 
-def test_the_hidden_state_is_that_of_the_wheel_and_of_the_lot(batch: str) -> None:
+def test_the_full_observation_shows_the_state_of_wheel_and_lot(batch: str) -> None:
     env = job_env.make(batch, observation="full")
     fresh = seen(env, env.reset(seed=2)[0])
     assert fresh["growth"] == pytest.approx(tape_of_job(env).conditions[0].factors["kA"], rel=1e-5)
@@ -311,7 +309,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
     assert (nominal.noise == 0.0).all()
 
 
-# --- what cannot be made into an environment ----------------------------------------------------------
+# --- refused programs and jobs ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -321,7 +319,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
         ("G71\nG82 X1. Q\nM30\n", JOB, "part.nc:2"),
         (BATCH, JOB.replace("length = 200\n", ""), "part.length is missing"),
         (BATCH.replace("35. F191.", "3. F191.").replace("P9100 D1", "P9100"), JOB, "O9100"),
-        # only an agent that asks for a dress finds that it would be one level too deep
+        # only a dress would be one level too deep
         (NESTED, JOB, "nest at most 4 levels"),
         (BATCH.replace("M30", "M99"), JOB, "without end; end it with M30"),
         (CALLED_3000_TIMES, JOB, "more than 2000 cycle blocks"),
@@ -329,13 +327,13 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
         ("G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n", JOB, "no cycle block"),
     ],
 )
-def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
+def test_a_faulty_program_or_job_is_refused_when_the_environment_is_made(
     tmp_path: Path, program: str, job: str, part: str
 ) -> None:
     assert part in refusal(GrindError, job_env.make, written(tmp_path, program, job))
 
 
-def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_words(
+def test_a_program_without_a_script_is_tried_with_the_extremes_of_E_and_D(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tried: list[JobChoice] = []
@@ -353,7 +351,7 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
 
 
 def looped(assigned: str, executions: int) -> str:
-    """A program that counts its blocks in a variable that its dress program assigns as well."""
+    """Return a program with a loop and a dress program that assigns a variable."""
     loop = (
         f"#1=0\n#2=0\nWHILE[#1 LT 3]DO1\nN50 G82 X230. I-30. Y-[.03+#1*.03] J-.01 L0 F60. E15000. P9100 D{executions}\n"
         "G80\nG00 X-30.\n#1=#1+1\nEND1\nG80\nG00 Y20.\nM30\n"
@@ -364,7 +362,7 @@ def looped(assigned: str, executions: int) -> str:
 
 @pytest.mark.parametrize("executions", [0, 1])
 @pytest.mark.parametrize("assigned", ["#1=#1+1", "#1=5", "#1=#1+.5"])
-def test_a_program_whose_dress_decides_which_blocks_it_runs_is_told(
+def test_a_program_is_refused_if_a_dress_decides_which_blocks_run(
     tmp_path: Path, assigned: str, executions: int
 ) -> None:
     path = written(tmp_path, looped(assigned, executions))
@@ -374,7 +372,7 @@ def test_a_program_whose_dress_decides_which_blocks_it_runs_is_told(
     assert "depends on the E and D chosen in it" in refusal(PassageError, job_env.make, path)
 
 
-def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_path: Path) -> None:
+def test_a_variable_assigned_by_a_dress_matters_only_if_it_is_read(tmp_path: Path) -> None:
     assert job_env.make(written(tmp_path, looped("#2=5", 1))).simulation.why is None
     env = job_env.make(written(tmp_path, looped("#2=#2+1", 1).replace("Y-[.03", "Y-[.03+#2*.005")))
     assert "it reads #2" in str(env.simulation.why)
@@ -384,8 +382,8 @@ def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_pa
     assert_same_record(grind(read(env.part_program()), env.written().job), env.record())
 
 
-def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
-    # neither without a dress nor with three of them is the loop left early
+def test_an_action_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+    # the loop ends early after one dress, but not after none or three
     text = looped("#2=#2+1", 0).replace("END1", "IF[#2 EQ 1]GOTO 9\nEND1").replace("END1\nG80", "END1\nN9 G80")
     env = job_env.make(written(tmp_path, text))
     env.reset(seed=1)
@@ -397,7 +395,7 @@ def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_
     assert len(env.blocks) == 1
 
 
-def test_files_that_are_missing_are_named_and_another_job_file_can_be(tmp_path: Path) -> None:
+def test_missing_files_are_named_and_another_job_file_can_be_given(tmp_path: Path) -> None:
     assert "nowhere.nc" in refusal(GrindError, job_env.make, str(tmp_path / "nowhere.nc"))
     path = tmp_path / "alone.nc"
     path.write_text(BATCH)
@@ -425,17 +423,17 @@ def test_a_program_is_run_for_a_batch_of_parts() -> None:
         (k // 2, k % 2 == 0) for k in range(6)
     ]
     infos = play(env, policy_seed=3, seed=4)
-    record = assert_told(env, infos)
+    record = assert_infos_match_record(env, infos)
     assert_same_record(grind(read(env.part_program(), "part.nc"), env.written().job), record)
     assert record.parts.size == 3
-    # the wheel carries over: each part finds it as the one before has left it
+    # the wheel carries over from part to part
     parts, ds = record.strokes["part"], record.strokes["ds"]
     for number in (2, 3):
         worn = ds[parts == number - 1][-1] - ds[parts == number][0]
         assert 0.0 <= worn < 0.2 and ds[parts == number][0] < 300.0
 
 
-def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) -> None:
+def test_a_batch_repeats_a_program_with_or_without_an_end_word(tmp_path: Path) -> None:
     once = f"G71 G94 G90 G19 S1910 M03 M08 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
     for ending in ("\nM30", "\nM2 (END)", ""):
         env = job_env.make(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
@@ -444,7 +442,7 @@ def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) 
     assert [line for line in lines if line.startswith("M")] == ["M98 P2", "M00"] * 2 + ["M98 P2"]
 
 
-def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Path) -> None:
+def test_a_program_that_ends_in_a_subprogram_is_refused_for_a_batch(tmp_path: Path) -> None:
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
     assert len(job_env.make(path).simulation.blocks) == 2
     for make in (job_env.make, job_env.make_vector):
@@ -453,13 +451,13 @@ def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Pa
 
 
 @pytest.mark.parametrize("parts", [0, -1, 1.5, True, "3", 1001])
-def test_a_batch_of_no_whole_number_of_parts_is_refused(parts: Any) -> None:
+def test_a_batch_has_a_whole_number_of_parts_from_1_to_1000(parts: Any) -> None:
     for make in (job_env.make, job_env.make_vector):
         message = refusal(GrindError, make, parts=parts)
         assert message == f"parts is {parts!r}, but must be a whole number from 1 to 1000"
 
 
-def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
+def test_the_lots_table_of_a_job_sets_the_spread_of_parts(tmp_path: Path) -> None:
     lots = f"{JOB}[lots]\nprobability = 0\nstock = 0.1"
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 Y20.\n{PLATE}M30\n{DRESS}", lots)
     env = job_env.make(path, parts=100)
@@ -497,7 +495,7 @@ STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
         ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nM01\n", STAGED, 3, "after this cycle the part is judged"),
     ],
 )  # fmt: skip
-def test_it_is_said_why_the_control_executes_a_program(
+def test_the_environment_gives_the_reason_why_a_program_has_no_script(
     tmp_path: Path, cycle: str, job: str, line: int, why: str
 ) -> None:
     head = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n"
@@ -509,7 +507,7 @@ def test_it_is_said_why_the_control_executes_a_program(
     assert_same_record(grind(read(env.part_program()), env.written().job), env.record())
 
 
-def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_time(tmp_path: Path) -> None:
+def test_a_wheel_change_at_the_end_of_an_executed_program_takes_time(tmp_path: Path) -> None:
     cycle = "G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100"
     plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"
     worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
@@ -533,4 +531,4 @@ def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
     stopped = BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")
     env = job_env.make(written(tmp_path, stopped), info="full")
     assert env.simulation.why is None
-    assert_told(env, play(env, policy_seed=3))
+    assert_infos_match_record(env, play(env, policy_seed=3))

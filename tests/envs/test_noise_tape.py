@@ -1,4 +1,4 @@
-"""Rows of the tape that are drawn block by block, beside whole tapes."""
+"""Tape rows drawn block by block against full tapes."""
 
 from dataclasses import replace
 from typing import Any
@@ -22,14 +22,14 @@ def problem(name: str) -> Any:
 
 
 def both(simulation: Simulation, given: list[Given]) -> tuple[Any, Any]:
-    """The same episodes with whole tapes, and with two rows."""
+    """Return the same episodes with full tapes and with two rows."""
     whole, two = ([np.random.default_rng(seed) for seed in range(N)] for _ in range(2))
     return simulation.start(whole, given), simulation.start(two, given, full_tape=False)
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("name", shipped_names())
-def test_rows_drawn_block_by_block_are_those_of_the_whole_tape(name: str) -> None:
+def test_rows_drawn_block_by_block_equal_the_full_tape(name: str) -> None:
     simulation = problem(name)
     options: list[dict[str, Any]] = [{}, {"split": "inner"}, {"split": "extrapolation"}, {"context": "nominal"}]
     given = [read_options(simulation.task, options[i % 4], Given(), simulation.unfixable) for i in range(N)]
@@ -43,7 +43,7 @@ def test_rows_drawn_block_by_block_are_those_of_the_whole_tape(name: str) -> Non
         assert_same(simulation.observe(kept), simulation.observe(drawn))
         if k % 16 == 0:
             assert_same(simulation.with_full_tapes(drawn).tape, tape)
-            # branches go on as the episodes that they were copied from
+            # copies have the tapes of their originals
             branches = drawn.pick([2, 2])
             assert_same(simulation.with_full_tapes(branches).tape, tape[[2, 2]])
         choice = rng.uniform(*simulation.task.action.speed_ends, N), rng.integers(0, 2, N).astype(float)
@@ -69,11 +69,11 @@ SPREADS = {
     "part_roughness": ["ra_scale", "spare_ra_scale", "part_ra"],
     "measurement": [name for name in TapeRow._fields if name.endswith("_noise")],
 }
-"""Fields of a row that each spread makes differ."""
+"""Fields of a row that each spread changes."""
 
 
 @pytest.mark.parametrize("spread", SPREADS)
-def test_what_is_not_drawn_changes_no_other_number(spread: str) -> None:
+def test_a_spread_of_zero_changes_its_own_fields_only(spread: str) -> None:
     simulation = problem("CBN")
     task = simulation.task
     without = type(simulation)(replace(task, spread=replace(task.spread, **{spread: 0.0})))
@@ -88,7 +88,7 @@ def tape_columns(simulation: Simulation) -> dict[str, NDArray[np.float64]]:
     return dict(zip(TapeRow._fields, np.moveaxis(tape, 2, 0), strict=True))
 
 
-def test_an_episode_takes_two_numbers_of_its_generator() -> None:
+def test_an_episode_takes_two_numbers_from_its_generator() -> None:
     for name in ("rush", "wide_plates"):
         rng, other = np.random.default_rng(3), np.random.default_rng(3)
         problem(name).start([rng])
@@ -97,7 +97,7 @@ def test_an_episode_takes_two_numbers_of_its_generator() -> None:
 
 
 def test_no_two_numbers_of_a_tape_are_drawn_from_the_same_word() -> None:
-    # in a task where every number of a row has the same deviation, any two that shared a word would be equal
+    # all these numbers have one standard deviation, so that two numbers from one random word would be equal
     columns = tape_columns(problem("power_limited"))
     noise = np.array([values for name, values in columns.items() if name.endswith("_noise")])
     stock = np.array([columns["gauged"] - columns["stock"]])

@@ -1,4 +1,4 @@
-"""What stands in an observation: nothing constant, what is hidden last, and no trace of it before a measurement."""
+"""Observations have no constant entries; hidden entries come last and change measured entries only."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,18 +22,18 @@ from tests.examples import few
 
 EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
 STEPS = 700
-"""More than any episode has."""
+"""More steps than any episode has."""
 MEASURED = {
     *("mean_power", "first_power", "peak_power", "size_error", "taper", "roughness"),
     *("diameter", "executions_left"),
 }
-"""Entries that gauges and power meters show."""
+"""Entries read from gauges and power meters."""
 DRAWN = ("kA", "pm", "hf", "fc", "Gref", "ra_scale", "spare_kA", "spare_ra_scale")
-"""What is hidden on a tape beside the true stock."""
+"""Hidden fields of a tape, without the true stock."""
 
 
 def cases() -> Iterator[Any]:
-    """Id and arguments of everything that has an observation."""
+    """Yield ids with arguments for every kind of observation."""
     for env_id in every_id():
         if env_id != "grind/Job-v0":
             yield pytest.param(env_id, {}, id=env_id)
@@ -47,7 +47,7 @@ def cases() -> Iterator[Any]:
 
 
 def contexts(env_id: str) -> list[Any]:
-    """None, and two ends of what a context can fix."""
+    """Return None and two contexts with factors at low and high values."""
     ends = [{"kA": 0.5, "fc": 0.8}, {"kA": 2.0, "Gref": 0.7}]
     stocks = [{}, {}] if env_id == "grind/Job-v0" else [{"stock": 0.7}, {"stock": 1.4}]
     return [None, *({**a, **b} for a, b in zip(ends, stocks, strict=True))]
@@ -59,7 +59,7 @@ def test_no_measured_entry_is_constant(env_id: str, arguments: dict[str, Any]) -
     env.action_space.seed(0)
     seen = []
     for seed, context in enumerate(contexts(env_id) * 2):
-        # what is read after the last block decides nothing
+        # readings after the last block do not count
         observation, over = env.reset(seed=seed, options={"context": context})[0], False
         for _ in range(STEPS):
             if over:
@@ -73,7 +73,7 @@ def test_no_measured_entry_is_constant(env_id: str, arguments: dict[str, Any]) -
 
 
 @pytest.mark.parametrize(("env_id", "arguments"), list(cases()))
-def test_the_measured_observation_begins_the_full_one(env_id: str, arguments: dict[str, Any]) -> None:
+def test_the_full_observation_starts_with_the_measured_one(env_id: str, arguments: dict[str, Any]) -> None:
     measured, full = (gym.make(env_id, observation=each, **arguments).unwrapped for each in ("measured", "full"))
     short, long = measured.observation_info(), full.observation_info()
     assert long[: len(short)] == short
@@ -89,14 +89,14 @@ def test_the_measured_observation_begins_the_full_one(env_id: str, arguments: di
 
 
 def simulation_of(name: str) -> Simulation:
-    """Of a task, or of twelve parts of an example program."""
+    """Return the simulation of a task, or of twelve parts of an example program."""
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
     return task_env.simulation_of(read_task(name), "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())
-def test_what_is_left_out_is_known_where_it_is_read(name: str) -> None:
+def test_constant_readings_left_out_of_the_observation_can_be_read(name: str) -> None:
     simulation = simulation_of(name)
     seen = simulation.read(simulation.observe(start(simulation, 3)))
     kind = simulation.task.kinds[0]
@@ -106,7 +106,7 @@ def test_what_is_left_out_is_known_where_it_is_read(name: str) -> None:
     assert set(HIDDEN).isdisjoint(seen)
 
 
-def test_what_is_left_out_follows_from_the_task() -> None:
+def test_the_task_decides_which_constant_entries_are_left_out() -> None:
     task = load_task("wide_rails")
     rough, finish = task.kinds
     names = {entry.name for entry in readings(task, full=False)}
@@ -130,7 +130,7 @@ def test_what_is_left_out_follows_from_the_task() -> None:
 
 
 @pytest.mark.parametrize("name", few([*shipped_names(), *(each.name for each in EXAMPLES)], 3))
-def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
+def test_hidden_quantities_change_measured_entries_only(name: str) -> None:
     simulation = simulation_of(name)
     names = [entry.name for entry in simulation.entries]
     episodes, measured = start(simulation, 4), set[str]()
@@ -145,13 +145,13 @@ def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
             advance(simulation, b, *choice)
             differs = (simulation.observe(a) != simulation.observe(b)).any(axis=0)
             measured |= {each for each, is_other in zip(names, differs, strict=True) if is_other}
-    # nothing here changes a time; counters and books count what was programmed
+    # times do not change here, and counters follow the program
     assert measured <= MEASURED
     assert "peak_power" in measured
 
 
 def changed(simulation: Simulation, field: str) -> Any:
-    """The episodes of the first four seeds with another number of what is hidden."""
+    """Return the episodes of the first four seeds with one hidden field changed."""
     other = start(simulation, 4)
     if field in TapeRow._fields:
         column = TapeRow._fields.index(field)
@@ -162,7 +162,7 @@ def changed(simulation: Simulation, field: str) -> Any:
 
 
 @pytest.mark.parametrize("name", [name for name in shipped_names() if read_task(name).spread.gauge > 0.0])
-def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> None:
+def test_the_true_stock_changes_neither_the_first_observation_nor_the_volume(name: str) -> None:
     simulation = simulation_of(name)
     episodes, other = start(simulation, 4), start(simulation, 4)
     column = TapeRow._fields.index("stock")
@@ -174,5 +174,5 @@ def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> 
         simulation.step(each, np.full(4, 12_000.0), np.zeros(4))
     volume = names.index("volume")
     a, b = simulation.observe(episodes), simulation.observe(other)
-    # by the pre-gauge, which was the same
+    # the volume follows the gauged stock, which is the same
     np.testing.assert_array_equal(a[:, volume], b[:, volume])

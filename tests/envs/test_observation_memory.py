@@ -1,4 +1,4 @@
-"""The stack of the past, against lists kept by hand."""
+"""The stack of past observations against lists kept by hand."""
 
 from typing import Any
 
@@ -21,14 +21,14 @@ ACTION = spaces.Box(-1.0, 1.0, (3,), np.float32)
 
 
 def shown_by_hand(seen: list[Array], acted: list[Array | None], n: int) -> list[float]:
-    """The last n pairs of one episode, oldest first, zeros before it."""
+    """Return the last n pairs of one episode, oldest first, after zeros."""
     pairs = [[*o, *(np.zeros(3) if a is None else a)] for o, a in zip(seen, acted, strict=True)]
     padding = [[0.0] * 5] * max(n - len(pairs), 0)
     return [float(np.float32(x)) for pair in (padding + pairs)[-n:] for x in pair]
 
 
 @given(st.integers(0, 10**6), st.integers(1, 5))
-def test_the_stack_holds_the_last_pairs_of_the_episode_at_hand(seed: int, n: int) -> None:
+def test_the_stack_holds_the_last_pairs_of_the_current_episode(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     memory = StackMemory(SEEN, ACTION, n)
     memory.begin(3)
@@ -50,7 +50,7 @@ def test_the_stack_holds_the_last_pairs_of_the_episode_at_hand(seed: int, n: int
             assert shown[i] in memory.space
 
 
-def test_zeros_are_within_the_bounds_and_n_times_the_entries() -> None:
+def test_the_space_of_a_stack_repeats_n_times_and_contains_zeros() -> None:
     memory = StackMemory(SEEN, ACTION, 2)
     assert memory.space.low.tolist() == [-1.0, 0.0, -1.0, -1.0, -1.0] * 2
     assert memory.space.high.tolist() == [1.0, 3.0, 1.0, 1.0, 1.0] * 2
@@ -87,11 +87,11 @@ def test_choices_become_numbers_from_0_to_1(space: Any, actions: Any, expected: 
         (SEEN, spaces.MultiDiscrete([[2, 2]]), 2, "one axis"),
     ],
 )
-def test_what_cannot_be_stacked_is_refused(observation: Any, action: Any, n: int, part: str) -> None:
+def test_spaces_that_cannot_be_stacked_are_refused(observation: Any, action: Any, n: int, part: str) -> None:
     assert part in refusal(WrapperError, StackMemory, observation, action, n)
 
 
-def test_the_belief_stands_behind_the_observation_in_its_scale() -> None:
+def test_the_scaled_belief_is_appended_to_the_observation() -> None:
     simulation, entries = BlockSimulation(load_task("power_limited")), belief_entries()
     memory, belief = BeliefMemory(simulation, 8), WheelBelief(MemberModel(simulation), 8)
     memory.begin(4)

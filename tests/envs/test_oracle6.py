@@ -24,7 +24,7 @@ def test_two_seeds_give_identical_episodes() -> None:
 
 
 @pytest.mark.nightly
-def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
+def test_the_optimum_costs_the_same_in_the_environment_as_in_the_search() -> None:
     env = gym.make("grind/Oracle6-v0", info="full")
     best = exact_optimum(BlockSimulation(load_task("oracle6")))
     plan = env.unwrapped.codec.encode(best.speeds, best.executions)
@@ -34,15 +34,15 @@ def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
     infos = [env.step(action)[4] for action in plan]
     assert [(info["E"], info["D"]) for info in infos] == list(zip(best.speeds, best.executions, strict=True))
     assert sum(info["block_cost"] for info in infos) == pytest.approx(best.cost, rel=1e-9)
-    # its gauges take a risk; the last part hands over a wheel that is not new
+    # the optimum risks scrap and hands over a used wheel
     assert sum(info["good_parts"] for info in infos) == pytest.approx(float(outcome.good.sum()), rel=1e-9)
     assert infos[-1]["reward_handover"] < 0.0
-    # the unit of the reward is settled with the reference scores; here only that it is of the right size
+    # only the order of magnitude: the reference scores fix the unit of the reward
     assert 1.0 / 3.0 < best.cost / 6.0 / env.unwrapped.task.reference_cost < 3.0
 
 
 @pytest.mark.nightly
-def test_the_cheapest_next_block_is_a_trap() -> None:
+def test_always_choosing_the_cheapest_next_block_misses_the_optimum() -> None:
     simulation = BlockSimulation(load_task("oracle6"))
     episodes, total = start(simulation, 1), 0.0
     for _ in range(6):

@@ -16,12 +16,12 @@ RUSH = BlockSimulation(load_task("rush"))
 
 
 def tape(name: str, count: int = EPISODES) -> TapeRow:
-    """Every column of shape (episodes, blocks)."""
+    """Return the tape, every column of shape (episodes, blocks)."""
     return TapeRow(*np.moveaxis(start(BlockSimulation(load_task(name)), count).tape, 2, 0))
 
 
 def nominal_time(kind: Array) -> Array:
-    """Nominal time of a block in s, by kind: E 12 m/min, 260 mm stroke, no dress, with loading."""
+    """Return the nominal time of a block in s, by kind: E 12 m/min, 260 mm stroke, no dress, with loading."""
     stroke = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
     # ceil(H/a) plunges, one coverage stroke, L spark-out strokes: gauge, plate, wear plate
     strokes = np.array([10 + 1 + 4, 20 + 1 + 2, 20 + 1 + 1])
@@ -29,7 +29,7 @@ def nominal_time(kind: Array) -> Array:
 
 
 @pytest.mark.parametrize("name", ["job_shop", "rush"])
-def test_orders_have_one_kind_a_lot_of_their_own_and_one_to_eight_parts(name: str) -> None:
+def test_an_order_has_one_kind_its_own_lot_and_one_to_eight_parts(name: str) -> None:
     t = tape(name)
     kinds, sizes = [], []
     for k, new, kA, pm in zip(t.kind, t.new_lot, t.kA, t.pm, strict=True):
@@ -44,7 +44,7 @@ def test_orders_have_one_kind_a_lot_of_their_own_and_one_to_eight_parts(name: st
         kinds += [int(k[order[0]]) for order in orders]
         sizes += [len(order) for order in orders[:-1]]
     n = len(sizes)
-    # an order that ends beyond the episode is cut: long ones are rarer than one in eight among the whole ones
+    # the episode cuts its last order, so that long orders are a little rarer than one in eight
     share = np.bincount(sizes, minlength=9) / n
     assert share[0] == 0.0 and len(share) == 9
     np.testing.assert_allclose(share[1:], 1 / 8, atol=0.012)

@@ -21,7 +21,7 @@ def test_a_wheel_change_stands_in_the_program() -> None:
     assert [("CHANGE THE WHEEL" in stop) for stop in stops] == [k == after for k in range(1, 12)]
 
 
-def test_rough_and_finish_of_a_part_are_gauged_between() -> None:
+def test_a_part_is_gauged_between_rough_and_finish_block() -> None:
     env = gym.make("grind/WideRails-v0").unwrapped
     env.reset(seed=0)
     for _ in range(4):
@@ -60,7 +60,7 @@ def played(env_id: str, steps: int) -> Any:
     return env
 
 
-WRITERS = [env_id for env_id in every_id() if env_id != "grind/Job-v0"]  # whose program is a file
+WRITERS = [env_id for env_id in every_id() if env_id != "grind/Job-v0"]  # the user wrote the program of Job
 
 
 @pytest.mark.parametrize("env_id", WRITERS)
@@ -78,7 +78,7 @@ def test_the_wheel_crosses_above_the_part_and_comes_down_with_a_feed(env_id: str
 
 
 @pytest.mark.parametrize("env_id", WRITERS)
-def test_wherever_the_operator_leaves_the_wheel_it_lifts_first(env_id: str) -> None:
+def test_the_wheel_lifts_first_after_every_start_and_stop(env_id: str) -> None:
     lines = played(env_id, 4).part_program().splitlines()
     starts = [k for k, line in enumerate(lines) if line.startswith(("M08", "M00", "M01"))]
     assert len(starts) >= 2

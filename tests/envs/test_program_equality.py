@@ -1,8 +1,8 @@
-"""The part program of a random episode, run by `machine.grind`, gives what the environment gave, part by part.
+"""The part program of a random episode, run by `machine.grind`, gives the results of the environment part by part.
 
-One thing the machine counts and the tasks leave out: the way of the wheel from a rough block to the finish block of a
-part. The part cools on it, so that parts ground in several blocks are here of materials that do not expand. Prices of
-new wheels and of lateness are the shop's and not the machine's.
+The machine counts the travel of the wheel between rough and finish block of a part, the tasks do not. The part cools
+meanwhile. Therefore parts ground in several blocks have materials without thermal expansion here. The machine does not
+know the prices of new wheels and of lateness.
 """
 
 import importlib
@@ -38,7 +38,7 @@ ELSEWHERE = {
     "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }
-"""Environments with programs of another form, and the modules that run these with `machine.grind`."""
+"""Environments with other forms of programs, and the test modules that run them with `machine.grind`."""
 
 
 def test_every_environment_is_covered() -> None:
@@ -52,7 +52,7 @@ def test_every_environment_is_covered() -> None:
 
 
 class Episode:
-    """The first parts of a random episode, as the environment ran them and as `machine.grind` runs their program."""
+    """First parts of a random episode, run by the environment and, from their program, by `machine.grind`."""
 
     def __init__(self, name: str, given: Given, seed: int, policy_seed: int, pre_dress: bool) -> None:
         task = load_task(name)
@@ -88,17 +88,17 @@ class Episode:
         self.final_wheel = episodes.wheel(0)
 
     def by_part(self, values: Array) -> Array:
-        """Sums over the blocks of each part."""
+        """Return the sums over the blocks of each part."""
         return np.add.reduceat(values, np.concatenate([[0], np.flatnonzero(self.ends)[:-1] + 1]))
 
     def by_block(self) -> list[Array]:
-        """The strokes of the record, block by block."""
+        """Return the strokes of the record, block by block."""
         strokes = self.record.strokes
         lines, first = np.unique(strokes["line"], return_index=True)
         return [strokes[strokes["line"] == line] for line in lines[np.argsort(first)]]
 
     def changes(self) -> Array:
-        """Whether the wheel was changed after each block: the wheel of the next one is larger."""
+        """Return the mask of the blocks with a wheel change after them: the wheel of the next block is larger."""
         diameters = [(strokes["ds"][0], strokes["ds"][-1]) for strokes in self.by_block()]
         return np.array([after[0] > before[1] for before, after in itertools.pairwise(diameters)])
 
@@ -109,7 +109,7 @@ class Episode:
     seed=st.integers(0, 10_000),
     policy_seed=st.integers(0, 10_000),
     pre_dress=st.booleans(),
-    # a split that goes beyond has materials of its own
+    # the extrapolation split has its own materials
     material=st.sampled_from([None, *range(len(load_task("power_limited").materials)), *3 * ["extrapolation"]]),
     left=st.floats(0.1, 8.0),
 )
@@ -123,13 +123,13 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     episode = Episode(name, Given(fixed=fixed, split=split), seed, policy_seed, pre_dress)
     task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
     parts, last, limit = record.parts, episode.ends, task.limits(task.kinds[0]).power
-    # random speeds ask a lot of the spindle, and titanium so much of the wheel that its lag is ground deep at once
+    # random speeds overload the spindle; in titanium the lag of the wheel grows so large that a stroke cuts deep
     told = ("the spindle s", "the process model holds up to")
     assert len(parts) == PARTS and all(any(text in each for text in told) for each in record.warnings)
     for block, strokes in enumerate(episode.by_block()):
         assert len(strokes) == result.strokes[block]
         assert strokes["load"].max() == pytest.approx(result.peak_load[block], rel=1e-9)
-        # of a stroke that turns over the part the power is a mean, the load the highest
+        # in a stroke that reverses over the part the power is a mean and the load the maximum
         assert min(strokes["load"].max(), limit) == pytest.approx(outcome.peak_power[block], rel=1e-9)
         assert (strokes["power"] <= np.minimum(strokes["load"], limit) * (1.0 + 1e-9)).all()
         assert strokes["load"].max() / limit == pytest.approx(outcome.power_ratio[block], rel=1e-9)

@@ -11,7 +11,7 @@ from tests.envs.harness import assert_same, whole_tape
 ID = "grind/Reciprocation-v0"
 
 
-def test_the_blocks_of_a_step_are_the_literal_form() -> None:
+def test_a_step_writes_a_g81_cycle_with_its_infeed_blocks() -> None:
     env = reciprocation.make(predress=True, show_block=True)
     env.reset(seed=0)
     assert env.episodes is not None
@@ -29,7 +29,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
 
 
 @pytest.mark.parametrize("pre_dress", [0.0, 1.0])
-def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> None:
+def test_the_volume_since_the_dress_follows_the_gauged_stock(pre_dress: float) -> None:
     env = reciprocation.make(predress=True)
     env.reset(seed=6)
     assert env.episodes is not None
@@ -37,7 +37,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
     volume, blocks = 0.0, 0.0
     for stock, D in zip(stocks, (0.0, 2.0, 0.0, 0.0, 1.0, 3.0), strict=False):
         dressed = D + pre_dress > 0.0
-        # D requests part the depth into D + 1 equal shares; a pre-dress comes before all of it
+        # D requests divide the depth into D + 1 equal shares; a pre-dress comes first
         volume = stock * 300.0 / (D + 1.0) + (0.0 if dressed else volume)
         blocks = 0.0 if dressed else blocks + 1.0
         observation = env.step(env.codec.encode(9000.0, D, pre_dress)[0])[0]
@@ -46,7 +46,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
         assert float(seen["blocks_since_dress"]) == pytest.approx(blocks, rel=1e-5)
 
 
-def test_the_episode_is_that_of_the_power_limited_task() -> None:
+def test_an_episode_has_the_tape_and_the_wheel_of_power_limited() -> None:
     ours, theirs = gym.make(ID).unwrapped, gym.make("grind/PowerLimited-v0").unwrapped
     for env in (ours, theirs):
         env.reset(seed=4)

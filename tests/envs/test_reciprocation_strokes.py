@@ -57,7 +57,7 @@ class Case:
 
 
 def program_run(case: Case, job: Job) -> GrindingRecord:
-    """The operator asks for a dress at the end of every infeed but the last."""
+    """Run the program; the operator asks for a dress at the end of every infeed but the last."""
     control, times = job.control, []
     for event in execute(read(case.text), control):
         if isinstance(event, Line) and event.source is Source.PROGRAM and len(times) < case.D:
@@ -67,7 +67,7 @@ def program_run(case: Case, job: Job) -> GrindingRecord:
 
 
 def compiled_tally(case: Case, job: Job, seconds: float) -> Any:
-    """The tally of the compiled loop, in which a dress takes `seconds`."""
+    """Return the tally of the compiled loop in which a dress takes `seconds`."""
     p, tallies = job.parameters, np.zeros(1, TALLY)
     motions = np.full((2 * (case.D + 1), len(FeedMotion._fields)), np.nan)
     write_motions(motions, 0, case.infeed_block)
@@ -90,7 +90,7 @@ CASES = st.builds(
 )
 
 
-def test_a_stroke_is_as_deep_as_the_infeed_comes_in_its_time() -> None:
+def test_the_pick_of_a_stroke_is_infeed_rate_times_stroke_time() -> None:
     case = Case(depth=300, infeed=0.6, E=12_000, D=0, sparkout=2)
     record = program_run(case, job(stock=0.3))
     depth = record.strokes["Z"]
@@ -103,7 +103,7 @@ def test_a_stroke_is_as_deep_as_the_infeed_comes_in_its_time() -> None:
 
 
 @given(case=CASES)
-def test_requests_stand_at_equal_fractions_of_depth(case: Case) -> None:
+def test_dress_requests_stand_at_equal_fractions_of_the_depth(case: Case) -> None:
     ends = [part.end for part in case.segments]
     assert ends[-1] == case.depth / 1000.0
     assert ends == pytest.approx([case.depth * (k + 1) / (case.D + 1) / 1000.0 for k in range(case.D + 1)], abs=5.01e-4)

@@ -22,16 +22,16 @@ SMALL = Reference(
 )
 
 
-# it knows the wheel, but not what is to come
+# the planner knows the wheel, but not the coming lots
 @pytest.mark.parametrize("name", [name for name in TASKS if not reference(environment_id(name)).ratio])
 def test_a_planner_that_knows_the_state_closes_most_of_the_gap(name: str) -> None:
     env_id = environment_id(name)
-    # in Credit the rule that goes on after its horizon dresses too often; in Noise nothing comes that is worth knowing
+    # in Credit the rule after the planner's horizon dresses too often; in Noise knowing the future has no value
     least, most = 70.0 if name == "credit" else 80.0, 101.0 if name == "noise" else 100.0
     assert least < normalise(env_id, reference(env_id).returns["mpc"].value) <= most
 
 
-def test_slot_gives_the_cost_over_that_of_the_fixed_plan() -> None:
+def test_the_score_of_slot_is_the_cost_over_that_of_the_fixed_plan() -> None:
     scale = reference("grind/Slot-v0")
     assert scale.ratio
     assert scale.fixed_plan == "interval"
@@ -48,7 +48,7 @@ def test_returns_are_costs_over_the_reference_cost_of_the_task(name: str) -> Non
 
 
 @pytest.mark.parametrize("env_id", SCORED)
-def test_known_policies_are_in_their_order(env_id: str) -> None:
+def test_reference_policies_rank_as_expected(env_id: str) -> None:
     # cost: hindsight planner < best rule <= best fixed plan < random, all but Slot
     scale = reference(env_id)
     returns = {policy: mean.value for policy, mean in scale.returns.items()}
@@ -58,7 +58,7 @@ def test_known_policies_are_in_their_order(env_id: str) -> None:
     assert returns["random"] < fixed
     if not scale.ratio:
         assert scale.hundred > scale.zero
-        # in Noise it has nothing to go by: power says nothing of the roughness
+        # in Noise the power says nothing about the roughness
         assert returns["adaptive_rule"] > fixed or env_id == "grind/Noise-v0"
 
 

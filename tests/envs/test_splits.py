@@ -1,4 +1,4 @@
-"""The split that goes beyond a task, against the tape of the same seed without it, and against the catalogue."""
+"""The extrapolation split against the tape of the same seed without it, and against the catalogue."""
 
 from dataclasses import replace
 from typing import Any
@@ -23,13 +23,13 @@ COUNT = 200
 
 
 def tapes(simulation: BlockSimulation, split: Split, context: Any = None) -> TapeRow:
-    """What is drawn of the blocks of `COUNT` episodes, each column of shape (COUNT, blocks)."""
+    """Return the tapes of `COUNT` episodes, each column of shape (COUNT, blocks)."""
     given = replace(read_options(simulation.task, {"context": context}, Given()), split=split)
     drawn = simulation.start([np.random.default_rng(i) for i in range(COUNT)], [given] * COUNT).tape
     return TapeRow(*np.moveaxis(drawn, 2, 0))
 
 
-def test_a_seed_makes_the_same_episode_of_other_factors() -> None:
+def test_extrapolation_scales_the_draws_of_the_same_seed() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     plain, beyond = tapes(simulation, SPLITS[EVERY]), tapes(simulation, BEYOND)
     for name in ("kind", "new_lot", "part_ra", "due"):
@@ -40,7 +40,7 @@ def test_a_seed_makes_the_same_episode_of_other_factors() -> None:
     np.testing.assert_allclose(beyond.gauged - beyond.stock, 3.0 * (plain.gauged - plain.stock), atol=1e-12)
 
 
-def test_wear_and_pressure_lie_beyond_all_that_the_task_draws_and_nothing_else_does() -> None:
+def test_wear_and_pressure_lie_beyond_the_range_of_the_task_and_other_factors_within() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     spread = simulation.task.spread
     rows = tapes(simulation, replace(BEYOND, foreign=False))
@@ -57,16 +57,16 @@ def test_wear_and_pressure_lie_beyond_all_that_the_task_draws_and_nothing_else_d
         assert np.abs(np.log(getattr(rows, name))).max() <= CUT * sigma * (1.0 + 1e-12)
 
 
-def test_every_episode_has_a_wheel_and_a_material_that_the_task_does_not_have() -> None:
+def test_every_extrapolation_episode_has_an_unseen_wheel_and_material() -> None:
     task = load_task("job_shop")
     simulation = BlockSimulation(task)
     near, far = tapes(simulation, replace(BEYOND, foreign=False)), tapes(simulation, BEYOND)
-    # one material of all kinds of an episode
+    # all kinds of an episode have one material
     assert (far.material == far.material[:, :1]).all()
     names = {task.materials[int(number)] for number in np.unique(far.material)}
     assert names == set(other_materials(task)) == {"aisi_1045", "case_hardened_16mncr5", "grey_cast_iron"}
     assert not names & {kind.material for kind in task.kinds}
-    # the wheels of the catalogue, each with the parameters that the task would have with it
+    # the wheels of the catalogue, each with its parameters in the task
     own, found = task.parameters(task.kinds[0]), []
     for name in ("a46h", "a46j", "a80k", "a120k", "sg60j"):
         p = replace(task, setup=replace(task.setup, wheel=name)).parameters(task.kinds[0])
@@ -78,7 +78,7 @@ def test_every_episode_has_a_wheel_and_a_material_that_the_task_does_not_have() 
     assert np.ptp(drawn, axis=1).max() < 1e-9
 
 
-def test_a_context_fixes_factors_there_too() -> None:
+def test_a_context_fixes_factors_in_the_extrapolation_split() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     context = {"material": "inconel_718", "stock": 0.8, "noise": 0.5, "wheel_kA": 2.0, "kA": 3.0, "pm": 1.0, "fc": 1.2}
     plain, rows = (tapes(simulation, split, context) for split in (SPLITS[EVERY], BEYOND))
@@ -86,7 +86,7 @@ def test_a_context_fixes_factors_there_too() -> None:
         np.testing.assert_array_equal(getattr(plain, name), getattr(rows, name))
 
 
-def test_a_catalogue_without_others_keeps_what_the_task_has() -> None:
+def test_a_catalogue_without_unseen_entries_keeps_wheel_and_material() -> None:
     task = load_task("power_limited")
     own = replace(
         task.catalogue,
@@ -101,7 +101,7 @@ def test_a_catalogue_without_others_keeps_what_the_task_has() -> None:
         np.testing.assert_array_equal(getattr(near, name), getattr(far, name))
 
 
-def test_a_users_task_has_the_split_as_well(tmp_path: Any) -> None:
+def test_a_user_task_has_the_extrapolation_split(tmp_path: Any) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('base = "blades"\ntitle = "Mine"\nreference_cost = 2.0\n')
     assert set(other_materials(read_task(str(path)))) == set(other_materials(load_task("blades")))
@@ -111,7 +111,7 @@ def test_a_users_task_has_the_split_as_well(tmp_path: Any) -> None:
 
 
 @pytest.mark.parametrize("name", task_names())
-def test_every_task_has_others(name: str) -> None:
+def test_every_task_has_unseen_materials_and_wheels(name: str) -> None:
     task = load_task(name)
     assert len(other_materials(task)) >= 3 and len(other_wheels(task)) >= 1
 

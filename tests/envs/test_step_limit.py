@@ -1,4 +1,4 @@
-"""`max_episode_steps` of the vector environments, which Gymnasium hands to them, does what its `TimeLimit` does."""
+"""`max_episode_steps` of the vector environments acts like Gymnasium's `TimeLimit`."""
 
 import itertools
 from typing import Any
@@ -26,7 +26,7 @@ STEPS = {
 
 
 @pytest.mark.parametrize(("env_id", "steps"), few(STEPS.items(), 2))
-def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, steps: int) -> None:
+def test_a_limit_acts_like_time_limit_of_single_envs_in_every_mode(env_id: str, steps: int) -> None:
     options = {**quiet(env_id), "max_episode_steps": steps}
     check_vector_env(
         lambda mode: native(env_id, 2, mode, **options), single=lambda: gym.make(env_id, **options), steps=2 * steps + 2
@@ -34,7 +34,7 @@ def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, ste
 
 
 @pytest.mark.parametrize("env_id", every_id())
-def test_every_id_takes_the_keyword_and_keeps_it_in_its_spec(env_id: str) -> None:
+def test_every_id_takes_max_episode_steps_and_stores_it_in_its_spec(env_id: str) -> None:
     env = gym.make_vec(env_id, 2, max_episode_steps=1)
     twin = gym.make_vec(EnvSpec.from_json(env.spec.to_json()))
     [batch] = sampled(env_id, 1, 2)
@@ -53,7 +53,7 @@ def limited(spec: EnvSpec) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_masked_resets_in_mid_episode_start_the_count_anew(mode: Any) -> None:
+def test_masked_resets_in_mid_episode_restart_the_count(mode: Any) -> None:
     a, b = (make("grind/PowerLimited-v0", 3, mode, max_episode_steps=4) for make in (native, sync))
     batches = sampled("grind/PowerLimited-v0", 12, 3)
     assert_same(a.reset(seed=0), b.reset(seed=0))
@@ -73,17 +73,17 @@ LENGTHS: list[tuple[str, dict[str, Any], int]] = [
     ("grind/WidePlates-v0", {}, 16),
     ("grind/Job-v0", {"program": str(examples.path("rail_g83.nc")), "parts": 3}, 3 * 2),
 ]
-"""Ids with arguments, and how many steps an episode has."""
+"""Ids, arguments and number of steps of an episode."""
 
 
-def again(env: gym.Env[Any, Any]) -> list[gym.Env[Any, Any]]:
-    """Environments made from the spec of one, and from that spec as JSON."""
+def remade(env: gym.Env[Any, Any]) -> list[gym.Env[Any, Any]]:
+    """Return environments made from the spec of one, and from the spec as JSON."""
     assert env.spec is not None
     return [gym.make(env.spec), gym.make(EnvSpec.from_json(env.spec.to_json()))]
 
 
-def lengths(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
-    """Steps of an episode of actions drawn at random, and how the last one ended it; observations are in the space."""
+def play(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
+    """Play a random episode within the observation space; return its steps, terminated and truncated."""
     env.action_space.seed(0)
     shown, _ = env.reset(seed=0)
     for step in itertools.count(1):
@@ -95,31 +95,31 @@ def lengths(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
 
 
 @pytest.mark.parametrize(("env_id", "arguments", "steps"), few(LENGTHS), ids=[row[0] for row in LENGTHS])
-def test_a_wrapper_that_asks_for_the_length_finds_it_and_no_episode_is_cut(
+def test_a_wrapper_finds_the_episode_length_and_no_episode_is_cut_short(
     env_id: str, arguments: dict[str, Any], steps: int
 ) -> None:
     plain = gym.make(env_id, **arguments)
-    for env in (plain, *again(plain)):
-        assert lengths(env) == (steps, True, False)
-    for env in (*again(TimeAwareObservation(plain)), *map(TimeAwareObservation, again(plain))):
-        assert (env.get_wrapper_attr("max_timesteps"), *lengths(env)) == (steps + 1, steps, True, False)
-    # what the user asks for truncates, and stays in the spec
+    for env in (plain, *remade(plain)):
+        assert play(env) == (steps, True, False)
+    for env in (*remade(TimeAwareObservation(plain)), *map(TimeAwareObservation, remade(plain))):
+        assert (env.get_wrapper_attr("max_timesteps"), *play(env)) == (steps + 1, steps, True, False)
+    # a limit of the user truncates and stays in the spec
     limited = gym.make(env_id, max_episode_steps=steps - 1, **arguments)
-    for env in (limited, *again(limited), gym.make(plain.spec, max_episode_steps=steps - 1)):
-        assert (TimeAwareObservation(env).max_timesteps, *lengths(env)) == (steps - 1, steps - 1, False, True)
+    for env in (limited, *remade(limited), gym.make(plain.spec, max_episode_steps=steps - 1)):
+        assert (TimeAwareObservation(env).max_timesteps, *play(env)) == (steps - 1, steps - 1, False, True)
     name = f"{env_id.removesuffix('-v0')}-v9"
     gym.register(
         name, gym.spec(env_id).entry_point, max_episode_steps=1, kwargs={**gym.spec(env_id).kwargs, **arguments}
     )
     try:
-        assert (TimeAwareObservation(gym.make(name)).max_timesteps, *lengths(gym.make(name))) == (1, 1, False, True)
+        assert (TimeAwareObservation(gym.make(name)).max_timesteps, *play(gym.make(name))) == (1, 1, False, True)
     finally:
         del gym.registry[name]
 
 
 @pytest.mark.parametrize(("env_id", "arguments", "steps"), few(LENGTHS), ids=[row[0] for row in LENGTHS])
 @pytest.mark.parametrize("mode", MODES)
-def test_vector_envs_tell_the_length_and_cut_no_episode(
+def test_the_spec_of_a_vector_env_has_the_length_and_cuts_no_episode_short(
     env_id: str, arguments: dict[str, Any], steps: int, mode: Any
 ) -> None:
     env = native(env_id, 2, mode.value, **arguments)

@@ -34,7 +34,7 @@ def test_an_unknown_task_is_refused() -> None:
         load_task("slots")
 
 
-def test_the_task_of_an_environment_of_its_own_is_none_of_cycle_blocks() -> None:
+def test_load_task_refuses_a_task_with_its_own_environment() -> None:
     name = "reciprocation"
     task = read_task(name)
     assert task.name == name and environment_id(name) in gym.registry
@@ -44,7 +44,7 @@ def test_the_task_of_an_environment_of_its_own_is_none_of_cycle_blocks() -> None
             make(name)
 
 
-def test_a_task_is_its_base_but_for_what_it_says() -> None:
+def test_a_task_differs_from_its_base_only_in_the_keys_of_its_file() -> None:
     task, base = read_task("reciprocation"), load_task("power_limited")
     changed = {each.name for each in fields(Task) if getattr(task, each.name) != getattr(base, each.name)}
     assert changed == {"name", "title", "reference_cost", "infeed"}
@@ -87,7 +87,7 @@ volume = 7.0
     assert (task.blocks, task.setup) == (base.blocks, base.setup)
 
 
-def test_a_base_has_a_base_of_its_own_in_its_own_folder(tmp_path: Path) -> None:
+def test_a_base_may_have_another_base_and_a_catalogue_in_its_folder(tmp_path: Path) -> None:
     (tmp_path / "shop").mkdir()
     put(tmp_path / "shop", own='base = "power_limited"\nblocks = 12\n[catalogue]\nfiles = ["tools.toml"]')
     put(tmp_path / "shop", tools='[material.lot]\nbase = "aisi_52100"\nwear_flat_growth = 2.5e-6')
@@ -98,7 +98,7 @@ def test_a_base_has_a_base_of_its_own_in_its_own_folder(tmp_path: Path) -> None:
     assert task.sequence == ("part",) and "lot" in task.materials
 
 
-def test_what_takes_the_place_of_another_key_of_the_base_drops_it(tmp_path: Path) -> None:
+def test_a_key_drops_the_alternative_key_of_the_base(tmp_path: Path) -> None:
     put(
         tmp_path,
         levels='base = "power_limited"\n[action]\nspeed_levels = [6000, 12_000]',
@@ -109,7 +109,7 @@ def test_what_takes_the_place_of_another_key_of_the_base_drops_it(tmp_path: Path
     assert (orders.sequence, orders.nominal_sequence) == ((), ("slot",))
 
 
-def test_title_and_reference_cost_are_not_those_of_the_base(tmp_path: Path) -> None:
+def test_title_and_reference_cost_are_not_inherited_from_the_base(tmp_path: Path) -> None:
     put(tmp_path, mine='base = "power_limited"')
     task, base = load_task(str(tmp_path / "mine.toml")), load_task("power_limited")
     assert task.title == "mine" and task.reference_cost != base.reference_cost
@@ -134,7 +134,7 @@ def test_title_and_reference_cost_are_not_those_of_the_base(tmp_path: Path) -> N
         ('base = "from_which.toml"\naction = 3', ["action is 3, but must be a table, headed [action]"]),
     ],
 )
-def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Path) -> None:
+def test_a_mistake_in_a_file_with_a_base_is_named(own: str, parts: list[str], tmp_path: Path) -> None:
     put(tmp_path, slip=own, from_which=TEXT["power_limited"], second='base = "slip.toml"', broken="spred = 3")
     message = refusal(TaskError, load_task, str(tmp_path / "slip.toml"))
     assert message.startswith(f"{tmp_path / 'slip.toml'}: ")
@@ -180,7 +180,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("blocks = 60", "blocks = 60\ncross_pick = 12.0", "kind.width", ["no strip to cross to"]),
     ],
 )
-def test_a_slip_in_a_task_file_is_named(old: str, new: str, key: str, parts: list[str], tmp_path: Path) -> None:
+def test_a_mistake_in_a_task_file_is_named(old: str, new: str, key: str, parts: list[str], tmp_path: Path) -> None:
     assert TEXT["power_limited"].count(old) == 1
     put(tmp_path, mine=TEXT["power_limited"].replace(old, new))
     path = str(tmp_path / "mine.toml")
@@ -192,7 +192,7 @@ def test_a_slip_in_a_task_file_is_named(old: str, new: str, key: str, parts: lis
     assert (caught.value.file, caught.value.key) == (path, key)
 
 
-def test_what_no_program_of_blocks_could_do_is_refused() -> None:
+def test_a_task_that_no_program_can_grind_is_refused() -> None:
     task = load_task("power_limited")
     (kind,) = task.kinds
     with pytest.raises(
@@ -209,7 +209,7 @@ def test_what_no_program_of_blocks_could_do_is_refused() -> None:
         replace(task, kinds=(kind, kind))
 
 
-def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
+def test_keys_missing_in_a_file_have_defaults(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     task = load_task(str(tmp_path / "shop.toml"))
     assert (task.name, task.title, task.sequence, task.blocks, task.cycle) == ("shop", "shop", ("part",), 30, "G82")
@@ -221,21 +221,21 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
         usual.dresser,
         usual.fluid,
     )
-    assert task.reference_cost == 0.0  # it does not say
+    assert task.reference_cost == 0.0  # the file gives none
 
 
 @pytest.mark.parametrize(
     "name", few(("power_limited", "wide_rails", "slot", "reciprocation", "wide_plates", "rush", "CBN"))
 )
-def test_a_task_that_does_not_say_is_priced_near_what_was_measured(name: str) -> None:
+def test_the_default_reference_cost_is_near_the_measured_one(name: str) -> None:
     task = read_task(name)
     found = simulation_of(replace(task, reference_cost=0.0)).task
     assert found == replace(task, reference_cost=found.reference_cost)
-    # of few episodes, on which the plan is chosen, too; tuned plans may tell kinds of block apart
+    # few episodes both choose and price the plan; tuned plans may treat kinds of block differently
     assert 0.75 < found.reference_cost / task.reference_cost < 1.05
 
 
-def test_the_price_is_what_the_cheapest_plan_costs_in_an_evaluation(tmp_path: Path) -> None:
+def test_the_default_reference_cost_is_about_that_of_the_cheapest_plan(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     simulation = simulation_of(load_task(str(tmp_path / "shop.toml")))
     plans = [Fixed(E, D, every) for E, D, every in ((3e4, 1, 20), (3e4, 1, 1), (3e3, 1, 5), (3e4, 0, 1))]
@@ -245,7 +245,7 @@ def test_the_price_is_what_the_cheapest_plan_costs_in_an_evaluation(tmp_path: Pa
     assert min(costs) == pytest.approx(simulation.task.reference_cost, rel=0.2)
 
 
-def test_a_task_is_resolved_once() -> None:
+def test_a_task_looks_up_its_catalogue_entries_once() -> None:
     task = load_task("power_limited")
     for name in ("wheel", "machine", "dresser", "fluid", "rates", "materials"):
         assert getattr(task, name) is getattr(task, name)
@@ -261,7 +261,7 @@ def test_a_task_of_orders_has_whole_parts_only() -> None:
 
 
 @pytest.mark.parametrize("name", [*task_names(), "reciprocation", "wide_plates"])
-def test_a_task_that_all_environments_share_cannot_be_changed(name: str) -> None:
+def test_a_loaded_task_cannot_be_changed(name: str) -> None:
     task = read_task(name)
     for table in (task.factors, task.setup.wheel_overrides, task.setup.machine_overrides):
         with pytest.raises(TypeError):

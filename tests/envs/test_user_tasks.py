@@ -1,4 +1,4 @@
-"""Tasks that users write: `grind/Task-v0` of whatever file, in both forms."""
+"""Task files of users: `grind/Task-v0`, single and vector."""
 
 import json
 import math
@@ -66,7 +66,7 @@ def written(folder: Path, text: str, name: str = "shop") -> str:
     return str(path)
 
 
-def test_a_dozen_lines_are_a_task(tmp_path: Path) -> None:
+def test_a_file_of_a_dozen_lines_makes_a_task(tmp_path: Path) -> None:
     path = written(tmp_path, MINIMAL)
     env = gym.make(ID, task=path, show_block=True)
     assert json.loads(env.spec.to_json())["kwargs"]["task"] == path
@@ -91,7 +91,7 @@ def test_the_cycle_follows_from_the_file(cycle: str, tmp_path: Path) -> None:
 
 
 @every_cycle
-def test_a_task_of_a_user_keeps_the_contract(cycle: str, tmp_path: Path) -> None:
+def test_a_user_task_keeps_the_vector_environment_contract(cycle: str, tmp_path: Path) -> None:
     path = written(tmp_path, CYCLES[cycle])
     check_vector_env(
         lambda mode: native(ID, 2, mode, task=path),
@@ -101,7 +101,7 @@ def test_a_task_of_a_user_keeps_the_contract(cycle: str, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("name", shipped_names())
-def test_a_copy_of_a_shipped_file_gives_the_episodes_of_its_id(name: str, tmp_path: Path) -> None:
+def test_a_copy_of_a_bundled_file_gives_the_episodes_of_its_id(name: str, tmp_path: Path) -> None:
     path = written(tmp_path, (FOLDER / f"{name}.toml").read_text(encoding="utf-8"), name)
     mine, theirs = gym.make(ID, task=path), gym.make(environment_id(name))
     assert replace(mine.unwrapped.task, file="") == theirs.unwrapped.task
@@ -113,20 +113,20 @@ def test_a_copy_of_a_shipped_file_gives_the_episodes_of_its_id(name: str, tmp_pa
     assert mine.unwrapped.part_program() == theirs.unwrapped.part_program()
 
 
-def test_a_material_with_a_free_term_is_for_jobs(tmp_path: Path) -> None:
+def test_a_task_refuses_a_material_with_a_free_exponent(tmp_path: Path) -> None:
     own = '\n[material.aisi_52100]\nbase = "aisi_52100"\npower_speed_exponent = 0.1\n'
     path = written(tmp_path, MINIMAL + own)
     with pytest.raises(TaskError, match="use it in a job"):
         load_task(path)
 
 
-def test_a_material_may_have_its_name_in_a_standard(tmp_path: Path) -> None:
+def test_a_material_may_be_given_by_its_standard_name(tmp_path: Path) -> None:
     assert 'material = "aisi_52100"' in MINIMAL
     named = written(tmp_path, MINIMAL.replace("aisi_52100", "100Cr6"))
     assert load_task(named).kinds == load_task(written(tmp_path, MINIMAL, "own")).kinds
 
 
-def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
+def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
     path = written(tmp_path, MINIMAL)
     assert load_task(path).blocks == 30
     written(tmp_path, "blocks = 7\n" + MINIMAL)
@@ -134,7 +134,7 @@ def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("task", [None, 3, "", ".toml", "no/such.toml", "a\0.toml", ["slot"]])
-def test_what_names_no_task_is_refused_in_one_sentence(task: Any) -> None:
+def test_a_bad_task_argument_is_refused_in_one_line(task: Any) -> None:
     for make in (gym.make, gym.make_vec):
         message = refusal(TaskError, make, ID, task=task)
         assert message.isprintable() and ".toml" in message
@@ -147,7 +147,7 @@ SLIPS = [None, True, "thin", -1, float("nan"), 1e300, [], {}, [1, "x"], {"a": 1}
 
 
 def numbers(row: Any) -> st.SearchStrategy[float]:
-    """Legal numbers of a key, in whole thousandths as lengths have to be."""
+    """Return legal numbers of a key, in whole thousandths as required for lengths."""
     low, high = row.content.quantity.low, min(row.content.quantity.high, 1e4)
     if row.content.item is int:
         return st.integers(int(low), int(min(high, 60)))
@@ -173,7 +173,7 @@ SUITABLE = {"material": "inconel_718", "wheel": "b126", "dresser": "single_point
 
 @st.composite
 def documents(draw: st.DrawFn) -> dict[str, Any]:
-    """A file of a few legal values beside those of the smallest one, or with one key misspelt, missing or illegal."""
+    """Draw the smallest file with a few more legal values, or with one key misspelt, missing or illegal."""
     content = tomllib.loads("blocks = 4\n" + MINIMAL)
     for row in draw(st.lists(st.sampled_from(ROWS), max_size=5, unique=True)):
         value = draw(legal(row))
@@ -199,7 +199,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
 
 @examples(150)
 @given(content=documents())
-def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_path: Path) -> None:
+def test_a_file_makes_an_environment_or_an_error_of_one_line(content: dict[str, Any], tmp_path: Path) -> None:
     path = written(tmp_path, toml_text(content))
     try:
         env = gym.make(ID, task=path).unwrapped
@@ -227,14 +227,14 @@ LESS_THAN_A_PICK = {
 
 
 def with_overrun(overrun: float) -> dict[str, Any]:
-    """The smallest task with that overrun, mm."""
+    """Return the smallest task with the given overrun, mm."""
     content = tomllib.loads("reference_cost = 1.0\nblocks = 4\n" + MINIMAL)
     content["setup"]["overrun"] = overrun
     return content
 
 
-def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is_refused(tmp_path: Path) -> None:
-    # at 0.01 mm above its lowest point a wheel of 300 mm is sqrt(0.01 (300 - 0.01)) = 1.73202 mm from its middle
+def test_an_overrun_is_refused_if_the_wheel_would_cut_the_part_coming_down(tmp_path: Path) -> None:
+    # 0.01 mm above its lowest point the 300 mm wheel reaches sqrt(0.01 (300 - 0.01)) = 1.73202 mm to each side
     assert refusal(TaskError, load_task, written(tmp_path, toml_text(with_overrun(1.732)))).endswith(
         "setup.overrun is 1.732, but must be at least 1.733 mm, or the 300 mm wheel grinds the part as it comes down "
         "beside it, 0.01 mm deep in its first pick"
@@ -245,7 +245,7 @@ def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is
     assert load_task(written(tmp_path, toml_text(thin))).setup.overrun == 1.096
     with pytest.raises(TaskError, match=r"at least 1\.096 mm"):
         load_task(written(tmp_path, toml_text(thin | {"setup": thin["setup"] | {"overrun": 1.095}})))
-    for own in ({"infeed": 0.5}, {"cross_pick": 12.0}):  # which set out from the surface
+    for own in ({"infeed": 0.5}, {"cross_pick": 12.0}):  # these cycles start from the surface
         content = with_overrun(1.0) | own
         content["kind"][0]["width"] = 60.0 if "cross_pick" in own else 20.0
         assert load_task(written(tmp_path, toml_text(content))).setup.overrun == 1.0
@@ -265,7 +265,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     own = {"G81": {"infeed": 0.5}, "G82": {}, "G83": {"cross_pick": 12.0}}[cycle]
     setup = content.setdefault("setup", {})
     if isinstance(setup, dict):
-        setup["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
+        setup["load"] = 600.0  # longer than any travel of the wheel to the part
     kinds = content.get("kind")
     if cycle == "G83" and isinstance(kinds, list) and kinds and isinstance(kinds[0], dict):
         kinds[0]["width"] = 60.0
@@ -309,7 +309,7 @@ def test_the_schema_has_every_key_with_its_meaning() -> None:
     assert all(row.meaning for row in rows())
 
 
-def test_every_shipped_file_fits_the_json_schema_and_a_slip_does_not() -> None:
+def test_every_bundled_file_fits_the_json_schema_and_a_mistake_does_not() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -323,7 +323,7 @@ def test_every_shipped_file_fits_the_json_schema_and_a_slip_does_not() -> None:
 
 
 @pytest.mark.parametrize("name", [*shipped_names(), *CYCLES])
-def test_what_is_printed_of_a_task_is_the_task(name: str, tmp_path: Path) -> None:
+def test_the_printed_document_of_a_task_reads_back_as_the_task(name: str, tmp_path: Path) -> None:
     task = load_task(written(tmp_path, CYCLES[name])) if name in CYCLES else read_task(name)
     again = read_task(written(tmp_path, toml_text(document(task)), "again"))
     assert replace(again, name=task.name, file=task.file) == task
@@ -348,7 +348,7 @@ def test_grind_tasks_prints_the_schema(grind: Grind) -> None:
     assert json.loads(grind("tasks", "--schema", "--json")[1]) == json_schema()
 
 
-def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path) -> None:
+def test_a_gauging_time_shorter_than_the_travel_of_the_wheel_is_refused(tmp_path: Path) -> None:
     def made(gauge: float) -> object:
         (tmp_path / "mine.toml").write_text(f'base = "wide_rails"\n[setup]\ngauge = {gauge:.3f}\n', encoding="utf-8")
         return gym.make("grind/Task-v0", task=str(tmp_path / "mine.toml"))

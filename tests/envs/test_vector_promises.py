@@ -1,4 +1,4 @@
-"""Vector environments of other steps than blocks of tasks promise what the others do; threads, and the last block."""
+"""Vector environments: refused options, failed steps, threads and the last block."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -31,7 +31,7 @@ ID = "grind/Job-v0"
         {"context": [{}, {}, {}]},
     ],
 )
-def test_a_list_that_does_not_fit_moves_no_env(options: dict[str, Any]) -> None:
+def test_a_bad_list_of_options_changes_no_environment(options: dict[str, Any]) -> None:
     env, twin = native(ID, 2, "Disabled"), native(ID, 2, "Disabled")
     for each in (env, twin):
         each.reset(seed=1)
@@ -42,7 +42,7 @@ def test_a_list_that_does_not_fit_moves_no_env(options: dict[str, Any]) -> None:
     assert_same(env.reset(), twin.reset())
 
 
-def test_an_option_that_is_refused_ends_no_wait_for_a_reset() -> None:
+def test_a_refused_option_does_not_count_as_a_reset() -> None:
     env = native(ID, 2, "Disabled", max_episode_steps=2)
     env.reset(seed=0)
     env.step(np.zeros((2, 2), np.float32))
@@ -59,11 +59,11 @@ SPARES = np.array([1.0, -1.0], np.float32)
 
 
 GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-"""Before the plate: there is no script of such a program, and the control executes it."""
+"""Groove before the plate: this program has no script, and the control executes it."""
 
 
 def grooved(folder: Path) -> str:
-    """The plate behind a groove."""
+    """Write the plate program with a groove before it."""
     program = folder / "grooved.nc"
     program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
     program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
@@ -72,7 +72,7 @@ def grooved(folder: Path) -> str:
 
 @pytest.fixture
 def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
-    """The plate behind a groove, of which no lot but the nominal one can be ground at the lowest E."""
+    """Return a job with a groove and a plate; at the lowest E only the nominal lot can be ground."""
     grind = PartRun.grind
 
     def picky(part: PartRun, rows: Array, *way: Any) -> Any:
@@ -84,7 +84,7 @@ def hard_job(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     return {"spread": 2.0, "program": grooved(tmp_path)}
 
 
-def test_a_step_that_fails_leaves_a_job_where_it_was(hard_job: dict[str, Any]) -> None:
+def test_a_failed_step_leaves_the_job_unchanged(hard_job: dict[str, Any]) -> None:
     env, twin = (gym.make(ID, **hard_job) for _ in range(2))
     for each in (env, twin):
         each.reset(seed=2)
@@ -99,10 +99,10 @@ def test_a_step_that_fails_leaves_a_job_where_it_was(hard_job: dict[str, Any]) -
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
-def test_no_job_moves_if_one_cannot(hard_job: dict[str, Any], mode: str) -> None:
+def test_a_failed_step_of_one_job_leaves_all_jobs_unchanged(hard_job: dict[str, Any], mode: str) -> None:
     env, twin = (native(ID, 3, mode, **hard_job) for _ in range(2))
     good = np.array([SPARES] * 3)
-    # the one that fails is in the middle; in every mode another one ends, or has ended and begins anew
+    # the middle one fails; in every mode another one ends, or has ended and restarts
     before = 1 if mode == "NextStep" else 0
     for each in (env, twin):
         each.reset(seed=[0, 2, 1])
@@ -117,14 +117,14 @@ def test_no_job_moves_if_one_cannot(hard_job: dict[str, Any], mode: str) -> None
             env.step(bad)
     for one, other in zip(env.unwrapped.episodes.programs, twin.unwrapped.episodes.programs, strict=True):
         assert one.chosen == other.chosen
-    if mode == "Disabled":  # what the mask leaves out is observed as it was before
+    if mode == "Disabled":  # environments outside the mask keep their observation
         mask = {"reset_mask": np.array([False, False, True])}
         assert_same(env.reset(options=dict(mask)), twin.reset(options=dict(mask)))
     for _ in range(1 if mode == "Disabled" else 3):
         assert_same(env.step(good), twin.step(good))
 
 
-def test_a_step_that_fails_is_not_counted(hard_job: dict[str, Any]) -> None:
+def test_a_failed_step_does_not_count_towards_the_step_limit(hard_job: dict[str, Any]) -> None:
     env, twin = (native(ID, 2, "Disabled", max_episode_steps=2, **hard_job) for _ in range(2))
     good = np.array([SPARES] * 2)
     bad = np.array([SPARES, FAILS])
@@ -144,7 +144,7 @@ N = 11
 
 @pytest.mark.bits
 @pytest.mark.parametrize("env_id", every_id())
-def test_threads_change_no_bit(env_id: str) -> None:
+def test_the_number_of_threads_changes_no_bit(env_id: str) -> None:
     one, three = (native(env_id, N, MODES[every_id().index(env_id) % 2], threads=threads) for threads in (1, 3))
     assert_same(one.reset(seed=0), three.reset(seed=0))
     for number, batch in enumerate(sampled(env_id, 8, N)):
@@ -156,14 +156,14 @@ def test_threads_change_no_bit(env_id: str) -> None:
 
 
 @pytest.mark.parametrize("n", [2, TOGETHER + 2])
-def test_more_threads_than_episodes_and_more_episodes_than_are_stepped_in_one_go(n: int) -> None:
+def test_results_do_not_depend_on_threads_for_few_or_many_episodes(n: int) -> None:
     one, many = (native("grind/Oracle6-v0", n, "NextStep", threads=threads) for threads in (1, 5))
     assert_same(one.reset(seed=3), many.reset(seed=3))
     for batch in sampled("grind/Oracle6-v0", 14, n):
         assert_same(one.step(batch), many.step(batch))
 
 
-def test_a_program_that_python_runs_has_one_thread(tmp_path: Path) -> None:
+def test_a_program_run_by_python_refuses_several_threads(tmp_path: Path) -> None:
     program = grooved(tmp_path)
     native("grind/Job-v0", 2, program=program, threads=1)
     with pytest.raises(TaskError, match="threads is 2, but Python runs this program"):
@@ -184,7 +184,7 @@ def rolled_out(simulation, seed: int, n: int = 32, steps: int = 8) -> list[np.nd
 
 
 @pytest.mark.parametrize("name", IDS)
-def test_threads_give_what_they_give_one_after_the_other(name):
+def test_parallel_simulations_give_the_results_of_sequential_ones(name):
     simulation = gym.make(f"grind/{name}-v0").unwrapped.simulation
     alone = [rolled_out(simulation, seed) for seed in range(4)]
     with ThreadPoolExecutor(4) as pool:
@@ -195,7 +195,7 @@ def test_threads_give_what_they_give_one_after_the_other(name):
 
 
 @pytest.mark.parametrize("name", [*IDS, "Job"])
-def test_no_step_follows_the_last_block(name):
+def test_a_step_after_the_last_block_is_refused_and_changes_nothing(name):
     program = {"program": str(grind_env.examples.path("plate_g82.nc"))} if name == "Job" else {}
     simulation = gym.make(f"grind/{name}-v0", **program).unwrapped.simulation
     episodes = simulation.start([np.random.default_rng(i) for i in range(2)])

@@ -27,7 +27,7 @@ def test_the_wheel_starts_with_8_to_26_executions_left() -> None:
     np.testing.assert_allclose(seen["executions_left"], left, rtol=1e-5)
 
 
-def test_a_worn_out_wheel_gives_way_to_a_new_one() -> None:
+def test_a_worn_out_wheel_is_replaced_by_a_new_one() -> None:
     episodes = start(CBN, N)
     diameters, flats, wheels = [WheelState(*episodes.wheels[:, :OWN_FROM].T).ds.copy()], [], []
     outcomes = []
@@ -47,42 +47,42 @@ def test_a_worn_out_wheel_gives_way_to_a_new_one() -> None:
     worn = (ds[:-1] - ds[1:])[~changed].max() - STEP
     assert 0.0 < worn < 0.005
     assert (before >= 290.0).all() and (before - STEP - worn < 290.0).all()
-    # 40 minutes more than a block without
+    # 40 minutes more than a block without a change
     seconds = outcome.seconds
     block = np.argmax(changed, axis=0)
     usual = seconds[(block + 2) % 120, np.arange(N)]
     assert (np.abs(seconds[block, np.arange(N)] - usual - 2400.0) < 60.0).all()
-    # it is mounted dressed, by the same diamond
+    # the new wheel is mounted dressed, by the same diamond
     at = (block, np.arange(N))
     np.testing.assert_allclose(np.array([wheel.A for wheel in wheels])[at], dressed_flat(wd[at]), rtol=1e-6)
     for name in ("V", "lam", "W"):
         assert (np.array([getattr(wheel, name) for wheel in wheels])[at] == 0.0).all(), name
     seen = physical(CBN.observe(episodes), CBN.entries)
-    # as the gauge says: 1.4 um, on whole um
+    # the gauge has a noise of 1.4 um and shows whole um
     np.testing.assert_allclose(seen["executions_left"], (ds[-1] - 290.0) / STEP, atol=5.0 * 0.0015 / STEP)
 
 
 def dressed_flat(flat: np.ndarray) -> np.ndarray:
-    """Wear-flat area after a dress 0.004 mm deep, 0.10 mm/rev, with a 0.5 mm diamond (model-2.md, section 2).
+    """Return the wear-flat area of a dress 0.004 mm deep, 0.10 mm/rev, with a 0.5 mm diamond (model-2.md, section 2).
 
-    It is milder than a medium one, 0.02 mm deep with a sharp diamond, which cuts a width of 0.28 mm.
+    A medium dress is 0.02 mm deep, with a sharp diamond that cuts a width of 0.28 mm.
     """
     severity = (0.004 / 0.02) / (1.0 + flat / 0.28)
     medium = CBN.task.parameters(CBN.task.kinds[0]).Ad
     return medium * (0.25 + 0.75 / np.sqrt(severity))
 
 
-def test_the_new_wheel_has_factors_of_its_own() -> None:
+def test_the_new_wheel_draws_its_own_factors() -> None:
     tape = TapeRow(*np.moveaxis(start(CBN, 2000).tape, 2, 0))
     z = np.clip(np.random.default_rng(0).standard_normal(1_000_000), -1.8, 1.8).std()
     ratio = np.log(tape.spare_kA[:, 0] / tape.kA[:, 0])
     assert ratio.std() == pytest.approx(np.sqrt(2.0) * 0.30 * z, rel=0.06)
-    # the scatter from part to part is that of the part, whichever wheel grinds it
+    # the scatter from part to part does not depend on the wheel
     own, spare = np.log(tape.ra_scale), np.log(tape.spare_ra_scale)
     np.testing.assert_allclose(spare - own, np.repeat((spare - own)[:, :1], CBN.task.blocks, axis=1), atol=1e-12)
     assert (spare - own)[:, 0].std() == pytest.approx(np.sqrt(2.0) * 0.07 * z, rel=0.06)
     assert spare[:, 0].std() == pytest.approx(np.hypot(0.07, 0.15) * z, rel=0.06)
-    # of 60 parts the mean scatter is small, and what is left is that of the two wheels
+    # the mean of 60 parts has little scatter of the parts: mainly the scatter of the two wheels is left
     assert np.corrcoef(spare.mean(axis=1), own.mean(axis=1))[0, 1] < 0.25
 
 
@@ -96,11 +96,11 @@ def test_the_factors_of_the_new_wheel_act_from_the_next_block_on() -> None:
     assert (first.change_cost == 150.0).all() and first.roughness[0] == first.roughness[1]
     second = Outcome(*CBN.step(episodes, speeds, np.zeros(2))[0].T)
     assert second.roughness[1] > 1.2 * second.roughness[0]
-    # its power readings begin anew
+    # the power readings of the new wheel start again
     assert (physical(CBN.observe(episodes), CBN.entries)["mean_power"] > 0.0).all()
 
 
-def test_nothing_is_known_of_a_wheel_just_mounted() -> None:
+def test_the_readings_of_a_newly_mounted_wheel_are_zero() -> None:
     given = Given(fixed=Fixed(executions_left=0.5))
     episodes = CBN.start([np.random.default_rng(0)], [given])
     CBN.step(episodes, np.full(1, 15000.0), np.ones(1))

@@ -26,14 +26,14 @@ from tests.envs.harness import Array, whole_tape
 
 DIAMETER = WheelState._fields.index("ds")
 WORN = {"material": "inconel_718", "Gref": 0.2, "fc": 0.2}
-"""With the highest E and D less than an episode wears the wheel away in these."""
+"""Context in which the highest E and D wear the wheel away in less than an episode."""
 
 
 @pytest.mark.parametrize("more", [{}, {"stock": 3.0}])
-def test_a_wheel_may_be_dressed_away_in_a_program_of_the_control(more: dict[str, float]) -> None:
+def test_a_wheel_may_be_dressed_down_to_its_least_diameter(more: dict[str, float]) -> None:
     env = gym.make("grind/WidePlates-v0", show_block=False).unwrapped
     env.reset(seed=0, options={"context": WORN | more})
-    # so little is left of it that dressing takes it all
+    # dressing takes all that is left of the wheel
     env.episodes.wheels[0, DIAMETER] = LEAST_DIAMETER + 2.0
     terminated = False
     while not terminated:
@@ -44,7 +44,7 @@ def test_a_wheel_may_be_dressed_away_in_a_program_of_the_control(more: dict[str,
 
 @pytest.fixture
 def fast_slot(tmp_path: Path) -> Path:
-    """Slot with a table that is fast enough to wear a wheel away."""
+    """Write the Slot task with a table fast enough to wear a wheel away."""
     path = tmp_path / "fast.toml"
     path.write_text('base = "slot"\n[action]\nspeed_range = [6000, 30000]\n', encoding="utf-8")
     return path
@@ -88,27 +88,27 @@ def test_wearing_a_wheel_away_does_not_pay(fast_slot: Path) -> None:
         env.reset(seed=0, options={"context": WORN | {"stock": 2.0}})
         _, reward, _, _, info = env.step({"E": np.array([E], np.float32), "D": 3})
         paid = -info["reward_wheel"] * env.task.reference_cost
-        # nobody gets a wheel for less than it is worth
+        # the cost is at least the value of the lost volume
         lost = volume(300.0, env.episodes.wheels[0, DIAMETER], env.task.kinds[0].width)
         assert paid >= 0.99 * env.task.rates.wheel * lost
         untimed.append(reward - info["reward_time"])
     assert env.episodes.wheels[0, DIAMETER] == LEAST_DIAMETER
-    # once nothing is left of it a faster table saves time, and no more
+    # a faster table saves time and nothing else
     assert np.diff(untimed).max() < 1e-9
 
 
 def volume(before: float, after: float, width: float) -> float:
-    """Of the ring between two diameters, mm3."""
+    """Return the volume of the ring between two diameters, mm3."""
     return float(np.pi / 4.0 * (before**2 - after**2) * width)
 
 
 WEARING = ("kA", "pm", "fc", "Gref", "hf")
-"""The factors that wear the wheel most; all of their corners are tried, with the most stock."""
+"""Factors that wear the wheel most; all their corners are tried, with the most stock."""
 MIXED = 64
 """Corners of all factors together, drawn at random, half of them with the least stock."""
 BOUNDED, FREE = ("wheel", "change", "scrap"), ("time", "dress", "handover", "late")
 LARGEST_ERROR = 0.1
-"""mm; more than single precision or a gauge is off."""
+"""mm; more than the error of single precision and of a gauge."""
 
 
 def simulation_of(task: Task) -> Simulation:
@@ -116,7 +116,7 @@ def simulation_of(task: Task) -> Simulation:
 
 
 def corners(task: Task) -> list[dict[str, Any]]:
-    """Contexts at the ends of what each factor may be."""
+    """Return contexts at the ends of the range of each factor."""
     names = [name for name in CONTEXT_FACTORS if name not in without_effect(task)]
     ends = {name: (CONTEXT_FACTORS[name].low, CONTEXT_FACTORS[name].high) for name in names}
     if "executions_left" in ends:
@@ -132,7 +132,7 @@ def corners(task: Task) -> list[dict[str, Any]]:
 
 
 def ring(diameter: Array, width: float) -> Array:
-    """Volume of a wheel of that diameter, mm3, down to nothing."""
+    """Return the volume of a solid wheel of the given diameter, mm3."""
     return 0.25 * np.pi * diameter**2 * width
 
 
@@ -140,7 +140,7 @@ NOT_WORN_AWAY = ("CBN", "credit", "memory", "oracle6", "power_limited", "wide_pl
 
 
 @pytest.mark.parametrize("name", shipped_names())
-def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap(name: str) -> None:
+def test_a_block_costs_at_most_the_rest_of_the_wheel_its_change_and_the_scrap(name: str) -> None:
     task = read_task(name)
     simulation = simulation_of(task)
     given = [read_options(task, {"context": each}, Given()) for each in corners(task)]
@@ -172,7 +172,7 @@ def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap
     assert worst > 0.9 if worn_away else name in NOT_WORN_AWAY
 
 
-def test_the_cost_of_a_wheel_is_what_it_loses_as_long_as_anything_is_left_of_it() -> None:
+def test_the_total_wheel_cost_is_about_the_price_of_the_lost_volume() -> None:
     task = read_task("slot")
     simulation = simulation_of(task)
     context = {"material": "inconel_718", "Gref": 0.2, "fc": 0.2}

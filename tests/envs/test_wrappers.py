@@ -1,4 +1,4 @@
-"""The wrappers: vector and single form give the same in every autoreset mode, and both keep their contract."""
+"""Wrappers: vector and single form agree in every autoreset mode, and both keep their contract."""
 
 import pickle
 import warnings
@@ -33,11 +33,11 @@ OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}
 
 
-def believing(env_id: str) -> Any:
+def with_belief(env_id: str) -> Any:
     return BeliefFilter(gym.make(env_id, **MEASURED), members=8)
 
 
-def test_the_stack_of_a_vector_env_is_that_of_its_single_envs() -> None:
+def test_vector_and_single_history_stacks_agree() -> None:
     check_vector_env(
         lambda mode: VectorHistoryStack(SyncVectorEnv([Walk] * 3, autoreset_mode=mode), 3),
         single=lambda: HistoryStack(Walk(), 3),
@@ -45,25 +45,25 @@ def test_the_stack_of_a_vector_env_is_that_of_its_single_envs() -> None:
     )
 
 
-def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> None:
+def test_vector_and_single_belief_filters_agree() -> None:
     check_vector_env(
         lambda mode: VectorBeliefFilter(native("grind/PowerLimited-v0", 3, mode, **MEASURED), members=8),
-        single=lambda: believing("grind/PowerLimited-v0"),
+        single=lambda: with_belief("grind/PowerLimited-v0"),
         steps=130,
     )
 
 
 @pytest.mark.nightly
-def test_what_is_learned_in_the_native_vector_env_is_that_of_its_single_envs() -> None:
+def test_vector_and_single_learning_wrappers_agree() -> None:
     check_vector_env(
         lambda mode: VectorForLearning(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
-        single=lambda: ForLearning(believing("grind/Oracle6-v0")),
+        single=lambda: ForLearning(with_belief("grind/Oracle6-v0")),
         steps=16,
     )
 
 
 @pytest.mark.parametrize("env_id", [*IDS, *OTHER_FORMS])
-def test_what_is_learned_is_the_observation_in_usual_deviations_and_a_cut_reward(env_id: str) -> None:
+def test_for_learning_standardises_observations_and_clips_rewards(env_id: str) -> None:
     arguments = {"num_envs": 4, "action": "multidiscrete", "autoreset_mode": "SameStep"}
     plain, easier = (gym.make_vec(env_id, **arguments) for _ in range(2))
     easier = VectorForLearning(easier)
@@ -79,7 +79,7 @@ def test_what_is_learned_is_the_observation_in_usual_deviations_and_a_cut_reward
         np.testing.assert_array_equal(reward, np.where(earned > -11.0, earned + 1.0, -10.0))
 
 
-def test_a_good_course_lies_within_the_usual_deviations() -> None:
+def test_standardised_observations_of_a_good_policy_have_about_unit_spread() -> None:
     simulation = find_problem("power_limited").simulation()
     env = VectorForLearning(gym.make_vec("grind/PowerLimited-v0", num_envs=2))
     policy, episodes, seen = make_policy("adaptive_rule", simulation), start_episodes(simulation, range(70, 80)), []
@@ -91,7 +91,7 @@ def test_a_good_course_lies_within_the_usual_deviations() -> None:
     assert np.all(spread > 0.2) and np.all(spread < 2.0)
 
 
-def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
+def test_the_observation_space_records_its_wrappers_and_survives_pickling() -> None:
     env = VectorForLearning(VectorHistoryStack(VectorBeliefFilter(gym.make_vec("grind/Slot-v0", num_envs=2)), 3))
     shown = pickle.loads(pickle.dumps(env.single_observation_space)).shown
     assert shown == env.single_observation_space.shown and shown.task == "slot"
@@ -102,7 +102,7 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
 
 
 @pytest.mark.parametrize("make", [Walk, lambda: gym.make("CartPole-v1")])
-def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
+def test_for_learning_refuses_foreign_environments(make: Any) -> None:
     with pytest.raises(WrapperError, match="no environment of grind_env in which E and D are chosen"):
         ForLearning(make())
 
@@ -120,7 +120,7 @@ def test_the_callers_options_and_info_are_left_alone() -> None:
 def test_both_checkers_pass_without_a_warning(env_id: str, wrap: Any) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # Gymnasium warns of every wrapper, whatever it does
+        # Gymnasium warns of every wrapper
         warnings.filterwarnings("ignore", ".*is different from the unwrapped version.*")
         check_env(wrap(gym.make(env_id, **MEASURED)))
         sb3_check_env(wrap(gym.make(env_id, **MEASURED)))
@@ -135,7 +135,7 @@ def test_a_wrapped_env_can_be_made_again_from_its_spec() -> None:
         assert_same(env.step(action), again.step(action))
 
 
-def test_what_is_no_grinding_environment_has_no_belief() -> None:
+def test_the_belief_filter_refuses_foreign_environments_and_a_single_member() -> None:
     for make in (
         lambda: BeliefFilter(Walk()),
         lambda: BeliefFilter(HistoryStack(gym.make("grind/Oracle6-v0"))),
@@ -164,7 +164,7 @@ def test_the_belief_follows_blocks_of_every_cycle(env_id: str) -> None:
 
 
 @pytest.mark.parametrize("value", [1.5, "3", None, True, [4]])
-def test_a_length_or_a_number_of_members_that_is_not_whole_is_refused(value: Any) -> None:
+def test_stack_length_and_number_of_members_must_be_whole_numbers(value: Any) -> None:
     for name, wrap, env in (
         ("n", HistoryStack, gym.make("grind/Oracle6-v0")),
         ("n", VectorHistoryStack, native("grind/Oracle6-v0", 2)),

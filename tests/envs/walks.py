@@ -15,7 +15,7 @@ class Walk(gym.Env[Array, Array]):
     """A random walk with drift that ends at a random goal, or is cut short."""
 
     def __init__(self) -> None:
-        self.metadata = {}  # the SyncVectorEnv of Gymnasium 1.2 writes into that of the class
+        self.metadata = {}  # SyncVectorEnv of Gymnasium 1.2 writes into the metadata of the class
         self.observation_space = spaces.Box(-20.0, 20.0, (2,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.place, self.goal, self.age = 0.0, 0.0, 0

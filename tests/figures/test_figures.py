@@ -1,4 +1,4 @@
-"""Figures for papers: sizes, units, formats, and that they show the numbers that they are made of."""
+"""Figures for papers: sizes, units, formats and the plotted numbers."""
 
 import itertools
 import re
@@ -29,7 +29,7 @@ def dressed() -> GrindingRecord:
     return dressed_run(find_problem("power_limited"), 6000.0, 3)
 
 
-def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt_and_every_axis_has_its_unit(
+def test_figures_have_page_width_text_of_8_or_9_pt_and_units_on_every_axis(
     dressed: GrindingRecord,
 ) -> None:
     from matplotlib.text import Text
@@ -48,7 +48,7 @@ def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt_and_every_axis_has_i
             assert said in plain or unit.search(said), said
 
 
-def test_lines_are_told_apart_without_colour() -> None:
+def test_lines_differ_in_dashes_and_markers() -> None:
     looks = list(itertools.islice(zip(DASHES, MARKS, strict=True), len(COLOURS)))
     assert len(set(looks)) == len(set(MARKS)) == len(COLOURS)
 
@@ -83,14 +83,14 @@ def test_a_dress_is_shown_between_whole_parts(dressed: GrindingRecord) -> None:
         nightly(("dress", "--env", PLATE, "--parts", 6, "--E", 12_000, "--dress-every", 4)),
     ],
 )
-def test_each_is_one_command(words: tuple[object, ...], grind: Grind, tmp_path: Path) -> None:
+def test_one_command_writes_each_figure(words: tuple[object, ...], grind: Grind, tmp_path: Path) -> None:
     status, out, err = grind("figure", *words, "-o", tmp_path / "figure.svg")
     assert (status, out, err) == (0, "", "")
     width = re.search(r'width="([\d.]+)pt"', (tmp_path / "figure.svg").read_text(encoding="utf-8"))
     assert width is not None and float(width[1]) / 72.0 * MM == pytest.approx(170.0, abs=0.1)
 
 
-def test_a_format_that_there_is_not_is_told_before_the_work(grind: Grind, tmp_path: Path) -> None:
+def test_an_unknown_format_is_refused_before_any_work(grind: Grind, tmp_path: Path) -> None:
     status, _, err = grind("figure", "dress", "--env", "missing.nc", "-o", tmp_path / "a.jpg")
     assert status == 2 and ".png, .svg, .pdf" in err and "missing.nc" not in err
 

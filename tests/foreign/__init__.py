@@ -1,1 +1,1 @@
-"""Machines whose physics shares nothing with the package, and what the tools of a shop make of them."""
+"""Machines that share no physics with the package, and tests of the shop commands on them."""

@@ -1,6 +1,6 @@
-"""What the tools of a shop make of foreign machines: `python -m tests.foreign` prints the table of the docs.
+"""Shop commands on foreign machines: `python -m tests.foreign` prints the table of the docs.
 
-Costs are $ a part in the mean of 8 shifts or lots of 30 parts; all on the same seeds.
+Costs are $ a part, the mean of 8 shifts or lots of 30 parts; all on the same seeds.
 """
 
 import sys
@@ -28,34 +28,34 @@ HEADER = (
 
 
 def shifts(shop: Shop, ground: Callable[[int], list[Part]]) -> Cost:
-    """Return what parts cost in all shifts."""
+    """Return the cost of the parts of all shifts."""
     return cost(shop, [part for seed in SEEDS for part in ground(seed)])
 
 
-def bettered(shop: Shop, folder: Path, job: Path) -> str:
-    """Return what a part costs with the program that `optimise` leaves, and what was promised."""
+def optimised_cost(shop: Shop, folder: Path, job: Path) -> str:
+    """Return the cost of a part after `optimise`, and its promised interval, as text."""
     found = optimised(shop, folder, job)
     return "stopped" if found is None else f"{found.after:.2f} ({found.low:.2f} to {found.high:.2f})"
 
 
 def row(shop: Shop, folder: Path) -> list[str]:
-    """Return the row of a machine."""
+    """Return the table row of a machine."""
     job = shop.write(folder)
     depths = depths_of(folder / "one.nc", job)
     fixed = min(shifts(shop, partial(shift, shop, depths, plan)).each for plan in plans(shop))
     ruled = shifts(shop, lambda seed: shift(shop, depths, PowerLaw(shop, volumes_of(shop)), seed))
     advised = shifts(shop, lambda seed: advised_shift(shop, folder, job, seed))
     found = [ground_cost(shop, folder / "lot.nc", job), fixed, ruled.each, advised.each]
-    cells = [shop.name, *(f"{each:.2f}" for each in found), f"{advised.scrap:.1%}", bettered(shop, folder, job)]
+    cells = [shop.name, *(f"{each:.2f}" for each in found), f"{advised.scrap:.1%}", optimised_cost(shop, folder, job)]
     fitted = calibrated(folder, job)
     if fitted is None:
         return [*cells, "refused", "", ""]
     again = shifts(shop, lambda seed: advised_shift(shop, folder, fitted, seed))
-    return [*cells, "may be used", f"{again.each:.2f}", bettered(shop, folder, fitted)]
+    return [*cells, "may be used", f"{again.each:.2f}", optimised_cost(shop, folder, fitted)]
 
 
 def main(names: list[str]) -> None:
-    """Print the table of the machines that are named, or of all."""
+    """Print the table of the named machines, or of all."""
     print(f"| {' | '.join(HEADER)} |\n|{' --- |' * len(HEADER)}")
     for name in names or SHOPS:
         with TemporaryDirectory() as folder:

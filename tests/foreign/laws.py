@@ -1,8 +1,8 @@
-"""Laws of grinding machines from textbooks, for machines that are not the model: NumPy and no line of `grind_env`.
+"""Textbook laws of grinding for out-of-model machines, with NumPy and no line of `grind_env`.
 
-What a wheel does to a part, with depths in mm, table speeds in mm/s, volumes in mm3 and powers in W per mm of width:
-the power of a stroke, how much duller a stroke makes the wheel for each mm3/mm, its G ratio, and Ra in um. A law has
-the stiffness of machine and wheel (N/mm), normal over tangential force, and the share of the heat into the part.
+A law gives the power of a stroke (W per mm of width), the dulling of the wheel per mm3/mm, its G ratio, and Ra (um).
+Depths are in mm, table speeds in mm/s, volumes in mm3 per mm of width. A law also has the stiffness of machine and
+wheel (N/mm), the ratio of normal to tangential force, and the share of the heat into the part.
 """
 
 from dataclasses import dataclass, field
@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 WHEEL_SPEED, DIAMETER = 30.0, 300.0
-"""m/s and mm."""
+"""Wheel speed (m/s) and wheel diameter (mm)."""
 EFFUSIVITY = 11.6
-"""Of hardened bearing steel, J/(m2 K s^1/2) over 1000."""
+"""Effusivity of hardened bearing steel, kJ/(m2 K s^1/2)."""
 
 
 def thickness(depth: float, speed: float) -> float:
@@ -38,25 +38,25 @@ class Werner:
     share: float = 0.22
 
     def power(self, depth: float, speed: float, dull: float) -> float:
-        """As a power of the chip thickness."""
+        """Return the power of a stroke by a power law of the chip thickness."""
         return 25.0 * (thickness(depth, speed) / 0.1) ** -0.4 * depth * speed * (1.0 + dull)
 
     def dulls(self, depth: float, speed: float, dull: float) -> float:
-        """As the root: twice as dull after four times the volume."""
+        """Return the dulling: the wheel is twice as dull after four times the volume."""
         return 0.5 * 0.11**2 / max(dull, 0.05)
 
     def wears(self, depth: float, speed: float, volume: float) -> float:
-        """As a power of the chip thickness."""
+        """Return the G ratio by a power law of the chip thickness."""
         return 45.0 * (thickness(depth, speed) / 0.1) ** -0.5
 
     def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
-        """As a power of the chip thickness, larger on a worn wheel."""
+        """Return Ra by a power law of the chip thickness, larger on a worn wheel."""
         return 0.62 * (thickness(depth, speed) / 0.1) ** 0.32 * (1.0 + volume / 600.0)
 
 
 @dataclass
 class Flats:
-    """Chips at a constant energy and wear flats that slide, which grow by sliding until grains break out.
+    """Chips at a constant energy, and sliding wear flats, which grow until grains break out.
 
     S. Malkin and C. Guo, Grinding Technology (2008), chapters 5 and 9.
     """
@@ -68,26 +68,26 @@ class Flats:
     """Share of wear flats at which grains break out as fast as they dull."""
 
     def power(self, depth: float, speed: float, dull: float) -> float:
-        """Chips, and the friction of flats in contact."""
+        """Return the power of the chips and of the friction of flats in contact."""
         flats = 0.008 + dull
         return 12.5 * depth * speed + 0.35 * 85.0 * flats * contact(depth) * WHEEL_SPEED
 
     def dulls(self, depth: float, speed: float, dull: float) -> float:
-        """Slower the nearer it is to the share at which grains break out; by sliding, so faster on slow tables."""
+        """Return the dulling: slower near the share at which grains break out, faster on slow tables (more sliding)."""
         return 4.5e-4 * (200.0 / max(speed, 50.0)) ** 0.5 * max(1.0 - dull / self.breaks, 0.0)
 
     def wears(self, depth: float, speed: float, volume: float) -> float:
-        """A fast early loss."""
+        """Return the G ratio, low at first: a fast early loss."""
         return 60.0 * (volume + 2.0) / (volume + 15.0)
 
     def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
-        """By the speed of the table (Malkin), smoother as flats grow."""
+        """Return Ra by the speed of the table (Malkin), smoother as flats grow."""
         return 0.24 * (speed / 150.0) ** 0.45 / (1.0 + 4.0 * dull)
 
 
 @dataclass
 class Loading:
-    """A size effect by the depth of the grains' chips, and a wheel that loads with chips until it is full.
+    """Size effect by the depth of the grains' chips, and a wheel that loads with chips until it is full.
 
     M. C. Shaw, Principles of Abrasive Processing (1996), chapter 6, for the size effect; for loading Lauer-Schmaltz and
     Koenig, Annals of the CIRP 29 (1980) 201.
@@ -97,29 +97,29 @@ class Loading:
     normal_force_ratio: float = 3.0
     share: float = 0.45
     full: float = 1.1
-    """Share by which a full wheel takes more power."""
+    """Additional share of power of a full wheel."""
 
     def power(self, depth: float, speed: float, dull: float) -> float:
-        """By the depth of a grain's chip, which goes with the root of table speed and the fourth root of depth."""
+        """Return the power by the depth of a chip: root of the table speed times fourth root of the depth of cut."""
         chip = (speed / 200.0) ** 0.5 * (depth / 0.01) ** 0.25
         return 22.0 * max(chip, 0.05) ** -0.7 * depth * speed * (1.0 + dull)
 
     def dulls(self, depth: float, speed: float, dull: float) -> float:
-        """Slower the fuller the pores are."""
+        """Return the dulling: slower the fuller the pores are."""
         return max(self.full - dull, 0.0) / 90.0
 
     def wears(self, depth: float, speed: float, volume: float) -> float:
-        """All the same."""
+        """Return a constant G ratio."""
         return 55.0
 
     def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
-        """By the depth of a chip; loaded wheels smear."""
+        """Return Ra by the table speed; loaded wheels smear."""
         return 0.3 * (speed / 150.0) ** 0.3 * (1.0 + 0.35 * dull)
 
 
 @dataclass
 class Threshold:
-    """Removal in proportion to the force above a threshold, at which grains only rub; heavy cuts break them out.
+    """Removal in proportion to the force above a threshold; below it grains only rub, and heavy cuts break them out.
 
     R. S. Hahn and R. P. Lindsay, Principles of grinding, Machinery 77 (1971), parts 1 to 5.
     """
@@ -131,19 +131,19 @@ class Threshold:
     """Power, W per mm of width, at which grains break out as fast as they dull."""
 
     def power(self, depth: float, speed: float, dull: float) -> float:
-        """As a straight line over the removal rate; dull grains rub more and remove less for a force."""
+        """Return the power, a straight line over the removal rate; dull grains rub more and remove less."""
         return 18.0 * (1.0 + 2.5 * dull) + 32.0 * depth * speed * (1.0 + 0.6 * dull)
 
     def dulls(self, depth: float, speed: float, dull: float) -> float:
-        """In proportion to what is ground."""
+        """Return the dulling: in proportion to the volume, slower in heavy cuts."""
         return 0.0045 * max(1.0 - (self.power(depth, speed, dull) / self.breaks) ** 2, 0.0)
 
     def wears(self, depth: float, speed: float, volume: float) -> float:
-        """Faster in heavy cuts."""
+        """Return the G ratio, lower in heavy cuts."""
         return 70.0 / (1.0 + (self.power(depth, speed, 0.0) / self.breaks) ** 2)
 
     def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
-        """As a power of the removal rate."""
+        """Return Ra by a power law of the removal rate."""
         return 0.8 * max(depth * speed, 0.02) ** 0.3
 
 
@@ -152,24 +152,24 @@ Laws = Werner | Flats | Loading | Threshold
 
 @dataclass(kw_only=True)
 class Machine:
-    """One machine at work: wheel, part and the errors of its operator.
+    """Machine at work: wheel, part and the errors of its operator.
 
     Args:
-        laws: of its process.
-        width: of the part, mm.
-        seed: of its random numbers.
+        laws: laws of the process.
+        width: width of the part, mm.
+        seed: seed of the random numbers.
     """
 
     laws: Laws
     width: float
     seed: int
     volume: float = 0.0
-    """Since the dress, mm3/mm."""
+    """Ground volume since the dress, mm3/mm."""
     dull: float = 0.0
     wear: float = 0.0
-    """Radial, since the last gauge or dress, mm."""
+    """Radial wear since the last gauge or dress, mm."""
     pace: float = 1.0
-    """How fast the material of the part dulls, 1 for a usual one."""
+    """Factor of the part's material on the dulling, 1 for a usual one."""
     rng: np.random.Generator = field(init=False)
 
     def __post_init__(self) -> None:
@@ -185,12 +185,12 @@ class Machine:
         self.speed = 1.0
 
     def dress(self) -> None:
-        """Make the wheel sharp; the control compensates what the diamond takes off."""
+        """Make the wheel sharp; the control compensates the smaller radius."""
         self.volume, self.wear = 0.0, 0.0
         self.dull = 0.0
 
     def gauge(self) -> None:
-        """Gauge the part at an M01, and offset what the wheel has lost."""
+        """Gauge the part at an M01, and offset the wear of the wheel."""
         self.wear, self.touch = 0.0, 0.0006 * self.rng.standard_normal()
 
     def stroke(self, reached: float, E: float, length: float) -> float:
@@ -198,7 +198,7 @@ class Machine:
         laws, speed = self.laws, E / 60.0
         left = reached + self.touch - self.wear - self.ground
         low, high = 0.0, max(left, 0.0)
-        for _ in range(30):  # the loop of forces gives way until what is left is ground or springs back
+        for _ in range(30):  # bisection: depth of cut and deflection make up the infeed
             depth = 0.5 * (low + high)
             normal = laws.power(depth, speed, self.dull) * self.width / WHEEL_SPEED * laws.normal_force_ratio
             low, high = (depth, high) if depth + normal / laws.stiffness < left else (low, depth)

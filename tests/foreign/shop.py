@@ -1,4 +1,4 @@
-"""A shop around a foreign machine: its job, its programs, its log and gauge, and what parts cost there."""
+"""Shop around a foreign machine: its job, its programs, its log and gauge, and the cost of its parts."""
 
 import json
 import subprocess
@@ -13,20 +13,20 @@ import numpy as np
 from tests.foreign.laws import Flats, Laws, Loading, Machine, Threshold, Werner
 
 OVER = 30.0
-"""mm, by which the table runs over each end of the part."""
+"""Overrun of the table at each end of the part, mm."""
 ACCELERATION, REVERSAL = 1000.0, 0.15
-"""mm/s2 and s, as `grind trace` has them of the default machine."""
+"""Acceleration (mm/s2) and reversal time (s) of the default machine in `grind trace`."""
 HOURLY, EACH_DRESS, DRESS_SECONDS = 80.0, 0.2, 32.7
-"""$/h, $ for diamond and wheel, and s of an execution with its set-up."""
+"""Hourly rate ($/h), diamond and wheel cost of a dress ($), and time of a dress with its set-up (s)."""
 STALLED_SECONDS = 600.0
 LOADING = 30.0
 NOISE, IDLE, RATE = 25.0, 620.0, 10.0
-"""Of the log: W, W and Hz."""
+"""Noise (W), idle power (W) and sample rate (Hz) of the log."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shop:
-    """A machine and its job; lengths in mm, E in mm/min, Ra and tolerance in um, the rating in W, scrap in $."""
+    """Machine and its job; lengths in mm, E in mm/min, Ra and tolerance in um, the rating in W, scrap in $."""
 
     name: str
     laws: Callable[[], Laws]
@@ -42,12 +42,12 @@ class Shop:
     finish_E: float
     rating: float
     stalls: float = 1.15
-    """Times the rating at which the spindle stalls."""
+    """Ratio of the stalling power to the rating."""
     Ra: float
     tolerance: float
     scrap: float
     burns: float
-    """Temperature rise, K."""
+    """Temperature rise at which parts burn, K."""
 
     def part(self, E: float, finish_E: float, *, dress: int = 1, cycle: str = "G82") -> str:
         """Return the blocks of one part."""
@@ -179,12 +179,12 @@ THRESHOLD = Shop(
     scrap=40.0,
     burns=480.0,
 )
-"""The machine on which nothing was tuned: tried once, at the end of the work on advice."""
+"""Held-out machine: nothing was tuned on it, and it was tried once, at the end of the work on advice."""
 SHOPS = {shop.name: shop for shop in (WERNER, FLATS, LOADING_WHEEL, THRESHOLD)}
 
 
 class Part(NamedTuple):
-    """A finished part; lengths in um."""
+    """Finished part; lengths in um."""
 
     Ra: float
     size: float
@@ -195,16 +195,16 @@ class Part(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """What parts come to."""
+    """Cost and scrap of parts."""
 
     each: float
-    """$ a part, scrap among them."""
+    """Cost of a part with its share of scrap, $."""
     scrap: float
     """Share of the parts."""
 
 
 def cost(shop: Shop, parts: Sequence[Part]) -> Cost:
-    """Price a shift as the job does."""
+    """Return cost and scrap of a shift by the prices of the job."""
     bad = [part.Ra > shop.Ra or abs(part.size) > shop.tolerance or part.burnt or part.stalled for part in parts]
     seconds = sum(part.seconds + STALLED_SECONDS * part.stalled for part in parts)
     money = seconds * HOURLY / 3600.0 + EACH_DRESS * sum(part.dresses for part in parts) + shop.scrap * sum(bad)
@@ -233,7 +233,7 @@ def is_stroke(motion: Mapping[str, Any], before: Sequence[float]) -> bool:
 def run(
     shop: Shop, machine: Machine, motions: Sequence[Mapping[str, Any]], samples: list[tuple[float, float]] | None = None
 ) -> Iterator[Part]:
-    """Grind with a program; yield the parts and append what the power meter shows: s and W.
+    """Grind with a program; yield the parts and append samples (s, W) of the power meter.
 
     A part begins with the slow move down to Y0.
     """
@@ -263,15 +263,15 @@ def run(
             power = machine.stroke(-motion["end"][1], motion["feed"], shop.length)
             peak = max(peak, power)
         if samples is not None:
-            samples.extend(shown(shop, machine.rng, motion, power, now, seconds))
+            samples.extend(meter_samples(shop, machine.rng, motion, power, now, seconds))
         part = part and part._replace(seconds=part.seconds + motion["seconds"] + (LOADING if touches else 0.0))
         now, before = now + seconds, motion["end"]
 
 
-def shown(
+def meter_samples(
     shop: Shop, rng: np.random.Generator, motion: Mapping[str, Any], power: float, now: float, seconds: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield what the meter shows during a motion."""
+    """Yield the samples (s, W) of the power meter during a motion."""
     speed = motion.get("feed", 0.0) / 60.0
     cutting = shop.length / speed if power else 0.0
     middle = 0.5 * seconds
@@ -289,17 +289,17 @@ class Block(NamedTuple):
 
 
 Decide = Callable[[int, Mapping[str, Any]], Block]
-"""Choose E and D of a block, by its number from 0, from what was read of the block before."""
+"""Function that returns E and D of a block from its number (from 0) and the readings of the block before."""
 
 
 def shift(shop: Shop, depths: Sequence[Sequence[float]], decide: Decide, seed: int, parts: int = 30) -> list[Part]:
     """Grind a shift of parts block by block.
 
     Args:
-        shop: whose machine it is.
-        depths: of the strokes of the roughing and the finishing block, mm.
-        decide: E and D of each block.
-        seed: of the machine.
+        shop: shop with the machine.
+        depths: depths of the strokes of the roughing and the finishing block, mm.
+        decide: function that chooses E and D of each block.
+        seed: seed of the machine.
         parts: number of parts.
     """
     machine, ground, readings = shop.machine(seed), list[Part](), dict[str, Any]()
@@ -347,7 +347,7 @@ def depths_of(program: Path, job: Path) -> list[list[float]]:
 
 
 def plan(shop: Shop, factor: float, every: int) -> Decide:
-    """Return a fixed plan: E of roughing times a factor, a dress in every so many parts."""
+    """Return a fixed plan: programmed E times a factor, a dress in every `every` parts."""
 
     def decide(number: int, readings: Mapping[str, Any]) -> Block:
         finishing = number % 2
@@ -362,10 +362,10 @@ def plans(shop: Shop) -> list[Decide]:
 
 
 class PowerLaw:
-    """A rule of forty lines without a model, which `grind advise` has to beat.
+    """Rule of forty lines without a model, which `grind advise` has to beat.
 
     Peak power is a power of E and of the ground volume, learned by recursive least squares; E is at most 1.25 times the
-    last one and 88 % of the rating; a dress is due when the next part would take longer than parts have in the mean.
+    last one and 88 % of the rating; a dress is due if the next part costs more than the mean part since the last dress.
     """
 
     def __init__(self, shop: Shop, volumes: Sequence[float]) -> None:
@@ -395,7 +395,7 @@ class PowerLaw:
         return Block(self.E, int(due))
 
     def money(self, E: float) -> float:
-        """Return what roughing costs, $."""
+        """Return the cost of roughing a part, $."""
         return HOURLY / 3600.0 * 60.0 * (self.shop.length + 2.0 * OVER) / E * np.ceil(self.shop.rough / self.shop.pick)
 
     def terms(self, E: float, volume: float) -> Any:
@@ -409,7 +409,7 @@ class PowerLaw:
         return float(np.clip(self.shop.E * np.exp(left / max(rate, 0.2)), 3e3, 3e4))
 
     def learn(self, peak: float) -> None:
-        """Take the peak power of roughing."""
+        """Update the law with the peak power of roughing."""
         x, self.spread = self.terms(self.E, self.volume), self.spread / 0.93
         gain = self.spread @ x / (x @ self.spread @ x + 0.01)
         self.law = self.law + gain * (np.log(max(peak, 1.0)) - x @ self.law)
@@ -418,5 +418,5 @@ class PowerLaw:
 
 
 def volumes_of(shop: Shop) -> tuple[float, float]:
-    """Return what roughing and finishing grind, mm3 per mm of width."""
+    """Return the volumes of roughing and finishing, mm3 per mm of width."""
     return shop.rough * shop.length, (shop.stock - shop.rough) * shop.length

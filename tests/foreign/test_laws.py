@@ -1,4 +1,4 @@
-"""Foreign machines share no physics with the package, and `grind optimise` makes no dearer program for them."""
+"""Foreign machines share no physics with the package, and `grind optimise` makes no program dearer on them."""
 
 import subprocess
 import sys
@@ -16,17 +16,17 @@ each_shop = pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 
 @pytest.fixture(scope="module", params=few(SHOPS, 2))
 def programmed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Shop, Path, Any]:
-    """A shop, the folder of its files, and the motions of its lot."""
+    """Return a shop, the folder of its files, and the motions of its lot."""
     shop, folder = SHOPS[request.param], tmp_path_factory.mktemp("shop")
     return shop, folder, trace(folder / "lot.nc", shop.write(folder))
 
 
-def test_no_line_of_the_process_of_the_package_is_loaded() -> None:
+def test_foreign_shops_import_nothing_from_the_package() -> None:
     code = "import sys, tests.foreign.shop; sys.exit(any(name.startswith('grind_env') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_what_is_ground_is_the_stock_but_for_errors_of_the_touch_off_and_spring(programmed: Any) -> None:
+def test_foreign_machines_grind_the_stock_within_small_errors(programmed: Any) -> None:
     shop, _, motions = programmed
     machine = shop.machine(1)
     parts = [*run(shop, machine, motions)]
@@ -36,7 +36,7 @@ def test_what_is_ground_is_the_stock_but_for_errors_of_the_touch_off_and_spring(
 
 
 @each_shop
-def test_the_laws_are_those_of_the_textbooks(shop: Shop) -> None:
+def test_power_grows_with_speed_depth_and_dullness_and_roughness_with_speed(shop: Shop) -> None:
     laws = shop.laws()
     usual = laws.power(0.01, 200.0, 0.01)
     assert usual < laws.power(0.01, 300.0, 0.01) < 1.5 * usual
@@ -45,7 +45,7 @@ def test_the_laws_are_those_of_the_textbooks(shop: Shop) -> None:
     assert laws.roughness(0.01, 300.0, 50.0, 0.01) > laws.roughness(0.01, 200.0, 50.0, 0.01)
 
 
-def test_a_shift_and_a_program_of_the_same_words_cost_the_same(programmed: Any) -> None:
+def test_a_shift_costs_the_same_as_a_program_with_the_same_settings(programmed: Any) -> None:
     shop, folder, motions = programmed
     depths = depths_of(folder / "one.nc", folder / "job.toml")
     program = cost(shop, [p for k in range(8) for p in run(shop, shop.machine(k), motions)])
@@ -56,7 +56,7 @@ def test_a_shift_and_a_program_of_the_same_words_cost_the_same(programmed: Any) 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
-def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop, tmp_path: Path) -> None:
+def test_optimise_makes_no_program_dearer_on_a_foreign_machine(shop: Shop, tmp_path: Path) -> None:
     job = shop.write(tmp_path)
     found = optimised(shop, tmp_path, job)
     assert found is not None and found.after <= found.before
@@ -69,7 +69,7 @@ def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
-def test_the_truth_lies_in_what_a_calibrated_search_promises(shop: Shop, tmp_path: Path) -> None:
+def test_the_true_cost_lies_in_the_interval_of_a_calibrated_search(shop: Shop, tmp_path: Path) -> None:
     fitted = calibrated(tmp_path, shop.write(tmp_path))
     assert fitted is not None
     found = optimised(shop, tmp_path, fitted)

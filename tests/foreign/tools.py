@@ -1,4 +1,4 @@
-"""The tools of a shop at a foreign machine."""
+"""Commands of a shop at a foreign machine."""
 
 import json
 from pathlib import Path
@@ -14,25 +14,25 @@ CALIBRATED = '[catalogue]\nfiles = ["fit.toml"]\n'
 
 
 def ground_cost(shop: Shop, program: Path, job: Path) -> float:
-    """Return what a part costs on the machine, $, in eight lots."""
+    """Return the cost of a part on the machine in eight lots, $."""
     motions = trace(program, job)
     return cost(shop, [part for seed in range(8) for part in run(shop, shop.machine(300 + seed), motions)]).each
 
 
 class Optimised(NamedTuple):
-    """What `grind optimise` made of a lot; $ a part."""
+    """True and promised costs before and after `grind optimise`, $ a part."""
 
     before: float
-    """On the machine, with the program as it is."""
+    """Cost on the machine with the program as it is."""
     after: float
-    """On the machine, with the program that is left."""
+    """Cost on the machine with the better program, if there is one."""
     low: float
-    """Least that is promised of it."""
+    """Lower end of the promised interval."""
     high: float
 
 
 def optimised(shop: Shop, folder: Path, job: Path) -> Optimised | None:
-    """Return what was found, or None if the model condemns the program and nothing is written."""
+    """Return the costs, or None if the model condemns the program and nothing is written."""
     lot, better = folder / "lot.nc", folder / "better.nc"
     better.unlink(missing_ok=True)
     done = grind("optimise", lot, "--job", job, *EFFORT, "-o", better)
@@ -61,7 +61,7 @@ def calibrated(folder: Path, job: Path, *options: str) -> Path | None:
 
 
 def advised_shift(shop: Shop, folder: Path, job: Path, seed: int) -> list[Part]:
-    """Grind a shift as the default adviser says."""
+    """Grind a shift with the advice of the default adviser."""
     simulation = load_simulation(str(folder / "one.nc"), str(job), 30, 1.0, "measured")
     adviser = Adviser(simulation, policy_for(None, simulation))
 

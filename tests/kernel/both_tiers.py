@@ -1,6 +1,6 @@
 """Runs every entry as plain Python and compiled, on the same arguments: `python -m tests.kernel.both_tiers`.
 
-It prints each entry that has run, with its module. It needs a fresh process: there, no entry is compiled yet.
+The script prints module and name of each entry that has run. A fresh process is needed: no entry is compiled there.
 """
 
 import copy
@@ -34,7 +34,7 @@ POLICIES = "power_threshold", "belief_rule"
 
 
 def values(tree: Any) -> Iterator[bytes]:
-    """The bits in nested tuples of numbers and arrays."""
+    """Yield the bits of nested tuples of numbers and arrays."""
     if isinstance(tree, tuple):
         for each in tree:
             yield from values(each)
@@ -43,7 +43,7 @@ def values(tree: Any) -> Iterator[bytes]:
 
 
 def call(self: Any, *args: Any) -> Any:
-    """In place of `Entry.__call__`."""
+    """Run an entry in both tiers and require the same bits; this function replaces `Entry.__call__`."""
     copied = copy.deepcopy(args)
     with np.errstate(all="ignore"):
         plain = as_written(self)(*copied)
@@ -53,7 +53,7 @@ def call(self: Any, *args: Any) -> Any:
 
 
 def main() -> None:
-    """Use what there is: a step of each form, programs on all their ways, what believes, rules and has learned."""
+    """Call every entry through environments, example programs, jobs, policies and validation checks."""
     for name in FORMS:
         step(name)
     env = gym.make("grind/Reciprocation-v0")
@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def run_through(simulation: JobSimulation) -> None:
-    """Step a program to its end; a dress with another depth is tried where that can be chosen."""
+    """Step a program to its end, with another dress depth where the depth can be chosen."""
     episodes = simulation.start([np.random.default_rng(0)])
     for block in simulation.blocks:
         choice = np.array([block.plan.feed]), np.array([float(block.plan.dresses)])

@@ -1,4 +1,4 @@
-"""Compiled kernels on disk: damage, places that cannot be written to, many writers, other compilers, first starts."""
+"""Compiled kernels on disk: damaged files, unwritable folders, concurrent processes, other compilers, first starts."""
 
 import itertools
 import json
@@ -62,7 +62,7 @@ def scaled(factor):
 print([scaled(int(factor))(2.0) for factor in sys.argv[1:]])
 print(0)
 """.replace("SINES", " + ".join(f"sin({k} * x)" for k in range(2, 60)))
-"""A kernel that calls one that is too long to be inlined."""
+"""Source of a kernel that calls another one, too long to be inlined."""
 
 RESULTS = "[1.0, 3.0]"
 
@@ -77,7 +77,7 @@ DAMAGES: list[Callable[[bytes], bytes]] = [
 
 
 class Start(NamedTuple):
-    """What a start of the toy printed."""
+    """Output of one run of the toy."""
 
     results: str
     hits: int
@@ -85,7 +85,7 @@ class Start(NamedTuple):
 
 
 class Toy:
-    """Kernels in a file, started in fresh processes."""
+    """A script with kernels, which runs in fresh processes."""
 
     def __init__(self, folder: Path, kernels: int = 2) -> None:
         self.cache = folder / "cache"
@@ -118,20 +118,20 @@ def toy(tmp_path: Path) -> Toy:
 
 @pytest.fixture(scope="module")
 def started(tmp_path_factory: pytest.TempPathFactory) -> Toy:
-    """One that has been started once."""
+    """Return a toy that has run once and filled its cache."""
     toy = Toy(tmp_path_factory.mktemp("toy"))
     assert toy.start() == (RESULTS, 0, [])
     return toy
 
 
 @pytest.fixture
-def again(toy: Toy, started: Toy) -> Toy:
-    """A copy of it, to do with as one likes."""
+def copied(toy: Toy, started: Toy) -> Toy:
+    """Return a toy with a copy of the filled cache, which a test may change."""
     shutil.copytree(started.cache, toy.cache)
     return toy
 
 
-def test_damaged_files_are_said_once_and_written_anew(tmp_path: Path) -> None:
+def test_damaged_cache_files_are_reported_once_and_rewritten(tmp_path: Path) -> None:
     toy = Toy(tmp_path, len(DAMAGES))
     made = toy.start()
     assert (made.hits, made.lines) == (0, [])
@@ -146,23 +146,23 @@ def test_damaged_files_are_said_once_and_written_anew(tmp_path: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_a_file_under_the_name_of_another_kernel_is_not_loaded(again: Toy) -> None:
-    one, other = again.files()
+def test_a_file_under_the_name_of_another_kernel_is_not_loaded(copied: Toy) -> None:
+    one, other = copied.files()
     other.write_bytes(one.read_bytes())
-    results, hits, (line,) = again.start()
+    results, hits, (line,) = copied.start()
     assert (results, hits) == (RESULTS, 1)
     assert str(other) in line
 
 
 @pytest.mark.nightly
-def test_kernels_that_other_processes_compiled_call_their_own_functions(toy: Toy) -> None:
+def test_kernels_from_the_cache_call_their_own_inner_functions(toy: Toy) -> None:
     toy.script.write_text(CALLING, encoding="utf-8")
     alone = [toy.start(factor).results.strip("[]") for factor in "12"]
     assert toy.start(*"12").results == f"[{', '.join(alone)}]"
 
 
 @pytest.mark.nightly
-def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy, started: Toy) -> None:
+def test_kernels_run_on_a_full_disk_with_one_warning(toy: Toy, started: Toy) -> None:
     pytest.importorskip("resource")
     results, hits, (line,) = toy.start("full")
     assert (results, hits) == (RESULTS, 0)
@@ -173,7 +173,7 @@ def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy, started: Toy)
     assert toy.start("full") == (RESULTS, 2, [])
 
 
-def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) -> None:
+def test_kernels_run_without_a_cache_folder_with_one_warning(toy: Toy) -> None:
     toy.cache.touch()
     results, hits, (line,) = toy.start()
     assert (results, hits) == (RESULTS, 0)
@@ -181,19 +181,19 @@ def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) 
 
 
 @pytest.mark.nightly
-def test_kernels_in_a_folder_that_is_only_read_are_loaded(again: Toy) -> None:
-    folder = again.files()[0].parent
+def test_kernels_are_loaded_from_a_read_only_folder(copied: Toy) -> None:
+    folder = copied.files()[0].parent
     folder.chmod(0o555)
     try:
         if os.access(folder, os.W_OK):
             pytest.skip("root may write anywhere")
-        assert again.start() == (RESULTS, 2, [])
+        assert copied.start() == (RESULTS, 2, [])
     finally:
         folder.chmod(0o755)
 
 
 @pytest.mark.nightly
-def test_of_processes_that_start_at_once_one_compiles_each_kernel(toy: Toy) -> None:
+def test_one_of_several_simultaneous_processes_compiles_each_kernel(toy: Toy) -> None:
     starts = [*map(toy.end, [toy.begin() for _ in range(3)])]
     assert all((results, lines) == (RESULTS, []) for results, _, lines in starts)
     if sys.platform != "win32":
@@ -203,7 +203,7 @@ def test_of_processes_that_start_at_once_one_compiles_each_kernel(toy: Toy) -> N
 
 
 @pytest.mark.nightly
-def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tmp_path: Path) -> None:
+def test_a_process_killed_while_compiling_does_not_block_the_next_one(toy: Toy, tmp_path: Path) -> None:
     toy.script.write_text(CALLING, encoding="utf-8")
     process = toy.begin("1")
     while not any(path.suffix == ".lock" for path in toy.files()):
@@ -221,7 +221,7 @@ def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tm
     [{"NUMBA_OPT": "1"}, {"NUMBA_CPU_NAME": "generic"}, {"NUMBA_CPU_FEATURES": ""}, {"NUMBA_BOUNDSCHECK": "1"}],
     ids=str,
 )
-def test_code_of_another_cpu_or_other_settings_is_not_loaded(started: Toy, environment: dict[str, str]) -> None:
+def test_code_for_another_cpu_or_other_settings_is_not_loaded(started: Toy, environment: dict[str, str]) -> None:
     assert started.start(**environment) == (RESULTS, 0, [])
 
 
@@ -242,7 +242,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "kernels"
 
 
-def test_kernels_that_no_start_has_used_for_30_days_are_deleted(folder: Path) -> None:
+def test_kernels_unused_for_30_days_are_deleted(folder: Path) -> None:
     def kernel(x: complex) -> complex:
         return x + 1
 
@@ -262,8 +262,8 @@ def test_kernels_that_no_start_has_used_for_30_days_are_deleted(folder: Path) ->
     assert not {unused, abandoned} & left
 
 
-def missed(functions: int) -> None:
-    """Look in vain for a kernel of that many functions."""
+def look_up_uncached(functions: int) -> None:
+    """Look up a kernel of `functions` functions that is not in the cache."""
 
     def after(function: Callable[[float], float]) -> Callable[[float], float]:
         return inlined(lambda x: function(x) + 1.0)
@@ -275,28 +275,28 @@ def missed(functions: int) -> None:
     assert kernel._cache.load_overload((numba.float64,), numba.core.registry.cpu_target.target_context) is None
 
 
-def test_what_takes_long_to_compile_is_said_once_a_process(
+def test_a_process_announces_a_long_compilation_once(
     folder: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cache.KernelCache, "announced", False)
-    missed(20)
+    look_up_uncached(20)
     assert caplog.messages == []
-    missed(50)
-    missed(100)
+    look_up_uncached(50)
+    look_up_uncached(100)
     (line,) = caplog.messages
     assert "about 5 s" in line and str(folder) in line
 
 
-def test_workers_do_not_say_that_they_compile(
+def test_worker_processes_do_not_announce_a_compilation(
     folder: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cache.KernelCache, "announced", False)
     monkeypatch.setattr(multiprocessing, "parent_process", object)
-    missed(50)
+    look_up_uncached(50)
     assert caplog.messages == []
 
 
-def test_the_first_program_compiles_nothing(tmp_path: Path) -> None:
+def test_running_a_program_with_an_empty_cache_compiles_nothing(tmp_path: Path) -> None:
     command = [sys.executable, "-c", "from grind_env.cli import main; main()", "run", KEYWAY, "--json"]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -311,7 +311,7 @@ def half(x: float) -> float:
 overload(half)(lambda x: lambda x: x / 2)
 
 
-def test_a_kernel_of_unknown_ingredients_runs_and_one_line_says_why_it_is_not_kept(
+def test_a_kernel_with_unknown_ingredients_runs_and_is_reported_as_uncached(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     @entry
@@ -324,7 +324,7 @@ def test_a_kernel_of_unknown_ingredients_runs_and_one_line_says_why_it_is_not_ke
     assert list(folder.iterdir()) == []
 
 
-def test_a_numba_that_takes_no_other_cache_is_left_alone(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_numba_without_support_for_the_cache_is_reported_once(caplog: pytest.LogCaptureFixture) -> None:
     for _ in range(2):
         cache.keep_on_disk(SimpleNamespace())
     (line,) = caplog.messages

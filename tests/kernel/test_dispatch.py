@@ -1,4 +1,4 @@
-"""An entry runs as plain Python first, is compiled beside that, and has the same bits throughout."""
+"""An entry runs as plain Python first, is compiled in the background, and gives the same bits in both tiers."""
 
 import multiprocessing
 import os
@@ -19,12 +19,12 @@ from grind_env.kernel.compile_process import Background
 PACKAGE = Path(grind_env.__file__).parent
 TOY = """
 import os, sys, time
-from grind_env.kernel import entry, tiers
+from grind_env.kernel import dispatch, entry
 from grind_env.kernel.compile_process import Background
 from numba.core.registry import CPUDispatcher
 from toy_parts import scaled
 
-tiers.CACHE_CHECK_SECONDS = 0.001
+dispatch.CACHE_CHECK_SECONDS = 0.001
 kernel, said = scaled(3.0), None
 plain = kernel(2.0)
 end = time.monotonic() + 60.0
@@ -61,7 +61,7 @@ def scaled(factor):
 
 
 def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
-    """Call the toy in a process that is no test until it is compiled."""
+    """Start a process that calls the toy until it is compiled, and that is not taken for a test."""
     (folder / "toy.py").write_text(TOY)
     (folder / "toy_parts.py").write_text(PARTS)
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
@@ -71,14 +71,14 @@ def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
 
 
 def end(process: "subprocess.Popen[str]") -> list[str]:
-    """Its lines."""
+    """Return the lines that the process printed."""
     out, error = process.communicate()
     assert (process.returncode, error) == (0, "")
     return out.splitlines()
 
 
 def runs(pid: int) -> bool:
-    """Whether there is a process."""
+    """Return whether a process exists."""
     try:
         os.kill(pid, 0)
     except OSError:
@@ -87,21 +87,21 @@ def runs(pid: int) -> bool:
 
 
 @pytest.mark.nightly
-def test_processes_that_start_at_once_take_what_one_compiles_in_the_background(tmp_path: Path) -> None:
+def test_simultaneous_processes_share_one_background_compilation(tmp_path: Path) -> None:
     starts = [end(process) for process in [begin(tmp_path) for _ in range(4)]]
     assert {line for _, line in starts} == {"True " + starts[0][1].split()[1]}
     assert len([*tmp_path.rglob("*.nbc")]) == 1
-    # it is on disk now: nothing is asked for
+    # the kernel is on disk now, so no process compiles it
     assert end(begin(tmp_path)) == [starts[0][1]]
 
 
 @pytest.mark.nightly
-def test_an_entry_whose_compilation_is_killed_is_compiled_where_it_runs(tmp_path: Path) -> None:
+def test_an_entry_compiles_in_its_own_process_after_the_background_is_killed(tmp_path: Path) -> None:
     assert end(begin(tmp_path, "kill"))[-1].startswith("False ")
     assert len([*tmp_path.rglob("*.nbc")]) == 1
 
 
-def test_the_background_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
+def test_the_background_process_ends_with_its_parent(tmp_path: Path) -> None:
     process = begin(tmp_path, "wait")
     assert process.stdout is not None
     pid = int(process.stdout.readline())
@@ -113,7 +113,7 @@ def test_the_background_ends_with_the_process_that_has_started_it(tmp_path: Path
     assert not runs(pid)
 
 
-def test_tests_and_workers_start_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tests_and_workers_start_no_background_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def compiles() -> bool:
         return Background.compiles(entry(lambda x: x + 1.0), (numba.float64,), tmp_path)
 
@@ -142,7 +142,7 @@ print(kernel(values), values, inverse(0.0), bool(kernel.overloads))
 """
 
 
-def test_where_plain_python_refuses_a_number_compiled_code_runs_on_what_was_there(tmp_path: Path) -> None:
+def test_compiled_code_restarts_from_the_original_values_after_a_division_by_zero(tmp_path: Path) -> None:
     command, environment = [sys.executable, "-c", DIVIDES], {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["4.0", "[", "4.", "inf]", "inf", "True"]

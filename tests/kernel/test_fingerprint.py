@@ -1,4 +1,4 @@
-"""The fingerprint of a kernel: it differs where any ingredient does, and only there."""
+"""The fingerprint of a kernel changes with each of its ingredients and with nothing else."""
 
 import importlib
 import io
@@ -27,11 +27,11 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.fingerprint import UnknownIngredient, fingerprint
 from grind_env.machine.loops.stroke_loops import Loops
 
-Maker = Callable[[int], Any]  # from a variant to what a kernel names `thing`
+Maker = Callable[[int], Any]  # from a variant to the value of `thing` in a kernel
 
 
 def defined(source: str, **names: Any) -> Any:
-    """The `kernel` that a source defines; no variants share any object."""
+    """Return the `kernel` that a source defines; variants share no object."""
     exec(source, names)
     return names["kernel"]
 
@@ -62,7 +62,7 @@ def caller(variant: int) -> Any:
 
 
 class Toolpath:
-    """A class of which compiled code can know nothing."""
+    """A class that compiled code cannot use."""
 
 
 THINGS: dict[str, Maker] = {
@@ -133,7 +133,7 @@ NAMED: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("way", NAMED)
-def test_everything_that_a_kernel_names_is_part_of_its_fingerprint(way: str) -> None:
+def test_a_fingerprint_depends_on_every_value_the_kernel_names(way: str) -> None:
     for kind, make in THINGS.items():
         first, again, other = (fingerprint(NAMED[way](make(variant))) for variant in (0, 0, 1))
         assert first == again, kind
@@ -162,18 +162,18 @@ def test_code_is_part_of_the_fingerprint(source: str, other: str) -> None:
     assert fingerprint(defined(source)) != fingerprint(defined(other))
 
 
-def test_what_a_kernel_does_not_name_is_no_part_of_its_fingerprint() -> None:
+def test_a_fingerprint_ignores_values_the_kernel_does_not_name() -> None:
     source = "def kernel(x): return x.thing + rules.limit"
     one = defined(source, unused=1, rules=module("rules", limit=1.0, unused=1))
     other = defined(source, unused=2, rules=module("rules", limit=1.0, unused=2))
     assert fingerprint(one) == fingerprint(other)
 
 
-def test_an_attribute_may_have_the_name_of_a_global_of_unknown_content() -> None:
+def test_an_attribute_may_share_its_name_with_an_unknown_global() -> None:
     fingerprint(defined("def kernel(x): return x.thing", thing=threading.Lock()))
 
 
-def test_what_such_a_global_names_still_counts_where_the_kernel_names_it_too() -> None:
+def test_a_function_shared_with_an_unknown_global_changes_the_fingerprint() -> None:
     def found(variant: int) -> str:
         add = adder(variant)
         thing = inlined(defined("def kernel(x): return add(x), lock", add=add, lock=threading.Lock()))
@@ -245,7 +245,7 @@ def test_the_compiler_is_part_of_the_fingerprint(
     assert fingerprint(kernel) != before
 
 
-def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_kernel_package_is_edited(
+def test_fingerprints_agree_across_processes_until_the_kernel_package_changes(
     tmp_path: Path,
 ) -> None:
     shutil.copytree(
@@ -277,7 +277,7 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     assert not set(before) & set(found())
 
 
-def test_every_entry_has_a_fingerprint_of_its_own() -> None:
+def test_no_two_entries_share_a_fingerprint() -> None:
     modules = [
         importlib.import_module(found.name)
         for package in (grind_env, grind_env.policies.scripted)

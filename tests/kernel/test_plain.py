@@ -1,4 +1,4 @@
-"""How kernels are compiled, and that what Python calls as it is written has the bits of what is compiled."""
+"""Compilation of kernels, and functions that give the same bits as plain Python and compiled."""
 
 import functools
 import subprocess
@@ -25,7 +25,7 @@ numbers = st.floats(1e-4, 1e3)
 
 @functools.cache
 def compiled(function: Any) -> Callable[..., Any]:
-    """A function as kernels have it."""
+    """Return a function compiled as in kernels."""
     return numba.njit(error_model="numpy")(function.py_func)
 
 
@@ -33,7 +33,7 @@ def compiled(function: Any) -> Callable[..., Any]:
     ("function", "count"), [(eq.overlap_ratio, 2), (eq.blunting, 2), (eq.severity, 4), (volume_left, 2)]
 )
 @given(data=st.data())
-def test_the_bits_are_those_of_the_compiled_function(
+def test_plain_functions_give_the_same_bits_as_compiled_ones(
     function: Callable[..., float], count: int, data: st.DataObject
 ) -> None:
     given_numbers = data.draw(st.lists(numbers, min_size=count, max_size=count))
@@ -41,13 +41,13 @@ def test_the_bits_are_those_of_the_compiled_function(
 
 
 @given(radius=st.floats(0.01, 2.0), share=st.floats(0.001, 1.0), flat=st.floats(0.0, 0.5))
-def test_so_are_those_of_the_width_of_a_dress(radius: float, share: float, flat: float) -> None:
+def test_plain_and_compiled_dress_width_have_the_same_bits(radius: float, share: float, flat: float) -> None:
     depth = radius * share
     assert eq.dress_width(depth, radius, flat).hex() == compiled(eq.dress_width)(depth, radius, flat).hex()
 
 
 @given(diameter=st.floats(200.0, 400.0), flat=st.floats(0.0, 0.5), depth=st.floats(0.001, 0.1), feed=st.floats(0.1, 20))
-def test_so_are_those_of_what_is_called_within(diameter: float, flat: float, depth: float, feed: float) -> None:
+def test_plain_and_compiled_dressing_agree(diameter: float, flat: float, depth: float, feed: float) -> None:
     p = load_job(examples.path("plate_g82.toml")).parameters
     wheel = dressed_wheel(diameter, flat, 0.1, depth, p)
     assert wheel == compiled(dressed_wheel)(diameter, flat, 0.1, depth, p)
@@ -58,11 +58,11 @@ def test_so_are_those_of_what_is_called_within(diameter: float, flat: float, dep
     values=st.tuples(st.floats(0.0, 2000.0), st.floats(0.0, 1.1), st.floats(0.01, 5.0), st.floats(-50.0, 50.0)),
     limits=st.tuples(*[st.floats(-1.0, 300.0)] * 4),
 )
-def test_so_is_the_survival_of_a_part(values: tuple[float, ...], limits: tuple[float, ...]) -> None:
+def test_plain_and_compiled_survival_agree(values: tuple[float, ...], limits: tuple[float, ...]) -> None:
     assert survival(*values, Limits(*limits)) == compiled(survival)(*values, Limits(*limits))
 
 
-def test_nothing_is_compiled_for_it() -> None:
+def test_the_plain_survival_compiles_nothing() -> None:
     code = (
         "import sys, numba.core.compiler as compiler; compiler.Compiler.compile_extra = None\n"
         "from grind_env.process import cost\n"
@@ -79,14 +79,14 @@ def quarter(x):
     return half(half(x))
 
 
-def test_a_rule_in_plain_python_is_compiled_with_what_it_calls():
+def test_a_plain_python_rule_is_compiled_with_the_functions_it_calls():
     rule = inlined_rule(quarter)
     assert rule(3.0) == quarter(3.0) == 0.75
     assert numba.njit(lambda x: rule(x) + 1.0)(3.0) == 1.75
-    assert type(half) is type(quarter)  # the control goes on with plain functions
+    assert type(half) is type(quarter)  # the control still uses the plain functions
 
 
-def test_a_kernel_and_those_that_it_calls_are_scheduled_alike_and_nothing_after_them(monkeypatch, tmp_path):
+def test_a_kernel_and_its_inner_kernels_share_a_scheduler_and_restore_the_default(monkeypatch, tmp_path):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     options = []
     plain = llvm.set_option
@@ -98,7 +98,7 @@ def test_a_kernel_and_those_that_it_calls_are_scheduled_alike_and_nothing_after_
     assert options[-1] == "--pre-RA-sched=default"
 
 
-def test_a_compilation_that_fails_leaves_the_scheduler_as_it_was(monkeypatch):
+def test_a_failed_compilation_restores_the_default_scheduler(monkeypatch):
     options = []
     monkeypatch.setattr(llvm, "set_option", lambda name, option: options.append(option))
     with pytest.raises(numba.core.errors.TypingError):

@@ -25,14 +25,14 @@ def hexadecimal(text: str) -> list[int]:
 
 @pytest.mark.bits
 @pytest.mark.parametrize(("key", "counter", "expected"), VECTORS)
-def test_known_answers(key: str, counter: str, expected: str) -> None:
+def test_philox_gives_the_published_words(key: str, counter: str, expected: str) -> None:
     given_words = *hexadecimal(key), *hexadecimal(counter)
     assert list(compiled(philox)(*given_words)) == hexadecimal(expected)
     assert list(philox(*given_words)) == hexadecimal(expected)
 
 
 @given(st.tuples(*[words] * 6))
-def test_compiled_words_are_those_of_whole_numbers_that_do_not_wrap_around(numbers: tuple[int, ...]) -> None:
+def test_compiled_philox_equals_philox_in_unbounded_integers(numbers: tuple[int, ...]) -> None:
     assert compiled(philox)(*numbers) == philox(*numbers)
 
 
@@ -41,7 +41,7 @@ def test_compiled_words_are_those_of_whole_numbers_that_do_not_wrap_around(numbe
 @example(WORD)
 @example(round(0.075 * 2**32))  # where one rational function gives way to the other
 @example(round(0.925 * 2**32))
-def test_a_normal_number_is_the_inverse_of_the_distribution(word: int) -> None:
+def test_normal_is_the_inverse_of_the_distribution_function(word: int) -> None:
     u = uniform(word)
     with mpmath.workdps(40):
         assert mpmath.mpf(u) == (word + mpmath.mpf("0.5")) / 2**32
@@ -52,7 +52,7 @@ def test_a_normal_number_is_the_inverse_of_the_distribution(word: int) -> None:
 
 
 def drawn(keys: int, counters: int) -> np.ndarray:
-    """Normal numbers, shape (keys, counters, 4): neighbouring keys, neighbouring counters."""
+    """Return normal numbers of neighbouring keys and counters, shape (keys, counters, 4)."""
     found = [[philox(key, 7, counter, 0, 0, 0) for counter in range(counters)] for key in range(keys)]
     return np.array([[[normal(uniform(word)) for word in four] for four in row] for row in found])
 

@@ -1,4 +1,4 @@
-"""Records in tables and lane buffers: compiled code does what the same calls do in plain Python."""
+"""Records in tables and lane buffers: compiled code gives the same results as plain Python."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -77,7 +77,7 @@ def test_lanes_are_read_and_written_as_in_plain_python() -> None:
         assert np.count_nonzero(here) == 3
 
 
-def test_what_is_read_is_the_record() -> None:
+def test_compiled_readers_return_the_record() -> None:
     assert numba.njit(lambda table, i: read_row(table, i))(TABLES["rows"], 1) == Point(*TABLES["rows"][1, :3])
     assert isinstance(numba.njit(lambda rows: get_lane(rows, 0))(np.arange(6.0 * LANES)), Point)
 
@@ -100,7 +100,7 @@ def test_fields_are_replaced_by_name_as_in_plain_python() -> None:
     ("old", "numbers"),
     [(Other(1.0, 2.0, 3.0), (1.0, 2.0)), (Point(1.0, 2.0, 3.0), (1.0,)), ((1.0, 2.0, 3.0), (1.0, 2.0))],
 )
-def test_fields_of_another_record_or_of_another_count_are_not_replaced(old: Any, numbers: Any) -> None:
+def test_replacing_refuses_another_record_or_a_wrong_number_of_values(old: Any, numbers: Any) -> None:
     with pytest.raises(numba.TypingError):
         numba.njit(lambda old, numbers: turned(old, numbers))(old, numbers)
 
@@ -118,7 +118,7 @@ REFUSED: dict[str, tuple[Callable[..., None], Any, Any]] = {
 
 
 @pytest.mark.parametrize(("write", "array", "value"), REFUSED.values(), ids=REFUSED)
-def test_what_does_not_fit_is_not_written(write: Callable[..., None], array: Any, value: Any) -> None:
+def test_writers_refuse_a_wrong_record_or_array(write: Callable[..., None], array: Any, value: Any) -> None:
     with pytest.raises(numba.TypingError):
         numba.njit(lambda array, value: write(array, 0, value))(array, value)
 
@@ -128,7 +128,7 @@ def swapped(point: Point) -> Point:
     return Point(point.z, point.y, point.x)
 
 
-def test_readers_and_writers_are_no_functions_to_compile() -> None:
+def test_readers_and_writers_need_no_compilation_of_their_own() -> None:
     read, write = column_reader(Point), column_writer(Point)
     get, put = lane_reader(Point, FIRST, LANES), lane_writer(Point, FIRST, LANES)
 

@@ -1,9 +1,9 @@
-"""Do the tests still bite? One mistake at a time is put into a copy of the last commit, whose tests ought to find it.
+"""Check that the tests find mistakes: put one mistake at a time into a copy of the last commit and run its tests.
 
     python -m tests.mutations [--least 37] [NAME ...]
 
-A mistake is found if a test fails with it and passes without it. What was found in a commit is kept in
-build/mutations.json, so that an interrupted run goes on.
+A mistake is found if a test fails with it and passes without it. Results are cached for each commit in
+build/mutations.json, so that an interrupted run resumes.
 """
 
 import argparse
@@ -27,7 +27,7 @@ FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/.*?)(?: - .*)?$", re.MULTILINE)
 
 
 class Mutation(NamedTuple):
-    """A mistake in one line; `old` and `new` are without indentation, `tests` ought to find it."""
+    """Mistake in one line; `old` and `new` have no indentation, `tests` should find the mistake."""
 
     name: str
     file: str
@@ -40,13 +40,13 @@ class Mutation(NamedTuple):
         """Return the text of the file with the mistake."""
         if (count := text.count(self.old)) != 1:
             said = f"{self.file} has {self.old!r} {count} times"
-            raise GrindError(f"{self.name}: {said}; write the same mistake into a line that stands once")
+            raise GrindError(f"{self.name}: {said}; write the same mistake into a line that occurs once")
         return text.replace(self.old, self.new)
 
 
 def first_failing(tree: Path, tests: list[str]) -> str:
-    """Return the first of some tests that fails in a tree; empty if all pass."""
-    # kernels with mistakes do not belong into the cache of the user
+    """Return the first test that fails in a working tree; empty if all pass."""
+    # kernels with mistakes must not get into the user's cache
     environment = {**os.environ, "PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(BUILD / "mutations")}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "2", *tests]
     run = subprocess.run(command, cwd=tree, env=environment, check=False, capture_output=True, text=True)
@@ -57,7 +57,7 @@ def first_failing(tree: Path, tests: list[str]) -> str:
 
 
 def finder(mutation: Mutation, commit: str) -> str:
-    """Return the first test that finds a mutation in a copy of a commit; empty if none does."""
+    """Return the first test that finds a mistake in a copy of a commit; empty if none does."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
         subprocess.run(["git", "clone", "--quiet", "--shared", "--no-checkout", ROOT, tree], check=True)
@@ -68,15 +68,15 @@ def finder(mutation: Mutation, commit: str) -> str:
         found = first_failing(tree, mutation.tests)
         source.write_text(text, encoding="utf-8")
         if found and first_failing(tree, [found]):
-            raise GrindError(f"{mutation.name}: {found} fails without the mistake, too; mend that first")
+            raise GrindError(f"{mutation.name}: {found} fails without the mistake, too; fix this test first")
         return found
 
 
 def main() -> int:
-    """Try mutations; the exit status is 1 if fewer than the least number are found."""
+    """Try the mistakes; return 1 if the tests find fewer than `--least`."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="of a mutation; all by default")
-    parser.add_argument("--least", type=int, default=0, help="exit status 1 if fewer are found")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="name of a mutation; default: all")
+    parser.add_argument("--least", type=int, default=0, help="exit status 1 if the tests find fewer; default: 0")
     options = parser.parse_args()
     known = {each["name"]: Mutation(**each) for file in FILES for each in read_toml(file)["mutation"]}
     if unknown := {*options.names} - {*known}:

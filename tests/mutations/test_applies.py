@@ -1,4 +1,4 @@
-"""The mutations still fit the package, or nobody would see that they are no longer tried."""
+"""The mutations still match the code of the package."""
 
 import ast
 
@@ -11,7 +11,7 @@ from tests.mutations.__main__ import FILES, ROOT, Mutation
 MUTATIONS = [Mutation(**each) for file in FILES for each in read_toml(file)["mutation"]]
 
 
-def test_every_mutation_changes_a_line_that_stands_once_and_its_tests_are_there() -> None:
+def test_every_mutation_changes_a_line_that_occurs_once_and_its_tests_exist() -> None:
     for each in MUTATIONS:
         text = (ROOT / each.file).read_text(encoding="utf-8")
         assert ast.dump(ast.parse(each.applied(text))) != ast.dump(ast.parse(text)), each.name
@@ -20,7 +20,7 @@ def test_every_mutation_changes_a_line_that_stands_once_and_its_tests_are_there(
 
 
 @pytest.mark.parametrize(("text", "count"), [("left = 5\n", 0), ("left = 4\nleft = 4\n", 2)])
-def test_a_line_that_does_not_stand_once_is_refused(text: str, count: int) -> None:
+def test_a_mutation_refuses_a_line_that_does_not_occur_exactly_once(text: str, count: int) -> None:
     mutation = Mutation("fewer", "a.py", "left = 4", "left = 3", "one less", ["tests"])
     assert mutation.applied("    left = 4\n") == "    left = 3\n"
     with pytest.raises(GrindError, match=rf"fewer: a\.py has 'left = 4' {count} times"):

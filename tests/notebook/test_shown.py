@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: its numbers, escaped texts, nothing that is loaded or run."""
+"""Notebook views show the numbers and escaped texts of an object; they load and run nothing."""
 
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -29,7 +29,7 @@ HOSTILE = '<script>alert("1")</script>&lt;$x$'
 
 
 class Shown(HTMLParser):
-    """The tags of a text, the rows of its tables and all that it says; it must be well formed and load nothing."""
+    """Parser of the table rows and the text of a view; it checks that the HTML is well formed and loads nothing."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -59,7 +59,7 @@ class Shown(HTMLParser):
             self.rows[-1][-1] += data
 
     def column(self, heading: str) -> list[str]:
-        """The cells below a heading."""
+        """Return the cells below a heading."""
         first = next(k for k, row in enumerate(self.rows) if heading in row)
         rows = [row for row in self.rows[first + 1 :] if len(row) == len(self.rows[first])]
         return [row[self.rows[first].index(heading)] for row in rows]
@@ -90,14 +90,14 @@ def test_any_text_is_shown_as_it_is_and_never_read_as_markup(text: str) -> None:
         assert printed == text
 
 
-def test_of_a_long_table_the_first_and_the_last_rows_are_shown() -> None:
+def test_a_long_table_shows_its_first_and_last_rows() -> None:
     found = Shown(table(("n",), [(str(k),) for k in range(200)]))
     assert found.rows[1] == ["0"] and found.rows[-1] == ["199"]
     assert len(found.rows) == 2 + MOST_ROWS
     assert [f"… {200 - MOST_ROWS} more"] in found.rows
 
 
-def test_of_a_long_list_the_first_and_the_last_items_are_shown() -> None:
+def test_a_long_list_shows_its_first_and_last_items() -> None:
     shown = items(f"item {k}." for k in range(300))
     assert shown.count("<li>") == MOST_ITEMS + 1
     assert "item 0." in shown
@@ -106,7 +106,7 @@ def test_of_a_long_list_the_first_and_the_last_items_are_shown() -> None:
     assert "more" not in items(f"item {k}" for k in range(MOST_ITEMS))
 
 
-def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(record: GrindingRecord) -> None:
+def test_a_record_shows_the_numbers_of_its_parts_and_exceeded_limits(record: GrindingRecord) -> None:
     found, part = shown(record), record.parts[0]
     assert float(found.column("Ra µm")[0]) == pytest.approx(part["Ra"], abs=0.005)
     assert float(found.column("power kW")[0]) == pytest.approx(part["peak_power"] / 1000.0, abs=0.005)
@@ -115,7 +115,7 @@ def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(reco
 
 
 @pytest.mark.parametrize("name", ["strokes", "executions", "dresses", "parts"])
-def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record: GrindingRecord) -> None:
+def test_data_frames_label_every_column_with_name_and_unit(name: Any, record: GrindingRecord) -> None:
     pytest.importorskip("pandas")
     frame, rows = record.to_dataframe(name), getattr(record, name)
     assert len(frame) == len(rows) > 0
@@ -136,12 +136,12 @@ def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
     assert names - set(UNITS) == counted | shares | compared
 
 
-def test_a_record_has_no_other_table(record: GrindingRecord) -> None:
+def test_an_unknown_table_of_a_record_is_refused(record: GrindingRecord) -> None:
     with pytest.raises(RecordError, match=r"'cost'.*strokes, executions, dresses, parts"):
         record.to_dataframe("cost")
 
 
-def test_a_program_shows_its_text_escaped_with_the_numbers_of_its_lines() -> None:
+def test_a_program_shows_its_escaped_text_with_line_numbers() -> None:
     said = f"%\n({HOSTILE})\r\nN10 G71\n" + "N20 G04 P1\n" * 100
     found = shown(read(said, HOSTILE))
     assert found.said.startswith(HOSTILE)
@@ -172,7 +172,7 @@ def test_a_task_shows_its_kinds_of_block(name: str) -> None:
     assert found.column("Ra limit, µm") == [""]
 
 
-def test_the_page_of_a_task_is_that_of_its_id_and_of_a_file_all_that_it_says(tmp_path: Path) -> None:
+def test_a_bundled_task_shows_the_page_of_its_id_and_a_file_its_own_keys(tmp_path: Path) -> None:
     task = grind_env.load_task("slot")
     assert task.page() == page("grind/Slot-v0")
     assert task.page()._repr_markdown_() == task.page()
@@ -200,7 +200,7 @@ def test_a_sweep_shows_the_costs_of_its_points(swept: Sweep) -> None:
     assert f"cheapest: {swept.best.cost.value:.3f} $ a part" in found.said
 
 
-def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path: Path) -> None:
+def test_an_optimisation_shows_its_changes_and_writes_only_better_programs(tmp_path: Path) -> None:
     same = Interval(2.0, 1.9, 2.1)
     limit = LimitUse(
         name="Ra", limit=0.5, unit="um", margin=1.0, before=0.6, after=0.7, price=None, without=None, binds=False
@@ -242,9 +242,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
     assert [path.name for path in tmp_path.iterdir()] == ["better.nc"]
 
 
-def test_plots_are_figures_whose_axes_have_units_and_that_a_notebook_shows(
-    record: GrindingRecord, swept: Sweep
-) -> None:
+def test_plots_display_in_a_notebook_and_their_axes_have_units(record: GrindingRecord, swept: Sweep) -> None:
     pytest.importorskip("matplotlib")
     for figure in (record.plot(), swept.plot()):
         assert figure._repr_png_().startswith(b"\x89PNG")

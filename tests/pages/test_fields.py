@@ -1,4 +1,4 @@
-"""The page of all fields, against the dataclasses, and the figure of published series, against its data."""
+"""The page of fields against the dataclasses, and the figure of published series against its data."""
 
 import re
 from dataclasses import fields
@@ -21,7 +21,7 @@ JOB, CATALOGUE, TASK = (re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:])[:3]
 
 
 def rows(text: str, heading: str) -> dict[str, list[str]]:
-    """The cells of the first table under a heading, by their key."""
+    """Return the cells of the first table under a heading, by key."""
     part = text.partition(f"### {heading}\n")[2].partition("\n### ")[0]
     lines = [line for line in part.splitlines() if line.startswith("| `")]
     cells = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
@@ -53,7 +53,7 @@ def test_every_field_of_a_job_has_unit_range_and_meaning(heading: str, table: ty
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_field_of_a_catalogue_entry(kind: str) -> None:
+def test_every_field_of_a_catalogue_entry_has_symbol_unit_and_range(kind: str) -> None:
     found = rows(CATALOGUE, f"[{kind}.NAME]")
     for key, legal in quantities(KINDS[kind]).items():
         cells = found[key]
@@ -63,13 +63,13 @@ def test_every_field_of_a_catalogue_entry(kind: str) -> None:
         assert entry.name == name and name in found
 
 
-def test_every_field_of_a_task() -> None:
+def test_every_field_of_a_task_is_on_the_page() -> None:
     for name, table in {**TABLES, "kind": Kind}.items():
         found = rows(TASK, f"[[{name}]]" if name == "kind" else f"[{name}]")
         assert {field.name for field in fields(table)} <= set(found)
 
 
-def test_a_band_is_of_machines_that_differ_by_the_usual_spreads():
+def test_the_machines_of_a_band_differ_by_the_usual_spreads():
     stiffness = by_machine([lambda rig: rig.catalogue.machine("default").stiffness])[:, 0]
     assert stiffness[0] == load_catalogue().machine("default").stiffness
     assert len(stiffness) == 1 + MACHINES
@@ -78,13 +78,13 @@ def test_a_band_is_of_machines_that_differ_by_the_usual_spreads():
     assert np.ptp(by_machine([lambda rig: rig.catalogue.wheel("b126").g_ratio], wheel="a60j")) == 0.0
 
 
-def test_a_name_says_level_and_trend():
+def test_the_label_of_a_series_gives_its_level_and_trend():
     x = np.array([1.0, 2.0, 4.0])
     assert PublishedSeries("half", x, 3.0 * x[np.newaxis] ** 0.6).with_errors().name == "half: × 2.3, 23 % (57 %)"
     assert PublishedSeries("flat", x, np.ones((1, 3))).over_mean().with_errors().name == "flat: 57 % (57 %), against"
 
 
-def test_the_picture_is_drawn_and_its_caption_names_data_that_ship(tmp_path):
+def test_the_picture_is_drawn_and_its_caption_names_bundled_data(tmp_path):
     caption = plot_series(tmp_path / "series.png")
     assert (tmp_path / "series.png").read_bytes().startswith(b"\x89PNG")
     assert all((measured_data.DATA / name).exists() for name in re.findall(r"`(\w+\.csv)`", caption))

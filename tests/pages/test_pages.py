@@ -25,7 +25,7 @@ from tests.command import Grind
 from tests.envs.harness import IDS, Array, reward_terms_of
 
 GOLDEN = Path(__file__).with_name("page_oracle6.md")
-"""What `own_text("grind/Oracle6-v0")` is; to be written anew when it changes on purpose."""
+"""Expected `own_text("grind/Oracle6-v0")`; rewrite the file after an intended change."""
 
 EVERY = page_ids()
 TASKS = [env_id for env_id in EVERY if env_id != "grind/Job-v0"]
@@ -35,9 +35,9 @@ every_task = pytest.mark.parametrize("env_id", TASKS)
 
 SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.25, "Gref": 0.2}
 SHARP |= {"material": "grey_cast_iron"}
-"""A context in which the fastest table stalls no spindle: of an easy material, under a soft wheel that wears away."""
+"""Context in which the fastest table stalls no spindle: an easy material and a soft wheel that wears away."""
 DULL = {"pm": 5.0, "kA": 20.0, "wheel_kA": 20.0, "fc": 5.0, "diamond_flat": 0.5}
-"""One in which the slowest stalls every spindle sometime."""
+"""Context in which the slowest table stalls every spindle at some time."""
 
 SECTIONS = """Description, Action space, Observation space, Reward, Episode, Arguments, Reference scores, Example,
 Version history"""
@@ -48,7 +48,7 @@ def section(text: str, name: str) -> str:
 
 
 def tables(text: str) -> list[list[list[str]]]:
-    """Cells of the body rows of every table."""
+    """Return the cells of the body rows of every table."""
     found = re.findall(r"(?:^\|.*\|\n?)+", text, re.MULTILINE)
     return [[[cell.strip() for cell in line.split("|")[1:-1]] for line in one.splitlines()[2:]] for one in found]
 
@@ -72,7 +72,7 @@ def test_a_page_has_every_section(env_id: str) -> None:
 
 
 @every_id
-def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
+def test_the_action_table_matches_the_action_space(env_id: str) -> None:
     space: Any = sheet(env_id).env.action_space
     rows = tables(section(page(env_id), "Action space"))[0]
     assert [int(row[0]) for row in rows] == list(range(space.shape[0]))
@@ -81,7 +81,7 @@ def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
 
 
 @every_id
-def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
+def test_the_action_table_gives_the_E_and_D_of_both_ends(env_id: str) -> None:
     (speed, dresses), forms = tables(section(page(env_id), "Action space"))
     env: Any = sheet(env_id).env
     (low, high), (least, most) = env.codec.decode([[-1.0, -1.0], [1.0, 1.0]])
@@ -93,13 +93,13 @@ def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
         name, value = argument.strip("`").split("=")
         spaces[argument] = str(gym.make(env_id, **{name: ast.literal_eval(value)}).action_space)
         assert space == f"`{spaces[argument]}`"
-    # without a pre-dress where there is none
+    # grind/Job-v0 has no form with a pre-dress
     assert len(set(spaces.values())) == (5 if env_id in TASKS else 4)
 
 
 @every_id
 @pytest.mark.parametrize("full", [False, True])
-def test_the_observation_table_is_that_of_the_space(env_id: str, full: bool) -> None:
+def test_the_observation_table_matches_the_observation_space(env_id: str, full: bool) -> None:
     about = sheet(env_id)
     measured, *hidden = tables(section(page(env_id), "Observation space"))
     space: Any = about.env.observation_space
@@ -121,7 +121,7 @@ def test_the_observation_table_is_that_of_the_space(env_id: str, full: bool) -> 
 
 
 def value_of(formula: str, x: float) -> float:
-    """Of `a + b x`, either of which may be left out."""
+    """Return the value of `a + b x`, where a or b may be missing."""
     match = re.fullmatch(r"(?:([-\d.e]+) \+ )?(?:([-\d.e]+) )?x", formula)
     assert match, formula
     return float(match[1] or 0.0) + float(match[2] or 1.0) * x
@@ -151,7 +151,7 @@ def test_the_example_runs(env_id: str) -> None:
 
 
 def play(env_id: str, action: Array | None, episodes: int, context: dict[str, Any] | None) -> list[dict[str, Any]]:
-    """Rewards and their terms of all steps: with that action, or with random ones."""
+    """Return rewards and reward terms of all steps, with one action or with random ones."""
     about = sheet(env_id)
     env = gym.make_vec(env_id, episodes, autoreset_mode="Disabled", **arguments_of(about))
     env.action_space.seed(1)
@@ -185,7 +185,7 @@ def test_the_reward_lies_in_the_range_that_the_page_states(env_id: str) -> None:
 
 
 @every_task
-def test_the_ends_of_the_time_are_reached(env_id: str) -> None:
+def test_the_stated_range_of_the_time_cost_is_reached(env_id: str) -> None:
     about = sheet(env_id)
     assert about.task is not None
     spread = about.task.spread.stock
@@ -232,7 +232,7 @@ def test_an_id_without_a_page_is_refused() -> None:
 
 
 def own_text(env_id: str) -> str:
-    """A page without what it repeats of the docstring of the environment."""
+    """Return a page without the text copied from the docstring of the environment."""
     text = page(env_id)
     for name, words in prose(sheet(env_id).make).items():
         assert words in text
@@ -240,7 +240,7 @@ def own_text(env_id: str) -> str:
     return text.replace(section(text, "Arguments"), "\n<docstring: Args>\n\n")
 
 
-def test_a_small_page() -> None:
+def test_the_page_of_oracle6_matches_the_stored_page() -> None:
     assert own_text("grind/Oracle6-v0") == GOLDEN.read_text(encoding="utf-8")
 
 
@@ -284,12 +284,12 @@ def test_grind_tasks_prints_a_page(grind: Grind) -> None:
 
 
 def facts(env_id: str) -> dict[str, str]:
-    """The rows of the first table of a page."""
+    """Return the rows of the first table of a page."""
     return {row[0]: row[1] for row in tables(page(env_id).partition("\n## ")[0])[0]}
 
 
 @every_id
-def test_every_page_says_its_task_version_and_what_the_others_were(env_id: str) -> None:
+def test_every_page_gives_its_task_version_and_the_earlier_versions(env_id: str) -> None:
     assert facts(env_id)["task version"] == str(TASK_VERSION)
     _, versions = tables(section(page(env_id), "Version history"))
     assert [row[0] for row in versions] == [str(number) for number in range(1, TASK_VERSION + 1)]
@@ -297,7 +297,7 @@ def test_every_page_says_its_task_version_and_what_the_others_were(env_id: str) 
 
 
 @every_id
-def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -> None:
+def test_the_recommended_discount_follows_from_the_dress_interval(env_id: str) -> None:
     said = facts(env_id)["recommended discount"]
     (discount,) = re.findall(r"^0\.\d{4}", said)
     every = re.search(r"dresses every (?:(\d+) )?step", said)
@@ -309,12 +309,12 @@ def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -
 
 
 @pytest.mark.parametrize("name", ["PowerLimited", "WideRails"])
-def test_dresses_farther_apart_or_nearer_together_cost_more_on_the_nominal_episode(name: str) -> None:
+def test_other_dress_intervals_cost_more_on_the_nominal_episode(name: str) -> None:
     env: Any = gym.make(f"grind/{name}-v0", show_block=False).unwrapped
     low, high = env.task.action.speed_ends
 
     def least(interval: int) -> float:
-        """$ of the nominal episode at the best of eight speeds."""
+        """Return the cost in $ of the nominal episode at the best of eight speeds."""
         costs = []
         for speed in np.round(np.geomspace(low, high, 8)):
             env.reset(seed=0, options={"context": "nominal"})
@@ -328,7 +328,7 @@ def test_dresses_farther_apart_or_nearer_together_cost_more_on_the_nominal_episo
     assert least(best) < min(least(best - 1), least(best + 1), least(2 * best))
 
 
-def test_the_page_of_machines_has_every_family_with_every_number_and_its_source() -> None:
+def test_the_page_of_machines_lists_every_family_with_ranges_and_sources() -> None:
     page = plants_page()
     assert re.findall(r"^## (.+)$", page, re.MULTILINE) == [family.name for family in FAMILIES]
     span = r"(\S+) to (\S+?)(?:; held out (\S+) to (\S+?))?(, factor)?"
@@ -341,6 +341,6 @@ def test_the_page_of_machines_has_every_family_with_every_number_and_its_source(
         assert (row[8], row[9]) == (each.basis.evidence.name.lower(), each.basis.text)
 
 
-def test_the_names_that_it_gives_are_names() -> None:
+def test_plants_named_on_the_page_of_machines_exist() -> None:
     named = re.findall(r"^\| `([\w+:-]+)` \|", plants_page(), re.MULTILINE)
     assert len([find_plant(name) for name in named if not name.startswith("module:") and ":" in name]) == 7

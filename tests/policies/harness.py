@@ -1,4 +1,4 @@
-"""What the tests of policies share."""
+"""Helpers that the tests of policies share."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,17 +20,17 @@ from grind_env.policies.tuned_parameters import arguments
 
 
 def simulated(task: str) -> Simulation:
-    """The simulation of a task of the catalogue, with what is measured."""
+    """Return the simulation of a task with measured observations."""
     return BlockSimulation(load_task(task))
 
 
 def observation(simulation: Simulation, **values: float) -> NDArray[np.float32]:
-    """One scaled observation with these readings in physical units, the others 0."""
+    """Return one scaled observation of these readings in physical units; other readings are 0."""
     return np.array([[(values.get(e.name, 0.0) - e.offset) / e.scale for e in simulation.entries]], np.float32)
 
 
 def decide(policy: Policy, simulation: Simulation, *observations: Any) -> list[tuple[float, float]]:
-    """E in mm/min and D of one episode, after each observation of it."""
+    """Return E (mm/min) and D of one episode after each of its observations."""
     policy.begin(simulation, 1)
     decisions = [policy.act(seen, None) for seen in observations]
     return [(float(d.speeds[0]), float(d.executions[0])) for d in decisions]
@@ -38,24 +38,23 @@ def decide(policy: Policy, simulation: Simulation, *observations: Any) -> list[t
 
 @dataclass(frozen=True)
 class Changed(Problem):
-    """A problem whose task is another one than that of its name."""
+    """Problem with another task than the task of its name."""
 
     task: Task | None = None
 
     def simulation(self) -> Simulation:
-        """The simulation of the other task."""
         assert self.task is not None
         whole = Problem(self.name, self.id, self.arguments).simulation()
         return type(whole)(self.task)
 
 
 def changed(problem: Problem, **fields: Any) -> Problem:
-    """The problem with another task, which differs in these fields."""
+    """Return the problem with a task that differs in these fields."""
     return Changed(problem.name, problem.id, problem.arguments, replace(problem.simulation().task, **fields))
 
 
 def shortened(name: str, blocks: int) -> Simulation:
-    """The simulation of a problem with only so many blocks."""
+    """Return the simulation of a problem with fewer blocks."""
     whole = find_problem(name).simulation()
     return type(whole)(replace(whole.task, blocks=blocks))
 
@@ -63,14 +62,14 @@ def shortened(name: str, blocks: int) -> Simulation:
 def network_of(
     simulation: Simulation, form: LearnerForm, family: str, *, lstm: int = 0, hidden: tuple[int, ...] = (128, 128)
 ) -> Network:
-    """A network for a simulation."""
+    """Return a network for a simulation."""
     view = form.view(simulation)
     entries, outputs = view.observation_space.shape[0], int(view.action_space.nvec.sum())
     return Network(family=family, entries=entries, lstm=lstm, hidden=hidden, outputs=outputs, activation="tanh")
 
 
 def untuned(name: str, simulation: Simulation) -> Any:
-    """The policy of that name where the search for its parameters would begin."""
+    """Return the named policy with the start parameters of its tuning."""
     if name in UNTUNED:
         return UNTUNED[name]()
     if name in UNIFORM_PLANS:

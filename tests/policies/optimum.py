@@ -22,7 +22,7 @@ class Optimum(NamedTuple):
 
 
 def exact_optimum(simulation: Simulation) -> Optimum:
-    """The exact optimum of a task without chance and with levels of E, by trying every plan.
+    """Try every plan; return the exact optimum of a task without chance and with levels of E.
 
     Plans share their beginnings: n choices and B blocks take n + n^2 + ... + n^B block evaluations.
     """

@@ -17,7 +17,7 @@ RUSH = simulated("rush")
 
 
 def decisions(policies: list[Policy], steps: int) -> np.ndarray:
-    """What each decides along the way of the first of them, shape (policies, steps, 2, episodes)."""
+    """Return the decisions of all policies in the episodes of the first, shape (policies, steps, 2, episodes)."""
     episodes = start_episodes(RUSH, episode_seeds("training", 4))
     for policy in policies:
         policy.begin(RUSH, 4)
@@ -29,7 +29,7 @@ def decisions(policies: list[Policy], steps: int) -> np.ndarray:
     return np.array(found).swapaxes(0, 1)
 
 
-def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() -> None:
+def test_an_ablation_takes_one_decision_from_the_rule_and_one_from_a_plan() -> None:
     both = AdaptiveRule(**SPEED, **DRESS)
     speed = TUNED["adaptive_speed"](**SPEED, D=2, every=3)
     dress = TUNED["adaptive_dress"](E=11_000.0, **DRESS)
@@ -43,7 +43,7 @@ def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() ->
     assert 0.0 < of_both[:, 1].mean() < 1.0
 
 
-def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
+def test_an_ablated_state_rule_equals_the_full_rule_with_zero_terms() -> None:
     terms = {name: value for name, value in (SPEED | DRESS).items() if not name.endswith("S")}
     known = {"growth_rule": {"gK": 0.4, "wK": 0.6}, "roughness_rule": {"gR": -0.8}, "dullness_rule": {}}
     full = FullStateRule(**terms, gK=0.4, gR=-0.8, wK=0.6)
@@ -58,7 +58,7 @@ def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
         assert not np.array_equal(rule.act(None, episodes).speeds, full.act(None, episodes).speeds)
 
 
-def test_they_can_be_named_but_stand_in_no_list() -> None:
+def test_ablations_are_not_listed_but_suggested_in_an_error() -> None:
     assert not set(ABLATIONS) & set(policy_names(RUSH))
     with pytest.raises(
         ConfigError, match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress"
@@ -66,7 +66,7 @@ def test_they_can_be_named_but_stand_in_no_list() -> None:
         make_policy("adaptive", RUSH)
 
 
-def test_a_trained_agent_is_said_to_be_one_and_not_a_misspelling() -> None:
+def test_the_name_of_a_trained_agent_has_an_error_of_its_own() -> None:
     with pytest.raises(ConfigError, match=r"^'plain_gru' is a trained agent and is read from a file: name it to"):
         make_policy("plain_gru", RUSH)
     with pytest.raises(ConfigError, match=r"^bc was renamed to plain_gru$"):

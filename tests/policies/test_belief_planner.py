@@ -19,7 +19,7 @@ PLATES = simulated("power_limited")
 SMALL = BeliefPlanner(members=8, speeds=6)
 
 
-def test_between_the_nodes_it_reads_as_scipy_does():
+def test_interpolation_agrees_with_scipy_and_extrapolates_on_request():
     rng = np.random.default_rng(0)
     axes = [np.sort(rng.uniform(size=n)) for n in (4, 3, 5)]
     table = rng.normal(size=(2, 4, 3, 5))
@@ -35,7 +35,7 @@ def test_between_the_nodes_it_reads_as_scipy_does():
 
 
 def cost_of_known_states(simulation: Simulation, n: int) -> np.ndarray:
-    """Cost of episodes whose state is known: every choice is tried on it, and what is left is what the table says."""
+    """Return the cost of episodes of known state, which take the choice with the least cost plus cost to go."""
     table, every = worth(simulation), all_choices(simulation.task, 10)
     state, total, count = start_episodes(simulation, episode_seeds("training", n)), np.zeros(n), len(every.speeds)
     for block in range(simulation.task.blocks):
@@ -52,7 +52,7 @@ def cost_of_known_states(simulation: Simulation, n: int) -> np.ndarray:
     return total
 
 
-def test_the_table_says_what_known_states_cost(monkeypatch: pytest.MonkeyPatch):
+def test_the_table_predicts_the_cost_of_known_states(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(module, "DOUBT", 0.01)
     cost, table = cost_of_known_states(PLATES, 128), worth(PLATES)
     says = float(np.sum(table.lots * table.before[0, 0, :, :, 0, 0]))
@@ -65,14 +65,14 @@ def test_a_dull_wheel_a_fast_lot_and_little_time_cost_more():
     middle = table.before[40]
     assert (np.diff(middle, axis=1) > -0.2).all()
     of_lots = np.diff(middle[:, :, :, [0, -1]], axis=3)
-    # with the most time left a lot costs so little that it shows in the mean over the wheels only
+    # with the most time left the effect of a lot is small and shows in the mean over the wheels only
     assert (of_lots[..., :-1] > 0.0).all() and (of_lots.mean(axis=1) > 0.0).all()
     assert (np.diff(middle, axis=4) < 0.05).all()
-    # at the end only what is late still counts
+    # at the end nothing is left to pay
     assert (table.before[-1] == 0.0).all()
 
 
-def test_it_needs_nothing_tuned_and_saves_on_a_fixed_plan():
+def test_the_belief_planner_is_cheaper_than_the_fixed_plan():
     seeds = episode_seeds("validation", 16)
     ours = run_seeds(make_policy("belief_planner", PLATES), PLATES, seeds)
     plan = run_seeds(make_policy("constant", PLATES), PLATES, seeds)
@@ -80,14 +80,14 @@ def test_it_needs_nothing_tuned_and_saves_on_a_fixed_plan():
 
 
 @pytest.mark.parametrize("task", ["power_limited", "wide_rails", "rush"])
-def test_an_episode_does_not_depend_on_those_beside_it(task: str):
+def test_an_episode_does_not_depend_on_other_episodes(task: str):
     simulation, seeds = simulated(task), episode_seeds("validation", 3)
     together, alone = (run_seeds(SMALL, simulation, part) for part in (seeds, seeds[1:2]))
     assert np.array_equal(together.speeds[1:2], alone.speeds)
     assert np.array_equal(together.executions[1:2], alone.executions)
 
 
-def test_it_is_named_but_in_no_list_and_says_where_it_cannot_plan(monkeypatch):
+def test_the_belief_planner_is_not_listed_and_needs_a_compiled_simulation(monkeypatch):
     assert "belief_planner" not in policy_names(PLATES)
     assert list(check_names(PLATES, ["belief_planner"])) == ["belief_planner"]
     executed = find_problem("power_limited").simulation()

@@ -1,4 +1,4 @@
-"""`grind evaluate` and `grind play`, as they are typed."""
+"""`grind evaluate` and `grind play` as users type them."""
 
 import csv
 import json
@@ -37,7 +37,7 @@ def test_one_policy_is_evaluated(tmp_path: Path, grind: Grind) -> None:
 
 @pytest.mark.parametrize("option", ["--env", "--task", "--program"])
 @pytest.mark.parametrize("name", ["reciprocation", "grind/WidePlates-v0"])
-def test_every_environment_is_evaluated_under_every_name_of_the_option(option: str, name: str, grind: Grind) -> None:
+def test_every_option_for_an_environment_gives_the_same_evaluation(option: str, name: str, grind: Grind) -> None:
     status, out, _ = grind("evaluate", option, name, "--policy", "E12000D1", "--episodes", 2, "--json")
     problem = find_problem(name)
     wanted = run(Fixed(12_000.0, 1), problem.simulation(), episode_seeds("evaluation", 2))
@@ -79,7 +79,7 @@ BAD = {
 
 @pytest.mark.parametrize("command", ["evaluate", "play"])
 @pytest.mark.parametrize(("words", "sentence"), BAD.values(), ids=BAD)
-def test_a_users_mistake_is_one_sentence(
+def test_a_users_mistake_gives_one_sentence(
     command: str, words: tuple[str, ...], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, grind: Grind
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -94,7 +94,7 @@ def test_a_users_mistake_is_one_sentence(
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path: Path, grind: Grind) -> None:
+def test_play_draws_contexts_of_the_named_split(tmp_path: Path, grind: Grind) -> None:
     simulation = find_problem("power_limited").simulation()
     for split in ("all", "interpolation"):
         words = ("--seed", 3_000_000, "--split", split, "--output", tmp_path / f"{split}.nc")
@@ -104,14 +104,14 @@ def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path:
     assert (tmp_path / "all.toml").read_bytes() != (tmp_path / "interpolation.toml").read_bytes()
 
 
-def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, grind: Grind) -> None:
+def test_play_refuses_an_output_in_a_missing_folder(tmp_path: Path, grind: Grind) -> None:
     path = tmp_path / "none" / "played.nc"
     status, out, err = grind("play", "--env", "oracle6", "--policy", "handbook", "--output", path)
     assert (status, out) == (2, "")
     assert str(path) in err and err.count("\n") == 1
 
 
-def test_a_policy_of_ones_own_is_found_where_the_command_runs(
+def test_a_users_policy_is_imported_from_the_working_folder(
     grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code = "from grind_env.policies.scripted.rules import Fixed\n\nown = Fixed(E=9000.0, D=1, name='own')\n"

@@ -1,4 +1,4 @@
-"""A policy in all core tasks: its scores, their mean, and the rows beside it."""
+"""A policy in all core tasks: its scores, their mean, and the published rows beside it."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ POLICY = PAGE.read_text(encoding="utf-8").partition("%%writefile my_rule.py\n")[
 
 
 @pytest.mark.nightly
-def test_the_example_of_the_page_is_put_beside_published_rows_and_its_rows_hold(
+def test_the_example_policy_is_compared_with_published_rows_and_verified(
     grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -45,7 +45,7 @@ def test_the_example_of_the_page_is_put_beside_published_rows_and_its_rows_hold(
     assert (status, err) == (0, "") and out.count("re-run of 2 episodes: ") == len(CORE)
 
 
-def test_the_interval_of_the_mean_is_that_of_independent_tasks() -> None:
+def test_the_interval_of_the_mean_treats_tasks_as_independent() -> None:
     draws = np.random.default_rng(1).normal(50.0, 4.0, (4000, 7))
     value, low, high = BoardRow(np.full(7, 50.0), draws).iqm()
     # the mean of the middle five of seven normal numbers has .42 of the deviation of one
@@ -58,12 +58,12 @@ def test_an_agent_for_each_task_is_named_by_a_pattern(grind: Grind) -> None:
 
 
 @pytest.mark.parametrize("words", [("--task", "power_limited"), ("--split", "inner"), ("--first-seed", 3)])
-def test_what_says_other_episodes_is_refused(words: tuple[object, ...], grind: Grind) -> None:
+def test_core_scores_refuse_another_task_split_or_first_seed(words: tuple[object, ...], grind: Grind) -> None:
     status, out, err = grind("evaluate", "--core", *words)
     assert (status, out) == (2, "") and err.endswith(f"leave out {words[0]}\n")
 
 
-def test_policies_of_each_task_are_taken_in_python() -> None:
+def test_evaluate_core_accepts_one_policy_for_each_task() -> None:
     policies = {task: Fixed(E=9000.0, D=1, name=f"of {task}") for task in CORE}
     found = grind_env.evaluate_core(policies, episodes=2)
     assert {task: each.policy for task, each in found.judgements.items()} == {task: f"of {task}" for task in CORE}

@@ -1,6 +1,6 @@
-"""Each diagnostic task asks one question: who has what it asks for beats who has not, on the same episodes.
+"""Each diagnostic task tests one skill: a policy with this skill beats a policy without it on the same episodes.
 
-The constants of every policy here are the best of a grid on 128 training episodes; judged are evaluation episodes.
+The constants of each policy are the best of a grid on 128 training episodes; the tests use evaluation episodes.
 """
 
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ DIE = 18
 """Block of the first of the last two dies."""
 HANDOVER, COST = Outcome._fields.index("handover_cost"), Outcome._fields.index("cost")
 FALLS = np.array([1.0, 0.97, 0.94])
-"""From block to block, of E."""
+"""Factors on E from block to block."""
 ROUGHNESS = TapeRow._fields.index("ra_scale")
 
 
@@ -30,14 +30,14 @@ def judged(policy: Any, task: str, episodes: int = EPISODES) -> Evaluation:
 
 
 def mean(cost: Array) -> Interval:
-    """Mean and the ends of its 95 % interval."""
+    """Return the mean and its 95 % interval."""
     half = 1.96 * cost.std() / np.sqrt(len(cost))
     return Interval(float(cost.mean()), float(cost.mean() - half), float(cost.mean() + half))
 
 
 @dataclass
 class Dies:
-    """E and the dress of dies by the roughness of the first one, remembered or as shown; plates as fast as can be."""
+    """Policy that sets E and dress of dies by the roughness of the first die, remembered or as shown."""
 
     E: float
     exponent: float
@@ -63,7 +63,7 @@ class Dies:
 
 @dataclass
 class Guides:
-    """E by the roughness of the wheel, from all readings or the latest, drawn to what wheels are usually like."""
+    """Policy that sets E by the wheel roughness, from all readings or the latest, shrunk to the usual one."""
 
     E: float
     exponent: float
@@ -77,7 +77,7 @@ class Guides:
     def act(self, observation: Array, episodes: Any) -> Decision:
         seen, task, block = self.simulation.read(observation), self.simulation.task, len(self.speeds)
         if block >= 2 and block % 3 == 2:
-            # what the reading would be on a usual wheel, which grinds 0.225 um at 12 m/min
+            # the reading of a usual wheel, which leaves 0.225 um at 12 m/min
             usual = 0.225 / 0.36 * (self.speeds[-2] / 12.0) ** 0.108
             rough = np.log(np.maximum(seen["roughness"], 0.05) / usual)
             self.total = self.total + rough if self.averages else rough
@@ -91,7 +91,7 @@ class Guides:
 
 @dataclass
 class Ahead:
-    """The choice for the coming block that is the cheapest over a horizon in which E stays or falls."""
+    """Policy that takes the cheapest choice over a horizon in which E stays or falls."""
 
     horizon: int
     name: str = "ahead"
@@ -108,7 +108,7 @@ class Ahead:
         falls, cost = np.tile(FALLS, len(speeds) // len(FALLS)), np.zeros(len(speeds))
         for _ in range(min(self.horizon, simulation.task.blocks - self.block)):
             outcome = simulation.step(branches, speeds, executions)[0]
-            # without the price of the wheel that is left, by which a last block knows of later ones
+            # without the price of the wheel at handover, which tells the last block about later ones
             cost += outcome[:, COST] - outcome[:, HANDOVER]
             speeds, executions = np.maximum(falls * speeds, 3000.0), np.zeros(len(speeds))
         self.block += 1
@@ -120,11 +120,11 @@ def test_memory_of_the_first_die_pays_at_the_last_ones() -> None:
     remembered, shown = judged(Dies(8.0, 4.0, 1.2, True), "memory"), judged(Dies(6.0, 0.0, 0.5, False), "memory")
     with_it, without = mean(remembered.cost), mean(shown.cost)
     assert with_it.high < 0.85 * without.low
-    # up to the last dies they do the same, but for the first die: all of it is earned there
+    # from the second block up to the last dies both choose the same E
     np.testing.assert_array_equal(remembered.speeds[:, 1:DIE], shown.speeds[:, 1:DIE])
 
 
-def test_what_decides_in_memory_is_shown_early_and_never_again() -> None:
+def test_the_memory_task_shows_the_roughness_early_and_never_again() -> None:
     simulation = find_problem("memory").simulation()
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(300)])
     factors, readings = episodes.tape[:, 0, ROUGHNESS].copy(), []
@@ -136,15 +136,15 @@ def test_what_decides_in_memory_is_shown_early_and_never_again() -> None:
     assert np.corrcoef(np.log(shown[2]), np.log(factors))[0, 1] > 0.97
 
 
-def test_who_averages_noisy_readings_beats_who_takes_the_latest() -> None:
+def test_averaging_noisy_readings_beats_the_latest_reading() -> None:
     averaged, latest = judged(Guides(13.0, 2.5, True), "noise"), judged(Guides(13.0, 2.5, False), "noise")
     gain = mean(latest.cost - averaged.cost)  # of the same episodes
     assert gain.low > 0.05 * latest.cost.mean()
 
 
-def test_a_dress_pays_for_who_counts_what_comes_until_the_next_one() -> None:
+def test_a_dress_pays_only_over_a_longer_horizon() -> None:
     runs = {horizon: judged(Ahead(horizon), "credit", 32) for horizon in (1, 2, 6)}
     costs = {horizon: mean(each.cost) for horizon, each in runs.items()}
     assert costs[6].high < 0.95 * costs[2].low and costs[2].high < 0.2 * costs[1].low
-    # for the block itself a dress pays next to never
+    # within one block a dress hardly ever pays
     assert runs[1].dresses < 0.02 and runs[6].dresses > 0.08

@@ -19,7 +19,7 @@ PLATE = find_problem("grind_env/examples/plate_g82.nc", parts=4).simulation()
 GROUND = {"last_pick": 0.02, "last_width": 50.0, "pick": 0.02, "width": 50.0, "length": 300.0, "stock": 1.0}
 
 
-def test_the_law_finds_the_exponents_that_the_readings_were_made_with() -> None:
+def test_the_power_law_recovers_the_exponents_of_its_readings() -> None:
     rng, law = np.random.default_rng(0), PowerLaw(2)
     for _ in range(300):
         rate, volume = rng.uniform(50.0, 400.0, 2), rng.uniform(0.0, 400.0, 2)
@@ -28,12 +28,12 @@ def test_the_law_finds_the_exponents_that_the_readings_were_made_with() -> None:
     assert law.found[0] == pytest.approx([2.0, 0.8, 0.2], abs=0.05)
     assert law.known.tolist() == [True, False]
     assert law.found[1].tolist() == [0.0, 0.7, 0.15]
-    # the rate at which it asks for a power is where the law has that power
+    # at the removal rate for a power the law gives this power
     wanted = law.removal(np.full(2, 3000.0), np.full(2, 90.0))[0]
     assert 2.0 + 0.8 * np.log(wanted) + 0.2 * np.log(100.0) == pytest.approx(np.log(3000.0), abs=0.03)
 
 
-def test_one_machine_learns_nothing_of_another() -> None:
+def test_each_machine_learns_its_own_law() -> None:
     alone, beside = PowerLaw(1), PowerLaw(2)
     for power in (2000.0, 2500.0, 2200.0):
         alone.learn(np.array([power]), np.array([200.0]), np.array([50.0]), np.ones(1, bool))
@@ -41,7 +41,7 @@ def test_one_machine_learns_nothing_of_another() -> None:
     assert beside.found[1] == pytest.approx(alone.found[0])
 
 
-def test_parts_of_half_their_ra_may_be_ground_faster_by_the_root_of_what_is_left() -> None:
+def test_the_part_law_raises_E_for_parts_well_below_their_limit() -> None:
     law, kinds = PartLaw(1, np.array([0.4, 0.3, 0.0]), exponent=0.5, usual=0.5, memory=100.0), np.array([1])
     for _ in range(200):
         law.learn(np.array([0.4]), kinds, np.array([2.0]), np.ones(1, bool))
@@ -51,32 +51,32 @@ def test_parts_of_half_their_ra_may_be_ground_faster_by_the_root_of_what_is_left
     assert law.speed(np.array([2]))[0] == np.inf
 
 
-def test_it_begins_at_the_speed_of_the_handbook_or_of_the_program() -> None:
+def test_first_speeds_come_from_the_handbook_or_the_program() -> None:
     assert first_speeds(PLATES).tolist() == [6000.0]
     assert first_speeds(PLATE).tolist() == [15000.0, 9000.0]
-    # what sets the depth of a stroke there is the infeed, and what sets its width the cross pick
+    # there the infeed sets the depth of a stroke, and the cross pick sets its width
     for name in ("reciprocation", "wide_plates"):
         assert first_speeds(find_problem(name).simulation()).tolist() == [12000.0]
 
 
-def test_usual_volumes_are_those_of_the_conductivity() -> None:
+def test_usual_volumes_follow_the_conductivity() -> None:
     # 34.3 W/(m K) of 52100, 50 of 1020, 11.4 of Inconel 718
     assert usual_volumes(SHOP, 4.0) == pytest.approx([137.2, 137.2, 200.0])
     assert usual_volumes(simulated("blades"), 4.0) == pytest.approx([45.6, 45.6])
-    # a fifth, for the edge of 12 mm grinds a plate of 60 mm
+    # a fifth, because an edge of 12 mm grinds a plate of 60 mm
     assert usual_volumes(find_problem("wide_plates").simulation(), 4.0) == pytest.approx([137.2 / 5.0])
 
 
-def test_speed_rises_with_the_power_that_is_left_step_by_step() -> None:
+def test_E_rises_step_by_step_while_power_is_left() -> None:
     seen = [observation(PLATES, **GROUND)]
     for speed in (6000.0, 7500.0, 9375.0):
         seen.append(observation(PLATES, peak_power=0.15 * speed, last_speed=speed, **GROUND))
-    # the last one is as fast as the Ra of parts is trusted that nobody has gauged, (0.65 / 0.5)^2
+    # the usual Ra of parts that nobody has gauged limits the last E to (0.65 / 0.5)^2
     speeds = [E for E, _ in decide(EmpiricalRule(step=1.25), PLATES, *seen)]
     assert speeds == [6000.0, 7500.0, 9375.0, 10140.0]
 
 
-def test_a_power_beyond_the_limit_is_dressed_away_and_only_then_slowed_down() -> None:
+def test_power_beyond_the_limit_leads_to_a_dress_and_then_to_a_lower_E() -> None:
     def after(power: float, executions: float) -> tuple[float, float]:
         ground = GROUND | {"last_speed": 6000.0, "last_executions": executions, "volume": 30.0}
         first = observation(PLATES, **GROUND)
@@ -88,7 +88,7 @@ def test_a_power_beyond_the_limit_is_dressed_away_and_only_then_slowed_down() ->
     assert after(6100.0, 2.0) == (5400.0, 2.0)
 
 
-def test_parts_that_are_too_thick_or_hot_are_dressed_against_and_shorten_the_interval() -> None:
+def test_thick_or_hot_parts_lead_to_a_dress_and_a_shorter_interval() -> None:
     def executions(error: float) -> list[float]:
         ground = GROUND | {"last_speed": 6000.0, "tolerance": 20.0, "peak_power": 2000.0}
         seen = [observation(PLATES, **GROUND), observation(PLATES, size_error=error, volume=20.0, **ground)]
@@ -96,22 +96,22 @@ def test_parts_that_are_too_thick_or_hot_are_dressed_against_and_shorten_the_int
         return [D for _, D in decide(EmpiricalRule(), PLATES, *seen)][1:]
 
     assert executions(5.0) == [0.0, 0.0]
-    # 20 + 90 mm3/mm after 13 turned out too many
+    # 20 + 90 mm3/mm turned out too much for one dress interval
     assert executions(21.0)[0] >= 1.0
     assert executions(-14.0)[0] >= 1.0
     assert executions(-14.0)[1] == 3.0
 
 
-def test_a_wheel_that_was_dressed_in_its_block_was_too_dull_before() -> None:
+def test_a_thick_part_limits_the_volume_before_its_dress() -> None:
     rule = EmpiricalRule()
     ground = GROUND | {"last_speed": 6000.0, "tolerance": 20.0, "peak_power": 2000.0, "last_executions": 1.0}
     begin = observation(PLATES, **(GROUND | {"volume": 60.0}))
     decide(rule, PLATES, begin, observation(PLATES, size_error=21.0, volume=10.0, **ground))
-    # the execution stood half-way in a block of some 90 mm3/mm
+    # the dress came half-way through a block of some 90 mm3/mm
     assert 0.65 * 95.0 < rule.volumes[0, 0] < 0.65 * 115.0
 
 
-def test_the_finish_of_a_part_is_not_ground_with_a_fresh_wheel() -> None:
+def test_no_dress_comes_right_before_the_finish_of_a_part() -> None:
     rough = observation(RAILS, coming_rough=1.0, volume=200.0, stock=1.0, length=300.0)
     finish = observation(RAILS, coming_finish=1.0, volume=290.0, stock=1.0, length=300.0, peak_power=6100.0)
     again = observation(RAILS, coming_rough=1.0, volume=299.0, stock=1.0, length=300.0)
@@ -122,7 +122,7 @@ FORCES = dict.fromkeys(("u_ch", "kp", "kc", "pm"), 1.35)
 
 
 @pytest.mark.parametrize("factors", [{}, FORCES, {"kA": 3.0}], ids=["nominal", "forces", "growth"])
-def test_it_is_near_the_plan_that_was_found_for_the_machine(factors: dict[str, float]) -> None:
+def test_the_empirical_rule_is_near_the_best_fixed_plan_of_a_machine(factors: dict[str, float]) -> None:
     task = load_task("power_limited")
     simulation = BlockSimulation(replace(task, factors={**task.factors, **factors}))
     seeds = episode_seeds("validation", 16)
@@ -132,21 +132,21 @@ def test_it_is_near_the_plan_that_was_found_for_the_machine(factors: dict[str, f
     assert cost_per_good_part(rule.cost, rule.good) < 1.3 * min(costs)
 
 
-def test_a_part_without_limits_is_no_matter_of_size() -> None:
+def test_without_a_tolerance_the_size_error_does_not_matter() -> None:
     ground = GROUND | {"last_speed": 6000.0, "peak_power": 900.0, "size_error": 500.0}
     task = load_task("power_limited")
     free = BlockSimulation(replace(task, kinds=(replace(task.kinds[0], tolerance=0.0, roughness_limit=0.0),)))
     first = observation(free, **GROUND)
-    # and a step is one from what was ground, whoever has decided it
+    # a step starts from the E that was ground, even if another policy chose it
     assert decide(EmpiricalRule(step=1.25), free, first, *[observation(free, **ground)] * 4)[-1] == (7500.0, 0.0)
 
 
-def test_a_block_of_a_program_takes_the_strokes_that_it_has() -> None:
+def test_the_time_of_a_program_block_is_its_strokes_and_some_handling() -> None:
     rows, speeds = np.array([0, 1]), np.array([15_000.0, 9000.0])
     seconds = PLATE.branches.seconds(rows, speeds)
     plate: Any = PLATE
     episodes = plate.with_spread(0.0).start([np.random.default_rng(0)])
     for k in rows:
         outcomes, _ = PLATE.step(episodes, speeds[k : k + 1], np.zeros(1))
-        # beside them there are loading, gauging and the ways between
+        # the outcome adds loading, gauging and the moves between
         assert 0.0 < outcomes[0, Outcome._fields.index("seconds")] - seconds[k] < 40.0

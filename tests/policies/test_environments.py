@@ -1,4 +1,4 @@
-"""Every policy in every environment, and what it is shown there."""
+"""Every policy in every environment, and the information that it gets there."""
 
 import numpy as np
 import pytest
@@ -18,9 +18,9 @@ from grind_env.policies.scripted.rules import Fixed, Random
 from tests.policies.harness import shortened, untuned
 
 LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2}
-"""Environments, and the blocks or parts of the short episodes in which all policies are tried."""
+"""Environments, and the blocks or parts of their short episodes."""
 BESIDES = ("reciprocation", "wide_plates")
-"""Those that are no task of cycle blocks."""
+"""Environments that are no task of cycle blocks."""
 NAMES = [
     (env, name)
     for env, simulation in ((env, find_problem(env).simulation()) for env in LENGTHS)
@@ -29,19 +29,17 @@ NAMES = [
 
 
 class Watched:
-    """A policy whose every decision is looked at."""
+    """Policy whose every decision is checked."""
 
     def __init__(self, policy: Policy) -> None:
         self.policy, self.name, self.sees = policy, policy.name, policy.sees
         self.decided: list[Decision] = []
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Let it begin."""
         self.task = simulation.task
         self.policy.begin(simulation, episodes)
 
     def act(self, observation: np.ndarray, episodes: Episodes | None) -> Decision:
-        """Let it decide, and look."""
         assert (episodes is None) == (self.sees == "measurements")
         decision = self.policy.act(observation, episodes)
         for values in decision:
@@ -68,7 +66,7 @@ def test_every_policy_decides_in_the_action_space_of_every_environment(env: str,
 
 
 def halfway(simulation: Simulation, seeds: range, steps: int) -> Episodes:
-    """Episodes after some steps of a random policy."""
+    """Return episodes after some steps of a random policy."""
     episodes, plan = start_episodes(simulation, seeds), Random()
     plan.begin(simulation, len(seeds))
     for _ in range(steps):
@@ -77,7 +75,7 @@ def halfway(simulation: Simulation, seeds: range, steps: int) -> Episodes:
 
 
 def on_tape(episodes: Episodes) -> list[np.ndarray]:
-    """The arrays whose columns are the fields of `TapeRow`."""
+    """Return the arrays whose columns are the fields of `TapeRow`."""
     rows = len(TapeRow._fields)
     return [array for name, array in episodes.arrays().items() if array.shape[-1] == rows and name != "memory"]
 
@@ -85,7 +83,7 @@ def on_tape(episodes: Episodes) -> list[np.ndarray]:
 @pytest.mark.parametrize("steps", [0, 7])
 @pytest.mark.parametrize("sees", ["state", "future"])
 @pytest.mark.parametrize("env", LENGTHS)
-def test_noise_is_never_handed_out(env: str, sees: str, steps: int) -> None:
+def test_no_policy_sees_the_noise(env: str, sees: str, steps: int) -> None:
     simulation = find_problem(env).simulation()
     episodes = halfway(simulation, range(2), steps)
     other, rng = episodes.pick(np.arange(2)), np.random.default_rng(0)
@@ -103,7 +101,7 @@ def test_noise_is_never_handed_out(env: str, sees: str, steps: int) -> None:
 
 @pytest.mark.parametrize("steps", [0, 7])
 @pytest.mark.parametrize("env", LENGTHS)
-def test_the_state_shows_nothing_that_is_drawn_for_later(env: str, steps: int) -> None:
+def test_the_state_reveals_no_later_draws(env: str, steps: int) -> None:
     simulation = find_problem(env).simulation()
     episodes = halfway(simulation, range(2), steps)
     other, rng = episodes.pick(np.arange(2)), np.random.default_rng(0)
@@ -115,15 +113,15 @@ def test_the_state_shows_nothing_that_is_drawn_for_later(env: str, steps: int) -
     one, two = (reveal("state", simulation, each) for each in (episodes, other))
     for (name, mine), yours in zip(one.arrays().items(), two.arrays().values(), strict=True):
         np.testing.assert_array_equal(mine, yours, err_msg=name)
-    # not so to one who sees the future
+    # a policy that sees the future gets later draws
     known = [reveal("future", simulation, each).tape for each in (episodes, other)]
     assert not np.array_equal(*known)
 
 
 @pytest.mark.parametrize("sees", ["state", "future"])
 @pytest.mark.parametrize("env", LENGTHS)
-def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
-    # the coming step of the episodes, and with the future all of them
+def test_revealed_episodes_cost_as_much_as_the_true_ones(env: str, sees: str) -> None:
+    # one step; with the future, all steps
     simulation = shortened(env, 3)
     episodes = halfway(simulation, range(3), 1)
     shown = reveal(sees, simulation, episodes)
@@ -136,7 +134,7 @@ def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
 
 
 @pytest.mark.parametrize("env", BESIDES)
-def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env: str) -> None:
+def test_hindsight_costs_no_more_than_any_fixed_plan(env: str) -> None:
     simulation, seeds = shortened(env, 5), range(3)
     planned = run_seeds(Hindsight(sweeps=1), simulation, seeds)
     plans = [Fixed(E, D, every) for E in (6000.0, 12_000.0, 20_000.0) for D in (0, 1) for every in (1, 2, 4)]
@@ -146,7 +144,7 @@ def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env:
     assert planned.cost.mean() < 0.98 * fixed.mean(axis=1).min()
 
 
-def test_the_planner_plans_many_episodes_as_each_alone() -> None:
+def test_hindsight_plans_each_episode_as_if_alone() -> None:
     simulation, seeds = shortened("power_limited", 2), range(EPISODES_AT_ONCE + 2)
     together = run_seeds(Hindsight(sweeps=0), simulation, seeds)
     alone = [run_seeds(Hindsight(sweeps=0), simulation, [seed]).cost[0] for seed in (seeds[0], seeds[-1])]

@@ -1,4 +1,4 @@
-"""Following a policy tells what evaluation, environment and belief tell, each by itself."""
+"""The trace of an episode agrees with the evaluation, the environment and the belief."""
 
 import gymnasium as gym
 import numpy as np
@@ -18,7 +18,7 @@ FLAGSHIP = "grind/PowerLimited-v0"
 
 
 class Always:
-    """Decides the same in every block."""
+    """Policy that decides the same in every block."""
 
     name, sees = "always", "measurements"
 
@@ -31,32 +31,32 @@ class Always:
         return Decision(*(np.full(len(observation), value) for value in self.decided))
 
 
-def test_costs_and_decisions_are_those_of_the_evaluation():
+def test_a_trace_has_the_costs_and_decisions_of_the_evaluation():
     simulation = find_problem(FLAGSHIP).simulation()
     judged = run_seeds(named_policy("belief_rule", simulation), simulation, episode_seeds("evaluation", 3))
     found = follow("belief_rule", FLAGSHIP, beside=["full_state_rule", "belief_rule"], episodes=3)
     np.testing.assert_allclose(found.cost.sum(axis=1), judged.cost)
     np.testing.assert_array_equal(found.chosen.speeds, judged.speeds)
     np.testing.assert_array_equal(found.chosen.executions, judged.executions)
-    # beside itself it says the same, and who sees the truth says something else
+    # the same policy beside it decides the same; a policy that sees the truth does not
     np.testing.assert_array_equal(found.beside["belief_rule"].speeds, found.chosen.speeds)
     assert not np.array_equal(found.beside["full_state_rule"].speeds, found.chosen.speeds)
 
 
 @pytest.mark.parametrize("decided", [(np.nan, 0.0), (9000.0, np.nan), (1.0, 0.0), (9000.0, 0.5)])
-def test_what_the_environment_does_not_have_is_refused_as_in_an_evaluation(decided):
+def test_invalid_actions_are_refused_as_in_an_evaluation(decided):
     for run in (grind_env.evaluate, follow):
         with pytest.raises(ActionError, match=r"^[ED] is .*, but must be"):
             run(Always(*decided), FLAGSHIP, episodes=2)
 
 
-def test_an_E_between_whole_ones_is_followed_as_it_is_ground():
+def test_a_trace_shows_a_fractional_E_as_rounded():
     found, judged = (run(Always(7213.4, 1.0), FLAGSHIP, episodes=2) for run in (follow, grind_env.evaluate))
     assert (found.chosen.speeds == 7213.0).all()
     np.testing.assert_allclose(found.cost.sum(axis=1), judged.evaluation.cost)
 
 
-def test_truth_and_belief_are_what_the_environment_shows():
+def test_traced_truth_and_belief_match_the_environment():
     found = follow("E6000D1", FLAGSHIP, episodes=2)
     for k in range(2):
         full = gym.make(FLAGSHIP, observation="full", action="dict")
@@ -72,7 +72,7 @@ def test_truth_and_belief_are_what_the_environment_shows():
             shown, believed = full.step(action)[0], believing.step(action)[0]
 
 
-def test_a_frame_has_a_row_for_every_block_and_says_units():
+def test_the_data_frame_has_a_row_for_every_block_and_units():
     found = follow("E6000D1", "grind/Rush-v0", beside=["handbook"], episodes=2)
     frame = found.to_dataframe()
     assert len(frame) == np.isfinite(found.cost).sum()
@@ -80,6 +80,6 @@ def test_a_frame_has_a_row_for_every_block_and_says_units():
     assert {"E [mm/min]", "D", "E of handbook [mm/min]", "D of handbook", "wear-flat area"} <= set(frame)
 
 
-def test_policies_of_the_same_name_are_refused_for_one_would_hide_the_other():
+def test_policies_with_the_same_name_are_refused():
     with pytest.raises(GrindError, match=r"several policies beside it are called 'handbook'; give each a name"):
         follow("E6000D1", FLAGSHIP, beside=["handbook", "handbook"], episodes=1)

@@ -17,7 +17,7 @@ CHIP_ENERGY, PLOUGHING, FRICTION, PRESSURE, SLOPE, THRESHOLD = 13.8, 0.62, 0.4, 
 
 
 def block(power, **changes):
-    """The readings after a block of 12 m/min, 20 um picks and 50 mm width on a 300 mm wheel."""
+    """Return the readings after a block of 12 m/min, 20 um picks and 50 mm width on a 300 mm wheel."""
     values = {
         "last_speed": 12_000.0,
         "last_pick": 0.02,
@@ -30,7 +30,7 @@ def block(power, **changes):
 
 
 def power_of(area):
-    """Mean power of that block with such wear flats, W: the equations of the model, written out."""
+    """Return the mean power of `block` at a wear-flat area, W, by the equations of the model."""
     vw, vs = 200.0, 30.0
     curvature = 4.0 * vw / (300.0 * vs * 1000.0)
     rubbing = PLOUGHING + FRICTION * (PRESSURE + SLOPE * curvature) * area
@@ -72,11 +72,11 @@ def test_a_new_lot_forgets_the_severity_of_the_old_one():
     assert estimator.update(block(power_of(0.0145), new_lot=1.0)).severity[0] == 0.0
 
 
-def test_little_volume_says_nothing_about_the_lot():
+def test_a_small_volume_does_not_change_the_severity():
     assert started().update(block(7000.0, volume=14.0)).severity[0] == 0.0
 
 
-def test_no_power_means_a_fresh_wheel_and_noise_never_gives_less_than_the_least():
+def test_no_power_means_a_fresh_wheel_and_low_power_the_smallest_area():
     estimator = started()
     assert estimator.update(block(0.0)).wear_flat[0] == 0.0095
     assert estimator.update(block(3000.0)).wear_flat[0] == 0.004
@@ -92,7 +92,7 @@ def test_restart_forgets_the_masked_episodes_only():
     assert severity[1] > severity[0]
 
 
-def test_the_force_of_the_last_block_is_taken_apart_with_its_own_material():
+def test_the_force_of_the_last_block_is_read_with_its_own_material():
     # wear flats press less on 1020; a block of another kind comes next
     shop = simulated("job_shop")
     task = shop.task
@@ -132,7 +132,7 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     estimator = SharpnessEstimator(simulation, 200)
     estimator.update(simulation.observe(episodes))
     stalled = np.zeros(200, bool)
-    # the last one no finish block, in which heat feeds the wheel, and its power is that of another depth than its pick
+    # the last block is no finish block: there heat feeds the wheel, and the power belongs to a depth unlike the pick
     for _ in range({"slot": 2, "job_shop": 6, "power_limited": 2, "wide_rails": 3, "blades": 5}[name]):
         outcomes, _ = simulation.step(episodes, np.full(200, 5000.0), np.zeros(200))
         stalled |= outcomes[:, TORQUE] >= 1.0
@@ -142,5 +142,5 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     ground = ~stalled  # a wheel that has stalled grinds no more of the part
     assert ground.mean() > 0.7
     assert np.corrcoef(np.log(estimate.wear_flat[ground]), np.log(true[ground]))[0, 1] > 0.9
-    # too dull where the spindle slows, whose load grows with the chips
+    # the estimate is too high where the load slows the spindle
     assert np.median(estimate.wear_flat[ground] / true[ground]) == pytest.approx(1.0, abs=0.25)

@@ -23,7 +23,7 @@ LOT = [TapeRow._fields.index(name) for name in ("kA", "pm", "hf", "fc", "Gref", 
 
 
 class Spy:
-    """Keeps what it is shown, then spoils it."""
+    """Policy that records the episodes it sees and then overwrites them."""
 
     name = "spy"
 
@@ -58,7 +58,7 @@ def test_training_validation_and_evaluation_have_no_seed_in_common():
 
 
 @pytest.mark.parametrize("seed", [0, 2_000_000, 3_000_000, 3_400_000, 10**9])
-def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(seed):
+def test_a_split_has_the_contexts_of_the_environment_for_every_seed(seed):
     env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12_000.0, 1)
     costs = {}
     for split in (None, "all", "inner", "interpolation", "extrapolation"):
@@ -78,21 +78,21 @@ def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
     assert alone.cost[0] == beside.cost[1]
 
 
-def test_a_policy_that_sees_the_state_is_not_shown_the_future():
+def test_a_policy_on_the_state_does_not_see_the_future():
     tape = truth().tape
     for k, shown in enumerate(spied("state")):
-        # the true state and the coming block, but nothing of what is drawn for later blocks
+        # the true state and the coming block, but no draws of later blocks
         assert np.array_equal(shown.tape[:, k, LOT], tape[:, k, LOT])
         assert np.array_equal(shown.tape[:, k, columns.STOCK], tape[:, k, columns.STOCK])
         later, expected = shown.tape[:, k + 1 :], tape[:, [k]].copy()
-        expected[..., columns.ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]  # that of the wheel alone
+        expected[..., columns.ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]  # the roughness of the wheel alone
         assert (later[..., LOT] == expected[..., LOT]).all()
         assert (later[..., [columns.STOCK, columns.GAUGED]] == 0.3).all()
         assert (later[..., columns.NEW_LOT] == 0.0).all()
         assert (shown.tape[..., NOISE] == 0.0).all()
 
 
-def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
+def test_the_state_shows_a_spare_wheel_only_once_it_is_mounted():
     simulation = simulated("CBN")
     episodes = start_episodes(simulation, [0, 0])
     episodes.memory[1, columns.CHANGES] = 1.0

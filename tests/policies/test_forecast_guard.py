@@ -31,7 +31,7 @@ def watched(
     heat: float = 0.5,
     residual: float = 0.0,
 ) -> tuple[Watch, list[bool]]:
-    """A watch after these readings, of which the members forecast always the same, and where it was alarmed."""
+    """Return a watch with a constant forecast after these readings, and for each reading whether it alarmed."""
     watch, law = Watch(PLATES, 1, residual), PowerLaw(1)
     members = np.array([[-1.0, 1.0]]) * spread
     made = Forecast(
@@ -46,25 +46,25 @@ def watched(
     alarms = []
     for k, each in enumerate(read):
         row = USUAL | each
-        # no part is gauged for exactly the same
+        # no two parts are gauged exactly alike
         watch.update(observation(PLATES, **(row | {"size_error": row["size_error"] + 1e-3 * (k % 2)})), law)
         alarms.append(bool(watch.alarm[0]))
     return watch, alarms
 
 
-def test_readings_as_they_were_forecast_are_no_alarm() -> None:
+def test_readings_as_forecast_raise_no_alarm() -> None:
     watch, alarms = watched(*[{}] * 50)
     assert not any(alarms)
     assert watch.holds.tolist() == [True]
     assert watch.said(0) == []
 
 
-def test_a_power_is_no_surprise_that_is_off_by_what_a_calibration_does_not_follow() -> None:
+def test_a_power_within_the_calibration_residual_raises_no_alarm() -> None:
     run = [{"peak_power": 6500.0}] * 12
     assert any(watched({}, *run, peak=5000.0)[1]) and not any(watched({}, *run, peak=5000.0, residual=0.5)[1])
 
 
-def test_one_reading_beyond_a_limit_that_was_not_to_be_expected_is_an_alarm_in_words() -> None:
+def test_one_unexpected_reading_beyond_a_limit_raises_an_alarm_with_a_reason() -> None:
     watch, alarms = watched({}, {"size_error": -21.0}, size=-5.0)
     assert alarms == [False, True]
     # a forecast of -5 um, and a spread of hypot(0.7, 0.5) = 0.86 um; the first reading was off by 10 outward
@@ -72,14 +72,14 @@ def test_one_reading_beyond_a_limit_that_was_not_to_be_expected_is_an_alarm_in_w
     assert watched({"peak_power": 6000.0})[1] == [True]
 
 
-def test_one_reading_beyond_a_limit_that_was_expected_is_none() -> None:
+def test_an_expected_reading_beyond_a_limit_raises_no_alarm() -> None:
     # 4.9 kW are a standard deviation of 3 % below the limit of 5 kW
     assert watched({"peak_power": 5050.0}, peak=4900.0)[1] == [False]
-    # nor where the members do not agree
+    # no alarm either where the members disagree
     assert watched({"size_error": 21.0}, size=10.0, spread=1.0)[1] == [False]
 
 
-def test_a_run_of_surprises_is_an_alarm_where_they_come_near_a_limit() -> None:
+def test_repeated_surprises_raise_an_alarm_only_near_a_limit() -> None:
     near = {"peak_power": 5600.0, "mean_power": 4000.0}
     # ln(5600 / 5200) over 3.4 % is 2.2, of which 1.2 count
     watch, alarms = watched(*[near] * 6, peak=5200.0)
@@ -87,47 +87,47 @@ def test_a_run_of_surprises_is_an_alarm_where_they_come_near_a_limit() -> None:
     assert watch.said(0) == [
         "peak power 5.60 kW, where 5.03 to 5.38 was forecast; it has been above its forecast before"
     ]
-    # as far off, but far from the limit; or on the good side
+    # no alarm for an equal surprise far from the limit or on the good side
     assert not any(watched(*[{"peak_power": 3200.0}] * 20, peak=2970.0)[1])
     assert not any(watched(*[{"peak_power": 5200.0}] * 20, peak=5600.0)[1])
 
 
-def test_a_size_that_is_always_as_much_off_is_soon_forecast() -> None:
+def test_a_constant_size_error_is_soon_forecast() -> None:
     watch, _ = watched(*[{"size_error": 12.0}] * 12)
     assert watch.seen.forecast[0, 2] == pytest.approx(12.0, abs=1.0)
     assert watched(*[{"size_error": 12.0}] * 12)[1] == [False] * 12
 
 
-def test_a_size_that_is_shown_again_is_no_reading() -> None:
+def test_a_repeated_size_is_no_new_reading() -> None:
     watch, _ = watched({"size_error": 12.0})
     assert watch.seen.new[0].tolist() == [True, True, True, True]
     watch.update(observation(PLATES, **(USUAL | {"size_error": 12.0})), PowerLaw(1))
     assert watch.seen.new[0].tolist() == [True, True, False, False]
 
 
-def test_readings_off_their_forecasts_either_way_are_a_doubt() -> None:
+def test_low_readings_raise_doubt_but_no_alarm() -> None:
     assert not watched(*[{}] * 50)[0].doubt[0]
     # a meter that shows 20 % too little is on the good side of every limit
     watch, alarms = watched(*[{"peak_power": 3700.0, "mean_power": 3300.0}] * 4)
     assert watch.doubt[0] and not any(alarms)
 
 
-def test_heat_is_told_per_watt() -> None:
-    # Malkin's ratio is a power over another one: members that take 4.5 kW stand at 0.6 of the burning line
+def test_the_burn_ratio_is_given_per_watt() -> None:
+    # Malkin's ratio compares two powers: members that take 4.5 kW are at 0.6 of the burning limit
     watch, _ = watched({"peak_power": 6000.0}, heat=0.6)
     assert watch.burn_per_watt[0] == pytest.approx(0.6 / 4500.0, rel=1e-6)
 
 
-def test_sizes_that_are_off_all_along_are_a_doubt_though_forecasts_have_learned_them() -> None:
+def test_a_constant_size_error_raises_doubt_even_once_it_is_forecast() -> None:
     watch, alarms = watched(*[{"size_error": 9.0}] * 20)
     # 4 um over hypot(0.7, 0.5) = 0.86 um
     assert watch.seen.forecast[0, 2] == pytest.approx(9.0, abs=0.5)
     assert watch.doubt[0] and not any(alarms)
-    # a wheel that leaves twice the Ra is one of those that the model has
+    # the model includes wheels that leave twice the Ra
     assert not watched(*[{"roughness": 0.9 + 1e-3 * (k % 2)} for k in range(20)])[0].doubt[0]
 
 
-def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
+def test_without_an_ensemble_the_power_law_forecasts() -> None:
     simulation: Any = shortened("power_limited", 2)
     simulation.compiled = False
     watch: Any = Watch(simulation, 1)
@@ -141,7 +141,7 @@ def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
     assert watch.alarm.tolist() == [True]
 
 
-def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:
+def test_the_policy_returns_in_steps_after_an_alarm_and_later_each_time() -> None:
     policy: Any = Guarded(Fixed(20_000.0, 1))
     policy.begin(PLATES, 1)
     alarm = iter([0, 1] + [0] * 13 + [1] + [0] * 30)
@@ -168,7 +168,7 @@ def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_
 GROUND = {"last_pick": 0.02, "last_width": 50.0, "pick": 0.02, "width": 50.0, "length": 300.0, "stock": 1.0}
 
 
-def test_the_guard_has_the_better_of_both() -> None:
+def test_the_guard_is_far_cheaper_than_a_bad_plan_and_near_the_rule() -> None:
     task = load_task("power_limited")
     hard = BlockSimulation(replace(task, factors={**task.factors, "u_ch": 1.35, "kp": 1.35, "kc": 1.35, "pm": 1.35}))
     seeds, plan = episode_seeds("validation", 8), Fixed(8000.0, 1, 2)
@@ -182,11 +182,11 @@ def test_the_guard_has_the_better_of_both() -> None:
     assert cost(guarded(plan), hard) < 1.5 * cost(rule, hard)
 
 
-def test_on_the_model_the_policy_decides() -> None:
+def test_on_the_model_the_guarded_policy_decides() -> None:
     seeds = episode_seeds("validation", 8)
     plan = run_seeds(Fixed(6000.0, 1, 1), PLATES, seeds)
-    held = run_seeds(guarded(Fixed(6000.0, 1, 1)), PLATES, seeds)
-    assert np.mean(plan.speeds == held.speeds) > 0.95
+    guarded_run = run_seeds(guarded(Fixed(6000.0, 1, 1)), PLATES, seeds)
+    assert np.mean(plan.speeds == guarded_run.speeds) > 0.95
 
 
 @pytest.mark.parametrize("env", ["reciprocation", "job_shop"])
@@ -196,7 +196,7 @@ def test_it_guards_in_every_form_of_environment(env: str) -> None:
     assert run.finished.tolist() == [2.0, 2.0]
 
 
-def test_any_policy_is_guarded_by_its_name() -> None:
+def test_a_prefix_of_the_name_guards_any_policy() -> None:
     simulation = find_problem("power_limited").simulation()
     assert named_policy("guarded:E6000D1", simulation).name == "guarded:E6000D1"
     agent = "grind_env/policies/shipped/plain_gru/power_limited.safetensors"

@@ -41,7 +41,7 @@ def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy
 
 
 @pytest.mark.parametrize("kind", few(KINDS))
-def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
+def test_a_saved_agent_acts_like_stable_baselines(kind: str, tmp_path: Path):
     model, form = untrained(kind), KINDS[kind]
     policy = saved(tmp_path, kind)
     assert (policy.name, policy.sees) == (kind, "measurements")
@@ -65,7 +65,7 @@ def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
 
 
 @pytest.mark.parametrize("kind", ["ppo", "gru"])
-def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path):
+def test_an_episode_does_not_depend_on_other_episodes(kind: str, tmp_path: Path):
     policy = recurrent(SIMULATION) if kind == "gru" else saved(tmp_path, kind)
     n = 69
     features = np.random.default_rng(0).normal(size=(n, policy.actor.network.entries)).astype(np.float32)
@@ -80,7 +80,7 @@ def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path
 @pytest.mark.parametrize(
     ("family", "lstm", "digest"), [("actor_critic", 0, "98dfa9d8279ad5d4"), ("gru", 24, "6856937e41bba947")]
 )
-def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, digest: str):
+def test_a_network_gives_equal_bits_on_every_machine(family: str, lstm: int, digest: str):
     network = Network(family=family, entries=37, lstm=lstm, hidden=(64, 48), outputs=28, activation="tanh")
     rng = np.random.default_rng(0)
     tensors = {name: rng.uniform(-0.5, 0.5, shape).astype(np.float32) for name, shape in network.shapes().items()}
@@ -91,7 +91,7 @@ def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, digest
     assert hashlib.sha256(first.tobytes() + second.tobytes()).hexdigest()[:16] == digest
 
 
-def test_an_agent_says_the_same_of_itself_in_every_run_and_another_one_something_else():
+def test_the_repr_of_an_agent_identifies_its_weights():
     one, same, other = (
         load_policy(SHIPPED / "plain_gru" / f"{name}.safetensors") for name in ("blades", "blades", "rush")
     )
@@ -109,7 +109,7 @@ def test_every_evaluation_of_a_recurrent_agent_begins_without_memory():
     assert first.cost[1:] == pytest.approx(run_seeds(policy, SIMULATION, seeds[1:]).cost, rel=1e-15)
 
 
-def test_an_agent_knows_its_task_only(tmp_path: Path):
+def test_an_agent_refuses_another_task(tmp_path: Path):
     policy = saved(tmp_path, "ppo", "slot")
     policy.begin(find_problem("slot").simulation(), 1)
     with pytest.raises(GrindError, match="the agent ppo was trained for slot, not for power_limited"):

@@ -33,13 +33,13 @@ RULE = {
 
 
 def cost_of_dress(task):
-    """Time at the hourly rate, wheel volume and diamond."""
+    """Return the cost of a dress: time at the hourly rate, wheel volume and diamond."""
     volume = task.dress.passes * task.dress.depth * np.pi * task.wheel.diameter * task.wheel.width
     return task.rates.hourly * task.dress_seconds / 3600.0 + task.rates.wheel * volume + task.rates.dress
 
 
 def costs(task, simulation, episodes, E, D, usual, price, growth):
-    """Cost of each choice for the next block of one episode up to the end of its part, and of the wheel left then."""
+    """Return the cost of each choice for the next block up to the end of the part, with the price of a dull wheel."""
     branches = episodes.pick(np.zeros(len(E), int))
     cost, found = simulation.step(branches, E, D)[0][:, COST], []
     whole = task.kinds[int(episodes.tape[0, episodes.block[0], 0])].ends_part
@@ -56,7 +56,7 @@ def costs(task, simulation, episodes, E, D, usual, price, growth):
 
 
 @pytest.mark.parametrize(("name", "blocks"), [("oracle6", 6), ("power_limited", 8), ("wide_rails", 100), ("rush", 8)])
-def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
+def test_with_a_true_belief_look_ahead_takes_the_cheapest_choice(name, blocks):
     task = dataclasses.replace(load_task(name), spread=Spread())  # nothing is drawn: the belief is the truth
     price, growth = 1.5, 2.0
     policy = LookAhead(price=(price,) * len(task.kinds), growth=(growth,) * len(task.kinds))
@@ -76,7 +76,7 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
         simulation.step(episodes, *decision)
 
 
-def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
+def test_a_price_of_the_dull_wheel_brings_look_ahead_near_the_optimum():
     optimum = exact_optimum(ORACLE).cost
     policies = [LookAhead(price=(price,) * 2, growth=(1.5,) * 2) for price in (0.0, 0.75)]
     blind, seeing = (run_seeds(policy, ORACLE, range(1)) for policy in policies)
@@ -84,7 +84,7 @@ def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
     assert optimum <= seeing.cost[0] < 1.01 * optimum
 
 
-def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
+def test_look_ahead_hurries_when_late_and_saves_a_scarce_layer():
     rush, cbn = simulated("rush"), simulated("CBN")
     seeds = episode_seeds("training", 4)
 
@@ -97,7 +97,7 @@ def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
 
 
 @pytest.mark.bits
-def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
+def test_a_look_ahead_decision_does_not_depend_on_other_episodes():
     simulation = simulated("power_limited")
     seeds = episode_seeds("training", 3)
     policy = LookAhead(price=(1.0,), growth=(1.5,))
@@ -106,7 +106,7 @@ def test_what_it_decides_does_not_depend_on_the_episodes_beside_it():
     assert np.array_equal(together.executions[1], alone.executions[0])
 
 
-def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
+def test_the_belief_rule_on_a_true_belief_equals_the_full_state_rule():
     believing = BeliefRule(**RULE, wK=0.5)
     knowing = FullStateRule(**RULE, wK=0.5, gR=0.0)
     run, reference = (run_seeds(policy, ORACLE, range(1)) for policy in (believing, knowing))
@@ -115,7 +115,7 @@ def test_the_belief_rule_on_a_true_belief_is_the_full_state_rule():
     assert len(set(run.speeds[0])) > 1
 
 
-def test_the_belief_rule_by_hand_from_what_is_believed():
+def test_the_belief_rule_follows_its_formula_on_the_belief():
     simulation = simulated("power_limited")
     plain = {"E": (10_000.0,), "A_dress": (0.018,), "gA": -0.5, "gF": 0.0, "gH": 0.0, "wV": 0.0, "wH": 0.0}
     spread = []
@@ -133,11 +133,11 @@ def test_the_belief_rule_by_hand_from_what_is_believed():
             return decision
 
     run_seeds(Watched(**plain, gK=0.3, wK=0.4), simulation, episode_seeds("training", 8))
-    # all of it was put to the test
+    # every term of the formula varied
     assert (np.mean(spread, axis=0) > 0.01).all()
 
 
-def test_the_belief_is_worth_money():
+def test_the_belief_rule_is_cheaper_than_the_adaptive_rule():
     # validation episodes: full state < belief < estimate of the sharpness alone
     simulation, seeds = simulated("power_limited"), episode_seeds("validation", 48)
     names = ("full_state_rule", "belief_rule", "adaptive_rule")

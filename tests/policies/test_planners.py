@@ -21,7 +21,7 @@ EPISODES = 8
 
 @pytest.fixture(scope="module")
 def runs():
-    """Every policy on the same training episodes."""
+    """Return the runs of several policies on the same training episodes."""
     names = ("constant", "interval", "power_threshold", "adaptive_rule", "full_state_rule", "mpc", "hindsight")
     seeds = episode_seeds("training", EPISODES)
     return {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, seeds) for name in names}
@@ -41,7 +41,7 @@ def test_planners_find_the_optimum_of_oracle6(policy):
     assert run.cost[0] == pytest.approx(exact_optimum(ORACLE).cost, rel=1e-12)
 
 
-def test_gaps_of_oracle6():
+def test_fixed_plans_of_oracle6_cost_known_multiples_of_the_optimum():
     optimum = exact_optimum(ORACLE).cost
     gaps = {
         name: float(run_seeds(make_policy(name, ORACLE), ORACLE, range(1)).cost.mean())
@@ -69,7 +69,7 @@ TASKS = "wide_rails", "power_limited", "slot", "job_shop", "rush", "blades", "CB
 
 @pytest.fixture(scope="module", params=few(TASKS))
 def suite(request):
-    """A task and what its policies did on the same training episodes; the planner plans the first two."""
+    """Return a task, runs of policies on the same training episodes, and the planner's mean cost on the first two."""
     simulation = simulated(request.param)
     names = ("constant", "interval", "adaptive_rule")
     runs = {name: run_seeds(make_policy(name, simulation), simulation, episode_seeds("training", 16)) for name in names}
@@ -87,7 +87,7 @@ def test_the_order_of_reference_policies_in_every_task(suite):
 
 
 def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite):
-    # eight times; less where a fast table sharpens the wheel, a dress is expensive, or both are late
+    # eight times; less where a fast table sharpens the wheel, a dress is expensive, or both plans are late
     simulation, runs, _ = suite
     least = {"job_shop": 5.0, "rush": 3.0, "CBN": 5.0}.get(simulation.task.name, 8.0)
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
@@ -97,7 +97,7 @@ def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite
 
 
 @pytest.mark.parametrize("name", ["rush", "CBN"])
-def test_the_cheapest_of_the_plans_with_surcharges_is_taken(name):
+def test_cheapest_plans_takes_the_best_of_all_surcharges(name):
     simulation = simulated(name)
     start = start_episodes(simulation, [3])
     plans = [forward_plans(simulation, start, surcharge) for surcharge in surcharges(simulation.task)]
@@ -107,7 +107,7 @@ def test_the_cheapest_of_the_plans_with_surcharges_is_taken(name):
     assert taken[0, 0] == costs.min()
 
 
-def test_a_dearer_execution_is_used_less():
+def test_a_surcharge_on_executions_reduces_their_number():
     simulation = simulated("CBN")
     start = start_episodes(simulation, [0])
     used = [forward_plans(simulation, start, Surcharge(execution=price)).executions.sum() for price in (0.0, 50.0)]
@@ -152,7 +152,7 @@ def test_plan_cost_is_the_cost_of_following_the_plan():
 
 
 @pytest.mark.bits
-def test_forward_plans_do_not_depend_on_the_episodes_beside():
+def test_forward_plans_do_not_depend_on_other_episodes():
     many = forward_plans(ORACLE, start_episodes(ORACLE, range(20)))
     assert (many.speeds == many.speeds[0]).all()
     assert (many.executions == many.executions[0]).all()

@@ -1,4 +1,4 @@
-"""`grind play --output`: program and job beside it, which `grind run` grinds to what the episode was."""
+"""`grind play --output` writes a program and its job, with which `grind run` repeats the episode."""
 
 import json
 from collections.abc import Callable
@@ -24,7 +24,7 @@ Played = Callable[..., tuple[list[str], dict[str, Any]]]
 
 @pytest.fixture
 def played(grind: Grind, tmp_path: Path) -> Played:
-    """Plays an episode into a program and grinds it: the options that the command asks for, and what was ground."""
+    """Return a function that plays an episode into a program and runs it: suggested options and results."""
 
     def call(*words: object, policy: str = "E9000D1", seed: int = SEED) -> tuple[list[str], dict[str, Any]]:
         path = tmp_path / "played.nc"
@@ -37,7 +37,7 @@ def played(grind: Grind, tmp_path: Path) -> Played:
 
 
 def finished_parts(problem: Problem) -> list[Any]:
-    """The outcomes of the blocks that finish a part, from the environment."""
+    """Return the outcomes of the blocks that finish a part, from the environment."""
     env: Any = problem.make().unwrapped
     env.reset(seed=SEED)
     action, over = env.codec.encode(np.array([9000.0]), np.array([1.0]))[0], False
@@ -47,7 +47,7 @@ def finished_parts(problem: Problem) -> list[Any]:
 
 
 @pytest.mark.parametrize("name", few(["power_limited", "wide_rails", "rush", "CBN", "wide_plates", "oracle6", "job"]))
-def test_grind_run_of_both_shows_the_numbers_of_the_episode(name: str, played: Played) -> None:
+def test_grind_run_repeats_the_numbers_of_a_played_episode(name: str, played: Played) -> None:
     problem = find_problem(str(RAIL), None, 4) if name == "job" else find_problem(name)
     _, found = played(*(("--program", RAIL, "--parts", 4) if name == "job" else ("--task", name)))
     parts, wanted, episode = found["parts"], finished_parts(problem), play(PLAN, problem, SEED)
@@ -59,7 +59,7 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(name: str, played: P
     assert found["good_parts"] == pytest.approx(episode.good)
     assert sum(part["dresses"] for part in parts) == episode.dresses
     if name in ("power_limited", "oracle6"):
-        # a block a part: all but the wheel that is handed over is what the program costs
+        # one block a part: the program costs as much as the episode without the handover
         assert sum(part["total_cost"] for part in parts) + episode.handover == pytest.approx(episode.cost)
     assert len({part["Ra"] for part in parts}) > 1 or name == "oracle6"
 
@@ -69,18 +69,18 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(name: str, played: P
     [
         ("power_limited", True, SEED),
         nightly("wide_plates", True, SEED),
-        # in these episodes infeeds end within a ms after the table has turned: a request before that is met elsewhere
+        # here infeeds end within 1 ms after the table has turned: an earlier request is served at another place
         ("reciprocation", False, 2_000_000),
         ("reciprocation", False, 2_000_010),
     ],
 )
-def test_grind_run_costs_what_the_episode_cost_with_dresses_where_the_operator_asks_for_them(
+def test_grind_run_costs_as_much_as_the_episode_with_requested_dresses(
     base: str, own: bool, seed: int, played: Played, tmp_path: Path
 ) -> None:
     task = tmp_path / "mine.toml"
     task.write_text(f'title = "Mine"\nbase = "{base}"\nblocks = 6\n')
     named = str(task) if own else base
-    # where the operator asks for the dresses, the files cannot say so, but the command that is told does
+    # the files cannot hold the requests of an operator for dresses, but the suggested command does
     options, found = played("--task", named, seed=seed)
     episode = play(PLAN, find_problem(named), seed)
     assert options.count("--dress-at") == len(episode.requests)
@@ -91,13 +91,13 @@ def test_grind_run_costs_what_the_episode_cost_with_dresses_where_the_operator_a
     assert found["good_parts"] == pytest.approx(episode.good)
 
 
-def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, grind: Grind) -> None:
+def test_play_refuses_to_name_the_program_like_its_job(tmp_path: Path, grind: Grind) -> None:
     status, _, err = grind(*ORACLE, tmp_path / "played.toml")
     assert status == 2 and not list(tmp_path.iterdir())
     assert "is the name of what is written beside it, too; name another file with --output" in err
 
 
-def test_a_job_is_written_over_its_own_kind_only(tmp_path: Path, grind: Grind) -> None:
+def test_play_overwrites_only_jobs_written_by_play(tmp_path: Path, grind: Grind) -> None:
     path, job = tmp_path / "played.nc", tmp_path / "played.toml"
     job.write_text("# mine\n")
     status, _, err = grind(*ORACLE, path)
@@ -111,12 +111,12 @@ def test_a_job_is_written_over_its_own_kind_only(tmp_path: Path, grind: Grind) -
         "play", "--program", path, "--job", job, "--policy", "E9000D1", "--output", tmp_path / "played.ngc"
     )
     assert status == 2 and "is read here and would be lost" in err
-    # and a job that lists its parts is no batch
+    # a job that lists its parts is no batch
     status, _, err = grind("play", "--program", path, "--policy", "E9000D1", "--no-window")
     assert status == 2 and "[[parts]]" in err
 
 
-def test_parts_of_several_kinds_are_told_by_their_own_limits(played: Played) -> None:
+def test_parts_of_several_kinds_are_judged_by_their_own_limits(played: Played) -> None:
     parts = played("--task", "rush", policy="E12000D1", seed=3)[1]["parts"]
     scrap = [part for part in parts if part["survival"] < 0.5]
     assert scrap and all(part["beyond"] for part in scrap)

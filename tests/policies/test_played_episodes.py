@@ -37,7 +37,7 @@ def agent(tmp_path: Path) -> Path:
         *((name, SEED) for name in ("full_state_rule", "hindsight", "E9000D1")),
     ],
 )
-def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
+def test_a_played_episode_equals_its_evaluation(name: str, seed: int):
     problem = PLATES if name == "adaptive_rule" else PROBLEM
     simulation = problem.simulation()
     played = play(chosen_policy(name, simulation), problem, seed)
@@ -50,7 +50,7 @@ def test_what_is_played_is_what_is_evaluated(name: str, seed: int):
     assert [float(dresses) for _, dresses in blocks] == run.executions[0].tolist()
 
 
-def test_the_shipped_policy_is_the_default(
+def test_the_bundled_policy_is_the_default(
     agent: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setattr(policy_lookup, "SHIPPED", agent.parents[1])
@@ -63,7 +63,7 @@ def test_the_shipped_policy_is_the_default(
         chosen_policy(str(agent), SLOT.simulation())
 
 
-def test_shipped_policies_are_small_and_fit_their_tasks():
+def test_bundled_policies_are_small_and_fit_their_tasks():
     found = [path for name in TRAINED for path in (SHIPPED / name).iterdir()]
     assert len(found) >= 2 * len(CORE)
     for path in found:
@@ -82,7 +82,7 @@ def test_core_tasks_have_every_bundled_agent():
 
 
 @pytest.mark.nightly
-def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
+def test_a_robust_policy_is_much_cheaper_on_out_of_model_machines():
     costs = {
         (name, plant): evaluate(name, "power_limited", plant=plant, episodes=48).evaluation.cost.mean()
         for name in TRAINED

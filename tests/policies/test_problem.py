@@ -1,4 +1,4 @@
-"""What a text names: environments, task files and programs, and the same numbers whichever way they are stepped."""
+"""Names of environments, task files and programs; every way to step them gives the same numbers."""
 
 import pickle
 from pathlib import Path
@@ -39,14 +39,14 @@ def example(name: str) -> str:
     return (EXAMPLES / name).read_text(encoding="utf-8")
 
 
-def test_a_file_that_is_edited_is_a_problem_anew() -> None:
+def test_an_edited_file_is_read_again() -> None:
     path = written("shop.toml", TASK)
     assert find_problem(path).simulation().task.blocks == 3
     written("shop.toml", TASK.replace("3", "6"))
     assert find_problem(path).simulation().task.blocks == 6
 
 
-def test_a_problem_is_resolved_once_and_reaches_another_process_as_its_name() -> None:
+def test_a_problem_caches_its_simulation_and_is_pickled_by_name() -> None:
     problem = find_problem(written("shop.toml", TASK))
     assert problem.simulation() is problem.simulation()
     sent = pickle.dumps(problem)
@@ -56,7 +56,7 @@ def test_a_problem_is_resolved_once_and_reaches_another_process_as_its_name() ->
 
 
 @pytest.mark.parametrize("given", [("shop.toml", None), ("part.nc", None), ("part.nc", "other.toml")])
-def test_a_problem_is_the_same_from_another_folder(
+def test_a_problem_works_from_another_folder(
     given: tuple[str, str | None], folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written("shop.toml", TASK)
@@ -71,7 +71,7 @@ def test_a_problem_is_the_same_from_another_folder(
 
 
 @pytest.mark.parametrize("name", ["power_limited.nc", "oracle6.toml", "Power_limited.toml", "wide_plates.nc"])
-def test_what_would_be_taken_for_an_environment_of_the_package_is_refused(name: str) -> None:
+def test_a_file_named_like_a_task_of_the_package_is_refused(name: str) -> None:
     written(name, TASK if name.endswith(".toml") else example("plate_g82.nc"))
     with pytest.raises(GrindError, match=f"{name} has the name of a task of this package.*rename the file"):
         find_problem(name)
@@ -92,19 +92,19 @@ def test_parts_and_a_job_of_a_wrong_type_are_refused(given: dict[str, Any]) -> N
 
 
 @pytest.mark.parametrize("name", [None, 5, Path("shop.toml"), b"shop.toml", ["shop.toml"], "x" * 5000, "a\0b", ""])
-def test_what_names_no_problem_is_one_short_sentence(name: Any) -> None:
+def test_an_invalid_problem_name_gives_a_short_message(name: Any) -> None:
     with pytest.raises(GrindError) as raised:
         grind_env.evaluate("handbook", name, episodes=2)
     assert len(str(raised.value)) < 400
 
 
-def test_a_file_whose_name_no_table_can_show_is_refused() -> None:
+def test_a_file_with_an_unprintable_name_is_refused() -> None:
     with pytest.raises(GrindError, match="has a name that cannot be printed: rename the file"):
         find_problem(written("a\nb.toml", TASK))
 
 
 def problems() -> dict[str, Problem]:
-    """Problems of every kind; those of files are made in the folder at hand."""
+    """Return problems of every kind; write their files into the current folder."""
     written("part.nc", example("plate_g82.nc"))
     written("rev.nc", example("plate_g82.nc").replace("N80 G80", BY_CONTROL))
     for job in ("part.toml", "rev.toml"):
@@ -118,7 +118,7 @@ def problems() -> dict[str, Problem]:
 
 
 def stepped(policy: Policy, problem: Problem, seed: int) -> list[float]:
-    """Cost and good parts of an episode, as who steps the environment finds them."""
+    """Step the environment; return cost and good parts of an episode."""
     env: Any = problem.make(info="full").unwrapped
     policy.begin(env.simulation, 1)
     observation, _ = env.reset(seed=seed)
@@ -132,7 +132,7 @@ def stepped(policy: Policy, problem: Problem, seed: int) -> list[float]:
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "shop.toml", "part.nc", "rev.nc"])
 @pytest.mark.parametrize("rule", ["handbook", "full_state_rule"])
-def test_an_evaluation_is_what_stepping_the_environment_gives_and_leaves_the_episodes(name: str, rule: str) -> None:
+def test_an_evaluation_equals_stepping_and_leaves_the_episodes_unchanged(name: str, rule: str) -> None:
     problem, seeds = problems()[name], episode_seeds("evaluation", 2)
     simulation = problem.simulation()
     assert simulation.compiled == (name != "rev.nc")
@@ -147,13 +147,13 @@ def test_an_evaluation_is_what_stepping_the_environment_gives_and_leaves_the_epi
 
 
 @pytest.mark.parametrize("policy", [None, 5, Path("a.safetensors"), Fixed, object()])
-def test_what_decides_nothing_is_no_policy(policy: Any) -> None:
+def test_other_objects_are_refused_as_policies(policy: Any) -> None:
     with pytest.raises(GrindError, match="is no policy: give one"):
         grind_env.evaluate(policy, "oracle6", episodes=2)
 
 
 @pytest.mark.parametrize("name", ["x" * 5000 + ".safetensors", "E12D" + "9" * 5000])
-def test_a_policy_with_an_endless_name_is_one_short_sentence(name: str) -> None:
+def test_a_very_long_policy_name_gives_a_short_message(name: str) -> None:
     with pytest.raises(GrindError) as raised:
         grind_env.evaluate(name, "oracle6", episodes=2)
     assert len(str(raised.value)) < 500
@@ -176,7 +176,7 @@ def test_counts_seeds_and_splits_of_a_wrong_type_are_refused(given: dict[str, An
         grind_env.evaluate("handbook", "oracle6", **{"episodes": 2, **given})
 
 
-def test_a_policy_that_sees_what_nobody_can_show_is_refused() -> None:
+def test_a_policy_with_an_unknown_sees_value_is_refused() -> None:
     policy: Any = Fixed(9000.0, 1)
     policy.sees = "everything"
     with pytest.raises(GrindError, match="constant sees 'everything', but must see one of measurements, state, future"):

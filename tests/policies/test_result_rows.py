@@ -1,4 +1,4 @@
-"""Rows of a table as files: written, and run again where nothing but measurements comes to their policy."""
+"""Rows of the results table as files: written, read, and re-run with a policy that gets measurements only."""
 
 import hashlib
 import json
@@ -32,7 +32,7 @@ Submit = Callable[..., Path]
 
 @pytest.fixture
 def submit(grind: Grind, tmp_path: Path) -> Submit:
-    """Writes a row with `grind evaluate`."""
+    """Return a function that writes a row with `grind evaluate`."""
 
     def call(*words: object, episodes: int = 3) -> Path:
         path = tmp_path / "row.json"
@@ -48,13 +48,13 @@ def plates_row(policy: str, episodes: int = 3) -> SubmittedRow:
 
 
 @pytest.mark.parametrize("env", few(["power_limited", "reciprocation", "wide_plates", "job_shop", "grind/Job-v0"]))
-def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) -> None:
+def test_verify_re_runs_a_submitted_row(env: str, submit: Submit, grind: Grind) -> None:
     path = submit("--env", env, "--policy", "E12000D1")
     status, out, err = grind("verify", path)
     assert (status, err) == (0, "") and "re-run of 3 episodes: " in out
 
 
-def test_a_row_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_row_is_read_as_written(tmp_path: Path) -> None:
     row = plates_row("look_ahead")
     write_rows(tmp_path / "row.json", [row])
     assert read_rows(tmp_path / "row.json") == [row]
@@ -79,7 +79,7 @@ AGENT = SHIPPED / "plain_gru" / "power_limited.safetensors"
         ]
     ),
 )
-def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
+def test_verify_runs_the_policy_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
     path = submit(*(["--policy", says] if says else []), episodes=6)
     (row,) = read_rows(path)
     assert row.policy == named
@@ -87,14 +87,14 @@ def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit:
     file = ["--policy", AGENT] if row.sha256 else []
     status, out, err = grind("verify", path, *file, "--seed", SEED, "--episodes", 4)
     assert status in (0, 1) and err == ""
-    # what it costs there is what the policy as it was named costs there
+    # the printed cost is that of the named policy on these episodes
     policy = named_policy(says or str(AGENT), PLATES.simulation())
     mean = run_seeds(policy, PLATES.simulation(), fresh_seeds(SEED, 4)).cost.mean()
     assert f"\n4 drawn episodes: {mean:.5g} $ each" in out
 
 
 @pytest.mark.nightly
-def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grind) -> None:
+def test_verify_re_runs_a_row_on_its_own_machine(submit: Submit, grind: Grind) -> None:
     path = submit("--policy", "belief_rule", "--plant", "meter:7", "--model", "soft:3", episodes=16)
     (row,) = read_rows(path)
     assert (row.plant, row.model) == ("meter:7", "soft:3")
@@ -115,7 +115,7 @@ def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grin
         (("--policy", "agent.zip", "--trust"), "'agent.zip' cannot be submitted: load the .zip in a module"),
     ],
 )
-def test_what_nobody_else_could_run_again_is_not_submitted(
+def test_results_nobody_else_can_repeat_are_not_submitted(
     words: tuple[str, ...], said: str, own: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(own)
@@ -159,7 +159,7 @@ METER = replace(find_plant("meter:3"), name="mine")
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a policy and a plant of one's own."""
+    """Return a folder with a user's own policy and plant."""
     folder = tmp_path / "own"
     folder.mkdir()
     (folder / "my_policy.py").write_text(OWN_POLICY)
@@ -171,7 +171,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", few(["Mine", "MINE"]))
-def test_a_policy_of_ones_own_is_run_if_it_is_named(
+def test_verify_runs_a_users_policy_only_if_it_is_named(
     name: str, own: Path, submit: Submit, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(own)
@@ -243,7 +243,7 @@ class Cheat:
 
 
 @pytest.mark.parametrize("way", few(["simulation", "argument", "frames", "objects", "words"]))
-def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
+def test_verify_gives_a_policy_nothing_but_measurements(
     way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "my_cheat.py").write_text(CHEAT.replace("WAY", way).replace("SEED", str(SEED)))
@@ -251,7 +251,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
     monkeypatch.delitem(sys.modules, "my_cheat", raising=False)
     monkeypatch.setattr("sys.argv", ["grind", "verify", "--seed", str(SEED)])
     cheat: Any = named_policy("my_cheat:Cheat", PLATES.simulation(), modules=True)
-    # the same code beside the episodes finds what it looks for
+    # in one process with the episodes the same code finds them
     seeds, simulation = range(2_000_000, 2_000_004), find_problem("power_limited").simulation()
     with pytest.raises(RuntimeError, match="caught the"):
         if way == "argument":
@@ -262,17 +262,17 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
     assert verify(honest, "my_cheat:Cheat", seed=SEED)[0]
 
 
-def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
+def test_verify_detects_costs_of_another_policy(grind: Grind, tmp_path: Path) -> None:
     write_rows(tmp_path / "row.json", [replace(plates_row("look_ahead", 6), policy="E3000D0")])
     status, out, _ = grind("verify", tmp_path / "row.json", "--seed", SEED)
     assert status == 1 and "re-run of 6 episodes: " in out and "drawn" not in out
 
 
 @pytest.mark.nightly
-def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
+def test_verify_detects_a_policy_fitted_to_the_seeds_of_its_row(
     tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It dresses well where the first observation is one of the row's episodes, and not at all elsewhere."""
+    """The policy dresses only in episodes whose first observation is one of the row's episodes."""
     (tmp_path / "knows.py").write_text(KNOWS)
     monkeypatch.chdir(tmp_path)
     row = replace(plates_row("E7000D1", 6), policy="knows:Knows", sha256=result_rows.digest(tmp_path / "knows.py"))
@@ -282,7 +282,7 @@ def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     assert status == 1 and "6 drawn episodes: " in out
 
 
-def test_drawn_seeds_are_those_that_the_page_says_and_none_that_anyone_trains_on() -> None:
+def test_drawn_seeds_follow_the_documented_formula_and_exceed_all_other_seeds() -> None:
     seeds = fresh_seeds(SEED, 200)
     for k, seed in enumerate(seeds):
         bits = int(hashlib.sha256(f"grind verify {SEED} {k}".encode()).hexdigest(), 16) >> (256 - 62)
@@ -300,12 +300,12 @@ def test_drawn_seeds_are_those_that_the_page_says_and_none_that_anyone_trains_on
         ("my_policy:dataclass", "is no policy"),
     ],
 )
-def test_what_of_a_module_is_no_policy_is_told(name: str, said: str, own: Path) -> None:
+def test_a_wrong_name_in_a_policy_module_is_refused(name: str, said: str, own: Path) -> None:
     with pytest.raises(GrindError, match=said):
         grind_env.evaluate(name, PLATES, episodes=2)
 
 
-def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
+def test_only_an_argument_can_name_a_policy_module(own: Path) -> None:
     with pytest.raises(GrindError, match="there is no policy 'my_policy:Mine'"):
         named_policy("my_policy:Mine", PLATES.simulation())
     assert "my_policy" not in sys.modules
@@ -314,7 +314,7 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
+def test_verify_re_runs_a_track_row_also_on_drawn_machines(
     own: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(own)
@@ -338,10 +338,10 @@ def test_a_row_of_the_track_is_run_again_and_on_drawn_machines(
     assert status == 1 and "drawn" not in out
 
 
-def test_a_row_of_the_track_compares_the_summed_costs_and_has_all_machines() -> None:
+def test_a_track_row_compares_summed_costs_and_needs_all_machines() -> None:
     both = np.array([[2.0, 3.0, 4.0], [4.0, 3.0, 5.0]])
     assert result_rows._compared(both).mean() == pytest.approx(0.75) and result_rows._compared(both[:1]).mean() == 3.0
-    # a policy that costs as much as the other on every machine is predicted exactly
+    # a policy with one cost ratio on every machine is predicted exactly
     assert prediction(result_rows._compared(both[[0, 0]] * [[0.9], [1.0]]), 5) == pytest.approx((0.9, 0.9, 0.9))
     with pytest.raises(FormError, match="a row of the track is of grind/PowerLimited-v0 and has costs of 20 machines"):
         track_row("E7000D1", both[0], both[1])

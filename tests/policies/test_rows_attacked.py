@@ -1,4 +1,4 @@
-"""A row is a stranger's file: whatever it holds, it is refused in one sentence, opens nothing and runs nothing."""
+"""A row is a stranger's file: hostile content is refused in one sentence, opens no file and runs no code."""
 
 import json
 import re
@@ -26,7 +26,7 @@ SEED = 31415926535897932384
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Document:
-    """A row that holds."""
+    """Return a valid row."""
     folder, problem = tmp_path_factory.mktemp("good"), find_problem("oracle6")
     write_rows(folder / "row.json", [row_of(evaluate("E9000D1", problem, episodes=2), problem, "E9000D1")])
     document: Document = json.loads((folder / "row.json").read_text())
@@ -34,7 +34,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Document:
 
 
 def refused(grind: Grind, path: Path, *words: object) -> str:
-    """The sentence with which a row is refused."""
+    """Return the sentence with which a row is refused."""
     status, out, err = grind("verify", path, *words)
     assert (status, out, err.count("\n")) == (2, "", 1), (out, err)
     assert err.startswith("grind: ") and str(path) in err and len(err) < 900 and err.strip().isprintable()
@@ -57,12 +57,12 @@ TEXTS = [
 
 
 @pytest.mark.parametrize(("text", "said"), TEXTS, ids=range(len(TEXTS)))
-def test_what_is_no_row_is_refused(text: str, said: str, tmp_path: Path, grind: Grind) -> None:
+def test_json_without_a_row_is_refused(text: str, said: str, tmp_path: Path, grind: Grind) -> None:
     (tmp_path / "row.json").write_text(text)
     assert re.search(said, refused(grind, tmp_path / "row.json", "--seed", SEED))
 
 
-def test_what_is_no_text_or_too_long_is_refused(tmp_path: Path, grind: Grind) -> None:
+def test_binary_long_and_missing_files_are_refused(tmp_path: Path, grind: Grind) -> None:
     (tmp_path / "row.json").write_bytes(b'{"\xff": 1}')
     assert "no" in refused(grind, tmp_path / "row.json")
     with (tmp_path / "long.json").open("wb") as file:
@@ -72,7 +72,7 @@ def test_what_is_no_text_or_too_long_is_refused(tmp_path: Path, grind: Grind) ->
 
 
 def put(*keys: str | int, to: Any) -> Callable[[Document], Any]:
-    """Puts a value into a row."""
+    """Return a function that puts a value into a row."""
 
     def change(row: Document) -> None:
         place: Any = row
@@ -123,7 +123,7 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
 
 
 @pytest.mark.parametrize(("attack", "said"), ATTACKS, ids=range(len(ATTACKS)))
-def test_what_does_not_fit_is_refused_in_one_sentence(
+def test_an_invalid_value_in_a_row_is_refused_in_one_sentence(
     attack: Callable[[Document], Any], said: str, good: Document, tmp_path: Path, grind: Grind
 ) -> None:
     row, path = deepcopy(good), tmp_path / "row.json"
@@ -135,7 +135,7 @@ def test_what_does_not_fit_is_refused_in_one_sentence(
 
 @pytest.fixture
 def opened(tmp_path: Path) -> Iterator[list[str]]:
-    """The files of a folder of secrets that are opened."""
+    """Yield the list of the files opened in a folder of secrets."""
     found, on = list[str](), [True]
     secrets = str(tmp_path / "secrets")
 
@@ -149,7 +149,7 @@ def opened(tmp_path: Path) -> Iterator[list[str]]:
     on.clear()
 
 
-def test_no_path_of_it_is_opened(good: Document, tmp_path: Path, grind: Grind, opened: list[str]) -> None:
+def test_no_path_in_a_row_is_opened(good: Document, tmp_path: Path, grind: Grind, opened: list[str]) -> None:
     agent = tmp_path / "secrets" / "agent.safetensors"
     agent.write_bytes(b"agent")
     opened.clear()
@@ -165,7 +165,7 @@ def test_no_path_of_it_is_opened(good: Document, tmp_path: Path, grind: Grind, o
     assert opened == []
 
 
-def test_no_code_that_it_names_is_run(
+def test_code_named_in_a_row_runs_only_if_the_user_names_it(
     good: Document, tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mark, path = tmp_path / "mark", tmp_path / "row.json"
@@ -182,7 +182,7 @@ def test_no_code_that_it_names_is_run(
     assert mark.exists()
 
 
-def test_what_it_says_is_printed_escaped(
+def test_texts_of_a_row_are_printed_escaped(
     good: Document, tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -227,7 +227,7 @@ class Talker:
         2,
     ),
 )
-def test_whatever_its_policy_does_is_told(
+def test_verify_reports_the_result_or_the_failure_of_a_policy(
     what: str, status: int, said: str, good: Document, tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -249,7 +249,7 @@ JSON = st.recursive(
 
 @examples(150)
 @given(data=st.data())
-def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good: Document, tmp_path: Path) -> None:
+def test_any_value_in_a_row_passes_or_is_refused(data: st.DataObject, good: Document, tmp_path: Path) -> None:
     row = deepcopy(good)
     place: Any = row
     while True:
@@ -266,7 +266,7 @@ def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good
         assert "\n" not in str(error) and len(str(error)) < 900
 
 
-def test_a_number_of_episodes_without_a_seed_is_not_ignored(good: Document, tmp_path: Path, grind: Grind) -> None:
+def test_a_number_of_episodes_without_a_seed_is_refused(good: Document, tmp_path: Path, grind: Grind) -> None:
     path = tmp_path / "row.json"
     path.write_text(json.dumps(good))
     status, out, error = grind("verify", path, "--episodes", "3")

@@ -69,7 +69,7 @@ def refused(folder: Path, data: bytes, match: str, **arguments: Any) -> None:
     assert len(str(caught.value)) < 400
 
 
-def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model: Any):
+def test_an_agent_file_holds_the_actor_and_its_origin(good: bytes, model: Any):
     assert len(good) < 300_000
     document = document_of(good)
     assert document["settings"]["split"] == "inner"
@@ -80,7 +80,7 @@ def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model:
     assert all(np.array_equal(values, state[name].numpy()) for name, values in tensors.items())
 
 
-def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
+def test_a_missing_or_damaged_agent_file_is_refused(good: bytes, tmp_path: Path):
     with pytest.raises(GrindError, match="run `grind train` first"):
         load_policy(tmp_path / "none.safetensors")
     refused(tmp_path, b"", "holds no agent")
@@ -136,7 +136,7 @@ def test_a_pickle_runs_only_when_trusted(model: Any, tmp_path: Path):
 
 
 class Missing:
-    """Unpickles by importing a module that is not there."""
+    """Object whose unpickling imports a missing module."""
 
     def __reduce__(self) -> Any:
         return importlib.import_module, ("a_module_that_is_not_there",)
@@ -153,7 +153,7 @@ def test_a_trusted_zip_with_junk_in_it_is_refused(junk: bytes, model: Any, tmp_p
         load_zip(written(tmp_path, buffer.getvalue()), SIMULATION)
 
 
-def test_a_trusted_zip_that_needs_a_missing_module_is_refused(tmp_path: Path):
+def test_a_trusted_zip_with_a_missing_module_is_refused(tmp_path: Path):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as made:
         made.writestr("data", "{}")
@@ -243,14 +243,14 @@ def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
 
 
 @pytest.mark.parametrize("layer", LAYERS)
-def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_path: Path):
+def test_overflowing_finite_weights_are_refused(layer: str, good: bytes, tmp_path: Path):
     largest = float(np.abs(load(good)[f"{layer}.weight"]).max())
     data = with_factors(good, {f"{layer}.weight": 3e38 / largest})
     assert all(np.isfinite(values).all() for values in load(data).values())
     refused(tmp_path, data, f"the weights of {layer} are so large that it may overflow: train one anew")
 
 
-def test_a_gru_that_overflows_is_refused(tmp_path: Path):
+def test_an_overflowing_gru_is_refused(tmp_path: Path):
     path, agent = tmp_path / "agent.safetensors", recurrent(SIMULATION)
     write_policy(path, agent.actor, SIMULATION, "gru", agent.form, {})
     data = path.read_bytes()
@@ -261,7 +261,7 @@ def test_a_gru_that_overflows_is_refused(tmp_path: Path):
 @examples(40)
 @given(powers=st.tuples(*[st.integers(0, 39)] * 3), seed=st.integers(0, 2**32 - 1))
 @example(powers=(35, 35, 35), seed=0)
-def test_what_is_accepted_does_not_overflow(powers: tuple[int, ...], seed: int, good: bytes, tmp_path: Path):
+def test_an_accepted_agent_does_not_overflow(powers: tuple[int, ...], seed: int, good: bytes, tmp_path: Path):
     factors = {f"{layer}.weight": 10.0**power for layer, power in zip(LAYERS, powers, strict=True)}
     path = tmp_path / "agent.safetensors"
     path.write_bytes(with_factors(good, factors))
@@ -270,7 +270,7 @@ def test_what_is_accepted_does_not_overflow(powers: tuple[int, ...], seed: int, 
     except GrindError as error:
         assert "overflow" in str(error) or "no finite number" in str(error)
         return
-    # the features that the units of the first layer add up most of, and any others
+    # the features with the largest sums in the first layer, and random ones
     worst = np.sign(actor.tensors["mlp_extractor.policy_net.0.weight"])
     signs = np.concatenate([worst, np.random.default_rng(seed).choice([-1.0, 1.0], worst.shape)])
     features = (FEATURE_BOUND * signs).astype(np.float32)
@@ -279,7 +279,7 @@ def test_what_is_accepted_does_not_overflow(powers: tuple[int, ...], seed: int, 
     assert np.isfinite(values).all()
 
 
-def test_a_network_that_overflows_is_not_saved(tmp_path: Path):
+def test_an_overflowing_network_is_not_saved(tmp_path: Path):
     model = untrained(PROBLEM)
     model.policy.action_net.weight.data[:] = 3e38
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
@@ -292,7 +292,7 @@ def test_a_network_that_overflows_is_not_saved(tmp_path: Path):
 
 @examples(150)
 @given(cut=st.integers(0, 400), where=st.integers(0, 2400), mask=st.integers(0, 255), tail=st.binary(max_size=8))
-def test_a_damaged_file_is_an_agent_or_refused(
+def test_a_damaged_file_loads_or_is_refused_in_one_line(
     cut: int, where: int, mask: int, tail: bytes, good: bytes, tmp_path: Path
 ):
     data = bytearray(good)
@@ -310,7 +310,7 @@ def test_a_damaged_file_is_an_agent_or_refused(
 
 
 @pytest.mark.parametrize("name", ["größe", "my-shop 2", "v1.2"])
-def test_an_agent_for_a_task_file_of_any_name_is_read_again(name: str, good: bytes, tmp_path: Path):
+def test_an_agent_of_a_task_file_with_any_name_is_loaded(name: str, good: bytes, tmp_path: Path):
     (tmp_path / f"{name}.toml").write_text('base = "oracle6"', encoding="utf-8")
     path = tmp_path / "agent.safetensors"
     path.write_bytes(with_document(good, lambda document: document.update(task=name)))

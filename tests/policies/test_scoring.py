@@ -1,4 +1,4 @@
-"""What a policy is said to be worth."""
+"""Judgements of policies: costs, scores, seeds and splits."""
 
 import json
 
@@ -27,13 +27,13 @@ def judged(name: str, **seeds: object) -> Judgement:
     return evaluate(make_policy(name, SIMULATION), PLATES, episodes=EPISODES, **seeds)
 
 
-def test_a_score_is_of_the_same_episodes_as_the_fixed_plan() -> None:
+def test_a_score_compares_with_the_fixed_plan_on_the_same_episodes() -> None:
     found = judged("adaptive_rule")
     seeds = episode_seeds("evaluation", EPISODES)
     mine, fixed = (
         run(make_policy(name, SIMULATION), SIMULATION, seeds) for name in ("adaptive_rule", SCALE.fixed_plan)
     )
-    # the planner saves the share of the fixed plan that it saves in the reference scores
+    # 100 is the share of the cost that the planner saves in the reference scores
     saved, most = 1.0 - mine.cost.mean() / fixed.cost.mean(), 1.0 - SCALE.hundred / SCALE.zero
     assert found.score.value == pytest.approx(100.0 * saved / most)
     assert found.score.low < found.score.value < found.score.high
@@ -42,7 +42,7 @@ def test_a_score_is_of_the_same_episodes_as_the_fixed_plan() -> None:
     assert found.evaluation.cost_per_good_part.value == pytest.approx(mine.cost.sum() / mine.good.sum())
 
 
-def test_the_fixed_plan_itself_scores_nothing() -> None:
+def test_the_fixed_plan_scores_zero() -> None:
     assert judged(SCALE.fixed_plan).score == (0.0, 0.0, 0.0)
 
 
@@ -61,9 +61,7 @@ def test_the_fixed_plan_itself_scores_nothing() -> None:
         ({"first_seed": 3_000_000}, "seeds 3000000 to 3000005, split all", False),
     ],
 )
-def test_a_judgement_names_seeds_and_split_and_says_whether_it_is_paired(
-    asked: dict[str, object], title: str, paired: bool
-) -> None:
+def test_a_judgement_states_its_seeds_split_and_pairing(asked: dict[str, object], title: str, paired: bool) -> None:
     found = judged("handbook", **asked)
     numbers = found.numbers()
     assert (found.paired, numbers["paired"]) == (paired, paired)
@@ -80,7 +78,7 @@ def test_a_judgement_names_seeds_and_split_and_says_whether_it_is_paired(
     assert ("unpaired: 0 or 100 is of other episodes (evaluation seeds, split all)" in line) == (not paired)
 
 
-def test_a_split_is_judged_on_the_evaluation_seeds_with_contexts_of_its_own() -> None:
+def test_a_split_uses_the_evaluation_seeds_with_its_own_contexts() -> None:
     plan, seeds = make_policy("handbook", SIMULATION), episode_seeds("evaluation", EPISODES)
     costs = {name: judged("handbook", split=name).evaluation.cost for name in ("all", "inner", "interpolation")}
     for name, cost in costs.items():
@@ -90,7 +88,7 @@ def test_a_split_is_judged_on_the_evaluation_seeds_with_contexts_of_its_own() ->
     assert judged(SCALE.fixed_plan, split="interpolation").score == (0.0, 0.0, 0.0)
 
 
-def test_beyond_what_the_task_draws_there_is_no_score() -> None:
+def test_the_extrapolation_split_has_no_score() -> None:
     found = judged("handbook", split="extrapolation")
     seeds = episode_seeds("evaluation", EPISODES)
     cost = run(make_policy("handbook", SIMULATION), SIMULATION, seeds, "extrapolation").cost
@@ -98,7 +96,7 @@ def test_beyond_what_the_task_draws_there_is_no_score() -> None:
     assert (found.score, "score" in str(found), "score" in found.numbers()) == (None, False, False)
 
 
-def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_tuned_fixed_plan_a_score_uses_the_reference_means(monkeypatch: pytest.MonkeyPatch) -> None:
     rule = make_policy("adaptive_rule", SIMULATION)
 
     def untuned(*arguments: object) -> None:
@@ -113,7 +111,7 @@ def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(mon
     assert "unpaired" in str(found)
 
 
-def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
+def test_a_task_with_nothing_to_gain_has_no_score() -> None:
     found = evaluate(Fixed(9000.0, 1), "slot", episodes=2)
     assert found.score is None
     assert "score" not in str(found)
@@ -134,14 +132,14 @@ def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
         ({"first_seed": -1}, "the first seed is -1: give 0 or more"),
     ],
 )
-def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object], sentence: str) -> None:
+def test_invalid_arguments_are_refused_in_one_sentence(arguments: dict[str, object], sentence: str) -> None:
     with pytest.raises(GrindError) as caught:
         evaluate("handbook", "power_limited", **arguments)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_no_good_part_is_said_so_and_is_null_in_json(grind: Grind) -> None:
+def test_without_good_parts_evaluate_says_so_and_its_json_has_null_costs(grind: Grind) -> None:
     words = ("evaluate", "--policy", "E30000D0", "--task", "power_limited", "--episodes", "2")
     status, said, error = grind(*words)
     assert (status, error) == (0, "") and ": no good part\n" in said and "\n100.00 % scrap" in said

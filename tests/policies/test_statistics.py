@@ -28,7 +28,7 @@ def test_score_of_known_costs(cost, score):
 def test_the_cost_without_a_good_part_is_infinite():
     none = statistics.bootstrap(statistics.cost_per_good_part, np.array([3.0, 4.0, 5.0]), np.zeros(3))
     assert none == (np.inf, np.inf, np.inf)
-    # one good part in forty episodes is in every other resample, and in no smaller share of them than the low end
+    # one good part in forty episodes: many resamples have none, so the upper end is infinite
     some = statistics.bootstrap(statistics.cost_per_good_part, np.ones(40), np.eye(40)[0])
     assert some.value == 40.0 and 0.0 < some.low < 40.0 and some.high == np.inf
 
@@ -46,14 +46,14 @@ def test_resampling_is_paired():
     assert interval == pytest.approx((50.0, 50.0, 50.0))
 
 
-def test_the_interval_of_a_mean_is_that_of_the_normal_law():
+def test_the_interval_of_a_mean_matches_the_normal_law():
     x = np.random.default_rng(2).normal(7.0, 3.0, 400)
     interval = statistics.bootstrap(mean, x)
     assert interval.value == x.mean()
     assert interval.half_width == pytest.approx(1.96 * x.std() / 20.0, rel=0.06)
 
 
-def test_the_interval_covers_the_truth_as_often_as_it_says():
+def test_the_interval_covers_the_truth_at_its_confidence():
     # ratio of the sums of a skew cost (mean 3) and a share of good parts (mean 0.75): the true ratio is 4
     rng = np.random.default_rng(3)
     covered = 0
@@ -83,19 +83,19 @@ def test_aggregates_by_hand():
 
 
 @given(st.integers(1, 9), st.integers(1, 4), st.integers(0, 1000))
-def test_the_interquartile_mean_is_that_of_scipy(n, tasks, seed):
+def test_the_interquartile_mean_matches_scipy(n, tasks, seed):
     rng = np.random.default_rng(seed)
     ours = rng.integers(-9, 9, (n, tasks)).astype(float)
     assert statistics.interquartile_mean(ours) == pytest.approx(stats.trim_mean(ours, 0.25, axis=None))
 
 
 @pytest.mark.parametrize("measure", [statistics.interquartile_mean, statistics.mean_score])
-def test_every_resample_is_aggregated_by_itself(measure):
+def test_each_resample_is_aggregated_separately(measure):
     stack = np.stack([SCORES, SCORES + 3.0, SCORES[::-1] * 0.5])
     assert measure(stack) == pytest.approx(np.array([measure(each) for each in stack]))
 
 
-def test_resampled_means_are_those_of_the_bootstrap():
+def test_resampled_means_match_the_bootstrap():
     values = np.random.default_rng(5).exponential(3.0, (3, 50))
     draws = statistics.resampled_means(values, seed=6)
     for k in range(3):
@@ -118,7 +118,7 @@ def test_runs_are_drawn_within_their_task():
     assert not (np.argsort(SCORES[:, 0])[0] == (draws == SCORES.min(axis=0)).argmax(axis=1)).all()
 
 
-def test_the_interval_of_one_task_is_that_of_scipy():
+def test_the_interval_of_one_task_matches_scipy():
     runs = np.random.default_rng(8).normal(60.0, 9.0, (12, 1))
     ours = statistics.mean_score(statistics.resampled_runs(np.broadcast_to(runs, (8000, 12, 1)), seed=9))
     theirs = stats.bootstrap((runs[:, 0],), np.mean, method="percentile", n_resamples=8000, rng=10)

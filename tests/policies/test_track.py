@@ -1,4 +1,4 @@
-"""Shifts on a machine: what is carried from one to the next, what reaches a policy, what is counted."""
+"""Shifts on a machine: memory between shifts, information for the policy, and costs."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -23,11 +23,11 @@ from grind_env.policies.track import TrackMachine, TrackShift, books, run_shifts
 from grind_env.process.process import PROCESS
 
 DRIFTING = "public:4"
-"""It wanders, and warms up."""
+"""Machine that drifts and warms up."""
 
 
 class Slower:
-    """Slows down after every shift, and keeps whatever it is given."""
+    """Policy that slows down after every shift and keeps everything it is given."""
 
     name = "slower"
     sees: Sees = "measurements"
@@ -53,7 +53,7 @@ def remembered(plant: str, own: Sequence[float]) -> dict[str, float]:
     return dict(zip(find_plant(plant).remembers._fields, own, strict=True))
 
 
-def test_what_a_machine_remembers_goes_from_shift_to_shift_and_what_is_of_a_shift_does_not() -> None:
+def test_a_machine_takes_its_memory_but_no_shift_state_to_the_next_shift() -> None:
     plant = find_plant(DRIFTING)
     own = [x + 0.25 for x in plant.own]
     first, second = (remembered(DRIFTING, plant.after(tuple(own), number).own) for number in (1, 2))
@@ -65,7 +65,7 @@ def test_what_a_machine_remembers_goes_from_shift_to_shift_and_what_is_of_a_shif
     assert {name for name in begun if first[name] != second[name]} == chances and len(chances) == 3
 
 
-def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
+def test_a_drift_continues_in_the_next_shift_with_new_steps() -> None:
     machine, dulling = TrackMachine(DRIFTING, [0]), 0.0
     numbers = remembered(DRIFTING, machine.first.own)
     assert numbers["drift_dulls"] > 0.0
@@ -78,7 +78,7 @@ def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
         assert now["drift_dulling"] == pytest.approx(dulling, rel=1e-12), number
 
 
-def test_lots_are_those_of_seed_and_machine_whatever_is_done_and_beside_others() -> None:
+def test_lots_depend_only_on_seed_and_machine() -> None:
     (slow,), alone = TrackMachine(DRIFTING, [3]).grind(Fixed(E=5000.0, D=1))
     machine = TrackMachine(DRIFTING, [2, 3])
     fast, _ = machine.grind(Fixed(E=9000.0, D=1))
@@ -90,7 +90,7 @@ def test_lots_are_those_of_seed_and_machine_whatever_is_done_and_beside_others()
     assert beside.cost[1] == alone.cost[0] != beside.cost[0] and alone.parts.tolist() == [[60.0]]
 
 
-def test_books_are_what_is_paid_but_for_what_nobody_measures() -> None:
+def test_books_charge_scrap_by_whole_parts_and_leave_out_the_handover() -> None:
     names = Outcome._fields
     rows = np.zeros((3, len(names)))
     rows[:, names.index("cost")] = (5.0, 12.0 + 15.0, 8.0 + 2.0)
@@ -105,7 +105,7 @@ def test_books_are_what_is_paid_but_for_what_nobody_measures() -> None:
 
 
 def numbers_in(thing: Any, seen: set[int], found: set[float]) -> None:
-    """All numbers that can be reached from a thing."""
+    """Add to `found` all numbers that can be reached from a thing."""
     if id(thing) in seen or isinstance(thing, str | bytes | type | Callable):
         return
     seen.add(id(thing))
@@ -121,7 +121,7 @@ def numbers_in(thing: Any, seen: set[int], found: set[float]) -> None:
             numbers_in(getattr(thing, name, None), seen, found)
 
 
-def test_a_learner_gets_the_log_of_every_shift_and_nothing_but_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_learner_gets_the_log_of_every_shift_and_only_measurements(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(track, "SHIFTS", 2)
     policy = Slower()
     came = run_shifts(policy, DRIFTING, [0])
@@ -139,6 +139,6 @@ def test_a_learner_gets_the_log_of_every_shift_and_nothing_but_measurements(monk
     assert not drawn & reached and not any(isinstance(each, Episodes) for each in policy.given)
 
 
-def test_a_policy_that_would_see_more_is_refused() -> None:
+def test_the_track_refuses_a_policy_with_privileged_information() -> None:
     with pytest.raises(GrindError, match="hindsight sees the future, but on the track there are measurements alone"):
         run_shifts(make_policy("hindsight", TrackMachine(DRIFTING, [0]).model), DRIFTING, [0])

@@ -1,4 +1,4 @@
-"""An agent is for the part, program, prices and task that it was trained for, and says so of any other."""
+"""An agent serves the part, program, prices and task of its training and refuses any other."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -50,7 +50,7 @@ def simulation(path: Path, parts: int = PARTS, variables: dict[int, float] | Non
 
 @pytest.fixture
 def agent(tmp_path: Path) -> Path:
-    """One of `part.nc`, which lies beside it."""
+    """Return an agent for `part.nc`, which lies beside it."""
     return saved_agent(tmp_path / "agent.safetensors", find_problem(str(written(tmp_path)), None, PARTS))
 
 
@@ -83,7 +83,7 @@ def in_setup(line: str) -> tuple[str, str]:
             "[[part.stages]]\nstock = 0.15\n# [lots]",
             r"part.stages.1.stock is 0.15, but was left out; part.stages.1.roughness_limit is .*; and 1 more",
         ),
-        # the entry has its name, and another number: nobody calls that a calibration
+        # an entry of the same name with another number is no calibration
         ("[setup]", f"{CATALOGUE}\n[setup]", "part.material.chip_energy is 15.0, but was 13.8"),
     ],
 )
@@ -119,7 +119,7 @@ def test_an_agent_of_another_program_is_refused_with_the_change(
         load_policy(agent, simulation=simulation(written(tmp_path, changed(PLATE, old, new))))
 
 
-def test_numbers_of_parts_and_variables_count(tmp_path: Path) -> None:
+def test_another_number_of_parts_or_another_variable_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, changed(PLATE, "E15000.", "E#101"))
     agent = saved_agent(tmp_path / "a.safetensors", find_problem(str(written(tmp_path)), None, PARTS))
     with pytest.raises(OtherPart, match="was trained for part_x2, not for part_x3: number of parts is 3, but was 2"):
@@ -146,7 +146,7 @@ def test_numbers_of_parts_and_variables_count(tmp_path: Path) -> None:
     ],
     ids=["comments", "N words", "numbers", "unused entry", "alias", "worn wheel", "machine", "default"],
 )
-def test_what_the_simulation_does_not_read_differently_is_accepted(
+def test_changes_without_effect_on_the_simulation_are_accepted(
     change: Callable[[str, str], tuple[str, str]], agent: Path, tmp_path: Path
 ) -> None:
     assert not load_policy(agent, simulation=simulation(written(tmp_path, *change(PLATE, JOB)))).remark
@@ -159,7 +159,7 @@ def test_a_program_may_be_renamed(agent: Path, tmp_path: Path) -> None:
     assert (policy.task_name, policy.remark) == ("plate_x2", "")
 
 
-def test_n_words_count_where_a_program_jumps_to_them(tmp_path: Path) -> None:
+def test_n_words_matter_only_as_jump_targets(tmp_path: Path) -> None:
     agent = saved_agent(tmp_path / "a.safetensors", find_problem(str(written(tmp_path, JUMP)), None, PARTS))
     moved = changed(changed(JUMP, "N62", "N99"), "N65", "N62")
     other = simulation(written(tmp_path, changed(changed(moved, "N62", "N65"), "N99", "N62")))
@@ -169,13 +169,13 @@ def test_n_words_count_where_a_program_jumps_to_them(tmp_path: Path) -> None:
         load_policy(agent, simulation=simulation(written(tmp_path, swapped)))
 
 
-def test_a_job_that_was_calibrated_since_then_is_a_remark(agent: Path, tmp_path: Path) -> None:
+def test_a_job_calibrated_after_the_training_gives_a_remark(agent: Path, tmp_path: Path) -> None:
     found = load_policy(agent, simulation=simulation(written(tmp_path, job=JOB + CATALOGUE + CALIBRATION)))
     said = "was trained before the job was calibrated: part.material.chip_energy is 15.0, but was 13.8; "
-    # readings of power have another scale then, too
+    # the power readings then have another scale, too
     said += "setup.machine.power_limit is 8600.0, but was 7500.0; setup.machine.idle_power is 1000.0, but was 0.0"
     assert found.remark == f"{agent} {said}; train it anew to use that"
-    # what no calibration has found is another part
+    # any other change makes another part
     other = changed(JOB, "stock = 0.2", "stock = 0.3") + CATALOGUE + CALIBRATION
     with pytest.raises(
         OtherPart, match=r"part.material.chip_energy is 15.0, but was 13.8; part.stock is 0.3, but was 0.2; .* 1 more"
@@ -207,7 +207,7 @@ def test_an_agent_of_another_task_file_is_refused(more: str, said: str, tmp_path
         load_policy(agent, simulation=find_problem(str(path)).simulation())
 
 
-def test_an_agent_without_record_is_accepted_for_what_comes_with_the_package_alone(tmp_path: Path) -> None:
+def test_an_agent_without_record_is_accepted_for_bundled_problems_only(tmp_path: Path) -> None:
     unsaid = tmp_path / "old.safetensors"
     for problem in (find_problem("oracle6"), find_problem(str(examples.path("plate_g82.nc")), None, PARTS)):
         saved_agent(unsaid, problem, inputs=None)
@@ -227,7 +227,7 @@ def test_a_damaged_record_is_refused(inputs: Any, tmp_path: Path) -> None:
         load_policy(path)
 
 
-def test_commands_refuse_it_and_accept_it_when_told_to(grind: Grind, agent: Path, tmp_path: Path) -> None:
+def test_commands_use_an_agent_of_another_part_only_on_request(grind: Grind, agent: Path, tmp_path: Path) -> None:
     program = written(tmp_path, job=changed(JOB, "stock = 0.2", "stock = 0.19"))
     readings = tmp_path / "readings.csv"
     readings.write_text("mean_power\n2600\n")
@@ -248,7 +248,7 @@ def test_commands_refuse_it_and_accept_it_when_told_to(grind: Grind, agent: Path
     assert said in grind(*words)[2] and grind(*words, "--other-part")[0] == 0
 
 
-def test_evaluation_shows_the_machines_that_an_agent_was_trained_on(grind: Grind, tmp_path: Path) -> None:
+def test_evaluate_prints_the_training_machines_of_an_agent(grind: Grind, tmp_path: Path) -> None:
     saved_agent(tmp_path / "a.safetensors", find_problem("oracle6"), machines="public")
     words = ("evaluate", "--env", "oracle6", "--policy", tmp_path / "a.safetensors", "--episodes", 2)
     assert grind(*words)[1].strip().endswith("; sees measurements, trained on public machines")

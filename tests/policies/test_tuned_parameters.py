@@ -30,7 +30,7 @@ TUNED = Tuned(
 )
 
 
-def test_parameters_survive_the_file(tmp_path):
+def test_parameters_are_read_as_written(tmp_path):
     write_tuned("job", {"a": TUNED, "b": TUNED}, tmp_path)
     assert read_tuned("job", tmp_path) == {"a": TUNED, "b": TUNED}
     assert [path.name for path in tmp_path.iterdir()] == ["job.toml"]
@@ -43,7 +43,7 @@ def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
 
 
 @pytest.mark.parametrize("line", ["", "task_version = 1\n", f"task_version = {TASK_VERSION + 1}\n"])
-def test_parameters_of_another_task_version_are_none_and_say_what_tunes_them_anew(tmp_path, line):
+def test_parameters_of_another_task_version_name_the_tuning_command(tmp_path, line):
     write_tuned("power_limited", {"adaptive_rule": TUNED, "constant": TUNED}, tmp_path)
     path = tmp_path / "power_limited.toml"
     path.write_text(path.read_text(encoding="utf-8").replace(f"task_version = {TASK_VERSION}\n", line), "utf-8")
@@ -58,7 +58,7 @@ def test_parameters_of_another_task_version_are_none_and_say_what_tunes_them_ane
     )
 
 
-def test_tuning_does_again_what_was_tuned_for_another_task_version(tmp_path):
+def test_tuning_replaces_parameters_of_another_task_version(tmp_path):
     configs, first = tmp_path / "configs", {"episodes": 2, "runs": tmp_path / "runs"}
     tune(ORACLE_PROBLEM, ["constant"], folder=configs, **first)
     path = configs / "oracle6.toml"
@@ -88,7 +88,7 @@ def test_a_damaged_file_is_an_error(tmp_path, text):
         ({"E": None}, "does not fit .*'E'"),
     ],
 )
-def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, match, tmp_path):
+def test_parameters_unfit_for_their_policy_are_an_error(name, change, match, tmp_path):
     kept = "full_state_rule" if name == "mpc" else name
     tuned = read_tuned("oracle6")[kept]
     parameters = {key: value for key, value in {**tuned.parameters, **change}.items() if value is not None}
@@ -100,7 +100,7 @@ def test_parameters_that_do_not_fit_their_policy_are_an_error(name, change, matc
 
 
 @pytest.mark.parametrize("every", [0, -2, 1.5])
-def test_an_interval_that_is_no_number_of_blocks_is_an_error(every, tmp_path):
+def test_an_interval_must_be_a_whole_number_of_blocks(every, tmp_path):
     tuned = read_tuned("oracle6")["interval"]
     parameters = {**tuned.parameters, "every": every}
     write_tuned("oracle6", {"interval": dataclasses.replace(tuned, parameters=parameters)}, tmp_path)
@@ -110,7 +110,7 @@ def test_an_interval_that_is_no_number_of_blocks_is_an_error(every, tmp_path):
         make_policy("interval", ORACLE, tmp_path)
 
 
-def test_parameters_that_are_no_table_are_an_error(tmp_path):
+def test_parameters_must_be_a_table(tmp_path):
     write_tuned("oracle6", {"constant": TUNED}, tmp_path)
     path = tmp_path / "oracle6.toml"
     path.write_text(path.read_text(encoding="utf-8").partition("[constant.")[0] + "parameters = 3\n", encoding="utf-8")
@@ -118,20 +118,20 @@ def test_parameters_that_are_no_table_are_an_error(tmp_path):
         make_policy("constant", ORACLE, tmp_path)
 
 
-def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
+def test_an_impossible_folder_is_an_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="cannot be made"):
         write_tuned("job", {"a": TUNED}, tmp_path / "file" / "configs")
 
 
 def problem_of(name: str) -> Problem:
-    """The problem that a file of parameters is for; those of an example program end in how often it is run."""
+    """Return the problem of a parameter file; names for an example program end in its number of parts."""
     batch = re.fullmatch(r"(.+)_x(\d+)", name)
     return find_problem(name) if batch is None else find_problem(str(EXAMPLES / f"{batch[1]}.nc"), parts=int(batch[2]))
 
 
 @pytest.mark.parametrize("task", few(sorted(path.stem for path in CONFIGS.glob("*.toml")), 2))
-def test_the_files_hold_what_their_parameters_cost(task):
+def test_parameter_files_record_the_cost_of_their_parameters(task):
     simulation, tuned = problem_of(task).simulation(), read_tuned(task)
     assert [name for name in tuned if name not in ABLATIONS] == tunable(simulation)
     # a look-ahead takes seconds an evaluation
@@ -141,7 +141,7 @@ def test_the_files_hold_what_their_parameters_cost(task):
         assert run.cost.mean() == pytest.approx(entry.training_cost, rel=1e-4), name
 
 
-def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
+def test_a_zero_search_vector_is_the_start_and_values_stay_in_bounds():
     task = ORACLE.task
     start = from_vector(RULES["adaptive_rule"], task, [0.0] * 11)
     assert (start["E"], start["gA"], start["wH"]) == ([12_000.0, 12_000.0], -0.3, 0.5)
@@ -152,7 +152,7 @@ def test_a_search_vector_of_zeros_is_the_start_and_bounds_hold():
     assert [(plan["D"], plan["every"]) for plan in plans] == [(0, 1), (1, 4), (1, 360)]
 
 
-def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
+def test_terms_without_meaning_in_a_task_are_not_tuned():
     sizes = {name: vector_size(RULES["adaptive_rule"], simulated(name).task) for name in ("rush", "CBN")}
     # 3 or 2 kinds, each with E and A_dress; 7 coefficients of every task, 2 of the task
     assert sizes == {"rush": 15, "CBN": 13}
@@ -166,13 +166,13 @@ FEW = {"evaluations": 8, "starts": 1, "episodes": 1}
 
 
 def own_program(folder: Path) -> str:
-    """A copy of an example program among the user's files, whose parameters are tuned for batches."""
+    """Copy an example program, whose parameters are tuned for batches, to the user's files; return its path."""
     for name in ("plate_g82.nc", "plate_g82.toml"):
         (folder / name).write_text((EXAMPLES / name).read_text(encoding="utf-8"), encoding="utf-8")
     return str(folder / "plate_g82.nc")
 
 
-def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_path, monkeypatch):
+def test_parameters_of_a_users_file_lie_below_the_working_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "shop.toml").write_text(TASK, encoding="utf-8")
     shipped = {path.name: path.read_bytes() for path in CONFIGS.iterdir()}
@@ -181,14 +181,14 @@ def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_
     assert {path.name: path.read_bytes() for path in CONFIGS.iterdir()} == shipped
     assert read_tuned("shop", Path("runs/parameters")) == tuned
     assert tuned["constant"].parameters["E"] == make_policy("constant", problem.simulation()).E
-    # another folder comes first
+    # a named folder comes first
     tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
     assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]
     with pytest.raises(ConfigError, match=r"constant has no parameters in .*other/shop\.toml.* --parameters .*other`"):
         make_policy("constant", problem.simulation(), tmp_path / "other")
 
 
-def test_a_users_program_does_not_get_the_parameters_of_an_example_of_its_name(tmp_path, monkeypatch):
+def test_a_users_program_does_not_use_parameters_of_a_namesake_example(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert make_policy("constant", find_problem(str(EXAMPLES / "plate_g82.nc"), parts=30).simulation()).name
     with pytest.raises(ConfigError, match=r"constant has no parameters in runs/parameters/plate_g82_x30\.toml"):
@@ -196,7 +196,7 @@ def test_a_users_program_does_not_get_the_parameters_of_an_example_of_its_name(t
 
 
 @pytest.mark.parametrize("name", ["shop.toml", "my shop.toml", "plate_g82.nc"])
-def test_what_is_not_tuned_for_a_users_file_names_the_command_that_tunes_it(tmp_path, monkeypatch, name):
+def test_an_untuned_policy_of_a_users_file_names_the_tuning_command(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     own_program(tmp_path)
     for shop in ("shop.toml", "my shop.toml"):

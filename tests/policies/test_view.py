@@ -20,7 +20,7 @@ ESTIMATES = 4
 
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
-    """What `n` episodes measure under random actions."""
+    """Return the measurements of `n` episodes under random actions."""
     env = task_env.make_vector(n, observation="measured", autoreset_mode="SameStep")
     seen = [env.reset(seed=seed)[0]]
     rng = np.random.default_rng(seed)
@@ -30,7 +30,7 @@ def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("memory", KINDS)
-def test_features_do_not_depend_on_the_episodes_beside(memory: MemoryKind):
+def test_features_do_not_depend_on_other_episodes(memory: MemoryKind):
     seen = observations(3, 12)
     together = LearnerView(PLATES, memory)
     together.begin(3)
@@ -44,7 +44,7 @@ def test_features_do_not_depend_on_the_episodes_beside(memory: MemoryKind):
 
 
 @pytest.mark.parametrize("memory", KINDS)
-def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memory: MemoryKind):
+def test_a_restart_clears_the_memory_of_its_episode_only(memory: MemoryKind):
     seen, later = observations(2, 6), observations(2, 4, seed=8)
     view, plain, fresh = (LearnerView(PLATES, memory) for _ in range(3))
     for each in (view, plain, fresh):
@@ -61,7 +61,7 @@ def test_a_restarted_episode_remembers_nothing_and_its_neighbour_everything(memo
 
 
 @pytest.mark.parametrize("memory", KINDS)
-def test_episodes_outside_the_mask_take_nothing_in(memory: MemoryKind):
+def test_episodes_outside_the_mask_remember_nothing_new(memory: MemoryKind):
     seen, strange = observations(2, 6), observations(2, 6, seed=9)
     view, plain = LearnerView(PLATES, memory), LearnerView(PLATES, memory)
     view.begin(2)
@@ -73,7 +73,7 @@ def test_episodes_outside_the_mask_take_nothing_in(memory: MemoryKind):
         view.features(other, second)
 
 
-def test_the_belief_is_that_of_the_wrapper_beside_what_the_estimates_see():
+def test_the_belief_view_joins_the_estimates_and_the_belief_of_the_wrapper():
     view, estimates = LearnerView(PLATES, "belief"), LearnerView(PLATES, "estimates")
     belief = BeliefMemory(PLATES, 16)
     for each in (view, estimates, belief):
@@ -99,7 +99,7 @@ def test_a_stack_shows_the_last_observations_oldest_first():
         assert np.array_equal(view.features(each), wanted)
 
 
-def test_the_grid_of_a_task_with_levels_is_the_levels():
+def test_the_speed_grid_of_a_task_with_levels_equals_the_levels():
     simulation = simulated("oracle6")
     view, task = LearnerView(simulation), simulation.task
     assert view.action_space == spaces.MultiDiscrete([len(task.action.speed_levels or ()), task.action.executions + 1])
@@ -109,7 +109,7 @@ def test_the_grid_of_a_task_with_levels_is_the_levels():
 
 
 @given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=30), st.integers(0, 2**32 - 1))
-def test_a_mean_weighs_what_was_seen_k_blocks_ago_by_a_power_of_k(first: list[float], seed: int) -> None:
+def test_a_running_mean_weighs_observations_exponentially_by_age(first: list[float], seed: int) -> None:
     rng = np.random.default_rng(seed)
     seen = np.stack([np.array(first), rng.normal(size=len(first))], axis=1).astype(np.float32)
     means = RunningMeans(2)
@@ -123,7 +123,7 @@ def test_a_mean_weighs_what_was_seen_k_blocks_ago_by_a_power_of_k(first: list[fl
     np.testing.assert_allclose(found, np.tile(np.concatenate(wanted), (3, 1)), rtol=1e-5, atol=1e-5)
 
 
-def test_episodes_begin_anew_alone_and_only_those_asked_take_in() -> None:
+def test_running_means_restart_and_update_single_episodes() -> None:
     means = RunningMeans(1)
     means.begin(3)
     means.take(np.full((3, 1), 4.0, np.float32), np.ones(3, bool))

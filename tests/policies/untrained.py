@@ -1,4 +1,4 @@
-"""Agents that have not been trained, of each family of networks, and how they are saved."""
+"""Untrained agents of each family of networks, and a function that saves them."""
 
 from pathlib import Path
 from typing import Any
@@ -16,25 +16,25 @@ from grind_env.policies.problem import Problem
 from tests.policies.harness import network_of
 
 KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}
-"""What agents of Stable-Baselines3 see."""
+"""Observations of agents of Stable-Baselines3."""
 
 
 class Spaces(gym.Env[Any, Any]):
-    """All that Stable-Baselines3 asks of an environment before it trains."""
+    """Environment with spaces alone: Stable-Baselines3 needs no more to create an agent."""
 
     def __init__(self, seen: spaces.Space[Any], acting: spaces.Space[Any]) -> None:
         self.observation_space, self.action_space = seen, acting
 
 
 def untrained(problem: Problem, kind: str = "ppo", seed: int = 3) -> Any:
-    """An agent of a kind for a problem."""
+    """Return an untrained agent of a kind for a problem."""
     view = KINDS[kind].view(problem.simulation())
     env = Spaces(view.observation_space, view.action_space)
     return PPO("MlpPolicy", env, policy_kwargs={"net_arch": [128, 128]}, seed=seed, device="cpu")
 
 
 def recurrent(simulation: Simulation, lstm: int = 24) -> LearnedPolicy:
-    """An agent with a GRU."""
+    """Return an agent with a GRU."""
     form, rng = LearnerForm("none"), np.random.default_rng(5)
     network = network_of(simulation, form, "gru", lstm=lstm)
     tensors = {name: rng.normal(0.0, 0.3, shape).astype(np.float32) for name, shape in network.shapes().items()}
@@ -42,7 +42,7 @@ def recurrent(simulation: Simulation, lstm: int = 24) -> LearnedPolicy:
 
 
 def save(path: Path, model: Any, simulation: Simulation, kind: str = "ppo") -> None:
-    """Write what acting needs of an agent of Stable-Baselines3."""
+    """Write the parts of an agent of Stable-Baselines3 that it needs to act."""
     state = {name: values.detach().cpu().numpy() for name, values in model.policy.state_dict().items()}
     actor = Actor(network_of(simulation, KINDS[kind], "actor_critic"), state)
     write_policy(path, actor, simulation, kind, KINDS[kind], {"settings": {"split": "inner"}})

@@ -1,4 +1,4 @@
-"""What the tests of the pictures share: views made by hand, and reading pixels."""
+"""Helpers of the picture tests: hand-made views and pixel counts."""
 
 from dataclasses import replace
 from typing import Any
@@ -46,7 +46,7 @@ VIEW = EpisodePicture(
 INSTANT = PictureInstant(table=0.0, spin=0.1, dressing=False, speed=9000.0, executions=0)
 
 MACHINE = (slice(90, 340), slice(16, 474))
-"""Rows and columns of the wide picture in which the machine stands, without its labels."""
+"""Rows and columns of the machine in the wide picture, without its labels."""
 CHARTS = (slice(50, 482), slice(486, 944))
 TRAY = (slice(458, 481), slice(14, 410))
 
@@ -60,12 +60,12 @@ def with_last(view: EpisodePicture = VIEW, **changes: Any) -> EpisodePicture:
 
 
 def near(picture: NDArray[np.uint8], colour: tuple[int, int, int], tolerance: int = 6) -> NDArray[np.bool_]:
-    """Which pixels have that colour, shape (height, width)."""
+    """Return the mask of the pixels with the given colour, shape (height, width)."""
     difference = np.abs(picture.astype(np.int64) - np.array(colour))
     mask: NDArray[np.bool_] = difference.max(axis=2) <= tolerance
     return mask
 
 
 def runs(row: NDArray[np.bool_]) -> int:
-    """How many separate stretches of True a row has."""
+    """Count the separate stretches of True in a row."""
     return int(np.count_nonzero(row & ~np.concatenate([[False], row[:-1]])))

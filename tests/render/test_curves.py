@@ -1,4 +1,4 @@
-"""What pictures show of a record, against the record itself."""
+"""The curves of a record picture against the record itself."""
 
 from pathlib import Path
 
@@ -33,37 +33,37 @@ def titled(shown: Picture, title: str):
     return next(curve for curve in shown.curves if curve.title == title)
 
 
-def test_the_strokes_of_L_spark_out() -> None:
+def test_the_strokes_of_the_L_word_are_spark_out() -> None:
     record, _ = example("plate_g82")  # L0, then L4: its last four strokes
     assert np.flatnonzero(sparks_out(record)).tolist() == [25, 26, 27, 28]
 
 
-def test_a_traverse_of_L_sparks_out() -> None:
-    record, _ = example("rail_g83")  # L0, then L1: of two traverses at depth the second one
+def test_the_traverse_of_the_L_word_is_spark_out() -> None:
+    record, _ = example("rail_g83")  # L0, then L1: the second of two traverses at depth
     found, strokes = sparks_out(record), record.strokes
     at_depth = np.flatnonzero(strokes["Z"] == strokes["Z"].max())
     assert np.flatnonzero(found).tolist() == at_depth[-(len(at_depth) // 2) :].tolist()
 
 
-def test_strokes_between_which_the_program_feeds_nothing_spark_out() -> None:
+def test_strokes_without_infeed_before_them_are_spark_out() -> None:
     record, _ = example("keyway_g81")
     Z = record.strokes["Z"].tolist()
     assert sparks_out(record).tolist() == [k > 0 and Z[k] == Z[k - 1] for k in range(len(Z))]
 
 
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
-def test_what_is_behind_the_program_at_the_end_is_the_size_error(name: str) -> None:
+def test_the_final_depth_lag_is_the_size_error(name: str) -> None:
     record, job = example(name)
     assert depth_lag(record, job)[-1] == pytest.approx(record.parts["size_error"][-1], abs=1e-6)
 
 
-def test_what_is_behind_begins_anew_with_every_part() -> None:
+def test_the_depth_lag_restarts_with_every_part() -> None:
     record = parts(3)
     lasts = np.searchsorted(record.strokes["part"], [1, 2, 3], side="right") - 1
     np.testing.assert_allclose(depth_lag(record, JOB)[lasts], record.parts["size_error"], atol=1e-6)
 
 
-def test_a_stroke_is_a_step_whatever_the_dresses_take() -> None:
+def test_every_stroke_has_the_same_width_however_long_a_dress_takes() -> None:
     record, job = example("plate_g82")
     shown = picture(record, job)
     assert np.diff(shown.edges).tolist() == [1.0] * record.strokes.size
@@ -81,7 +81,7 @@ def test_axes_begin_at_zero_and_show_the_limits() -> None:
         assert low <= np.nanmin(curve.low) and np.nanmax(curve.high) <= high
 
 
-def test_many_parts_are_bands() -> None:
+def test_many_parts_are_drawn_as_bands() -> None:
     count = 2 * MOST_GROUPS + 7
     record = parts(count)
     assert record.strokes.size > MOST_STROKES and count >= MANY_PARTS
@@ -96,7 +96,7 @@ def test_many_parts_are_bands() -> None:
         assert mean == pytest.approx(group.mean())
 
 
-def test_many_strokes_of_one_part_are_bands_of_strokes() -> None:
+def test_many_strokes_of_one_part_are_drawn_as_bands() -> None:
     record = parts(1, spark_out=999)
     shown = picture(record, JOB)
     assert shown.axis == "stroke" and shown.banded and len(shown.at) <= MOST_GROUPS

@@ -17,7 +17,7 @@ BLOCK_STRIP = 493
 
 
 def wheel_height(view: EpisodePicture) -> int:
-    """From the highest to the lowest pixel of the wheel's colour in the column through its middle."""
+    """Return the height in pixels of the wheel's colour in the column through its middle."""
     machine = render(view)[MACHINE]
     rows = np.flatnonzero(near(machine, palette.wear_colour(view.wheel.A))[:, 229])
     return int(rows.max() - rows.min())
@@ -29,7 +29,7 @@ def wheel_bottom(view: EpisodePicture) -> int:
 
 
 def scorched(view: EpisodePicture) -> int:
-    """Pixels of the part that are browner than steel can be."""
+    """Count the pixels of the part that are browner than steel."""
     machine = render(view)[MACHINE][185:230].astype(int)
     return int(np.count_nonzero(machine[..., 0] > machine[..., 2] + 40))
 
@@ -45,7 +45,7 @@ def test_a_picture_is_an_array_of_bytes_and_the_same_every_time(size: tuple[int,
     assert np.array_equal(picture, render(VIEW, size))
 
 
-def test_the_wheel_shrinks() -> None:
+def test_a_smaller_wheel_is_drawn_smaller() -> None:
     heights = [wheel_height(with_wheel(ds=ds)) for ds in (300.0, 299.0, 297.0, 290.0, 270.0, 200.0)]
     assert all(larger > smaller for larger, smaller in pairwise(heights))
     assert heights[-1] > 0.5 * heights[0]
@@ -61,7 +61,7 @@ def test_the_wheel_goes_from_blue_to_red_as_it_dulls() -> None:
     assert redness == sorted(redness)
 
 
-def test_the_wheel_stands_as_high_as_stock_is_left() -> None:
+def test_the_wheel_stands_higher_if_more_stock_is_left() -> None:
     bottoms = {
         left: wheel_bottom(replace(VIEW, instant=INSTANT, part=replace(VIEW.part, left=left)))
         for left in (0.0, 0.15, 0.3)
@@ -70,7 +70,7 @@ def test_the_wheel_stands_as_high_as_stock_is_left() -> None:
     assert bottoms[0.0] - bottoms[0.3] >= 15
 
 
-def test_a_burn_leaves_its_mark_and_a_hotter_one_a_bluer_mark() -> None:
+def test_a_burn_leaves_a_mark_and_a_hotter_burn_a_bluer_mark() -> None:
     limit = LIMITS.rise
     assert scorched(with_last(rise=limit)) == 0
     assert scorched(with_last(rise=1.02 * limit)) > 100
@@ -79,7 +79,7 @@ def test_a_burn_leaves_its_mark_and_a_hotter_one_a_bluer_mark() -> None:
     assert not near(render(with_last(rise=1.02 * limit))[MACHINE], palette.TEMPER[-1]).any()
 
 
-def test_a_burn_is_gone_with_its_part() -> None:
+def test_a_burn_mark_disappears_with_its_part() -> None:
     burnt = with_last(rise=1.3 * LIMITS.rise)
     assert scorched(burnt) > 100
     assert scorched(replace(burnt, instant=INSTANT, part=replace(burnt.part, left=0.3))) == 0
@@ -107,10 +107,10 @@ def test_values_beyond_their_limits_are_marked_in_the_charts() -> None:
     assert marks(with_last(power=LIMITS.power + 1.0, rise=501.0, roughness=1.1)) == pytest.approx(3 * power, rel=0.2)
 
 
-def test_every_dress_has_its_bar_as_high_as_there_were_executions() -> None:
+def test_the_bar_of_a_dress_is_as_high_as_its_number_of_executions() -> None:
     executions = (0, 1, 0, 3, 2, 0, 0, 1)
     ground = tuple(replace(GOOD, executions=count) for count in executions)
-    # without the text, which has the colour of the bars, on the right
+    # leave out the text on the right, which has the colour of the bars
     bars = near(render(replace(VIEW, ground=ground))[CHARTS][:, :300], palette.ORANGE)
     columns = bars.sum(axis=0)
     assert runs(columns > 0) == 4
@@ -119,7 +119,7 @@ def test_every_dress_has_its_bar_as_high_as_there_were_executions() -> None:
     assert np.array(heights) / heights[0] == pytest.approx([1.0, 3.0, 2.0, 1.0], rel=0.15)
 
 
-def test_the_tray_shows_every_part_good_scrap_or_to_come() -> None:
+def test_the_tray_shows_good_scrap_and_coming_parts() -> None:
     ground = tuple(replace(GOOD, good=good) for good in (1.0, 0.9, 0.2, 1.0, 0.0, 0.49))
     tray = render(replace(VIEW, ground=ground))[TRAY]
     foot = tray[near(tray, palette.EDGE).any(axis=1).argmax() + 1]
@@ -128,7 +128,7 @@ def test_the_tray_shows_every_part_good_scrap_or_to_come() -> None:
     assert runs(near(foot[None], palette.EDGE)[0]) == 14
 
 
-def test_another_block_text_changes_its_line_alone() -> None:
+def test_the_block_text_changes_only_its_own_strip_of_the_picture() -> None:
     first, second = render(VIEW), render(replace(VIEW, text=VIEW.text.replace("E9000.", "E8000.")))
     changed = np.flatnonzero((first != second).any(axis=(1, 2)))
     assert changed.min() >= BLOCK_STRIP
@@ -152,13 +152,13 @@ DRAWING = ("PIL", "tkinter", "pygame", "matplotlib")
 import gymnasium as gym
 import grind_env
 from grind_env.errors import GrindError
-from grind_env.envs import view as episode
-from grind_env.render import ansi, frames
+from grind_env.envs import episode_viewer as episode
+from grind_env.render import frames, terminal_view
 env = gym.make("grind/Oracle6-v0")
 env.reset(seed=0)
 simulation, episodes = env.unwrapped.simulation, env.unwrapped.episodes
 view = env.unwrapped.simulation.viewer.view(episodes, 0, [], [])
-ansi.panel(view)
+terminal_view.panel(view)
 print([name for name in DRAWING if name in sys.modules])
 try:
     frames.render(view)
@@ -178,7 +178,7 @@ def lines(*missing: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_the_drawing_library_is_loaded_with_the_first_picture_and_without_a_screen_the_remedy_is_named() -> None:
+def test_pillow_loads_with_the_first_picture_and_a_missing_screen_names_the_remedy() -> None:
     before, after, message = lines()
     assert (before, after) == ("[]", "['PIL']")
     assert message.startswith("there is no screen (")
@@ -194,5 +194,5 @@ def test_the_drawing_library_is_loaded_with_the_first_picture_and_without_a_scre
         ]
     ),
 )
-def test_without_a_library_the_remedy_is_named(library: str, said: str) -> None:
+def test_a_missing_library_names_the_remedy(library: str, said: str) -> None:
     assert lines(library)[-1] == said

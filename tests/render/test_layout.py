@@ -19,7 +19,7 @@ DRAW = {WIDE: draw_wide, TALL: draw_tall}
 
 
 def boxes(canvas: Canvas) -> Iterator[tuple[str, Box]]:
-    """The texts and the room that each takes: 0.75 of its size above the base line, 0.2 below."""
+    """Yield each text and its box: 0.75 of its size above the base line, 0.2 below."""
     for text in canvas.texts:
         if text.text:
             width = text_width(text.text, text.size, text.strong)
@@ -49,7 +49,7 @@ def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int
 
 
 @pytest.mark.parametrize("size", [WIDE, TALL])
-def test_there_is_room_for_the_worst(size: tuple[int, int]) -> None:
+def test_the_longest_values_fit_into_the_picture(size: tuple[int, int]) -> None:
     worst = with_last(power=98765.0, rise=1800.0, roughness=9.99, size_error=-400.0, good=0.0, cost=98765.43)
     assert_legible(replace(worst, wheel=worst.wheel._replace(ds=180.0, A=0.15, lam=1.0)), size)
     assert_legible(with_last(finished=False, good=0.0), size)
@@ -67,7 +67,7 @@ def test_a_long_title_gets_smaller_then_shorter(title: str, shown: str, size: tu
     assert (heading.text == title) == (title == shown)
 
 
-def test_the_dresses_of_a_job_of_many_blocks_are_seen() -> None:
+def test_dresses_stay_visible_in_a_job_of_many_blocks() -> None:
     many = tuple(replace(VIEW.ground[0], executions=1) for _ in range(2000))
     view = replace(VIEW, ground=many, extent=replace(VIEW.extent, blocks=2000, parts=2000))
     below = draw_wide(view, *WIDE).pixels()[455:480, 500:930].astype(int)

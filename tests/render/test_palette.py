@@ -1,4 +1,4 @@
-"""Colours told apart by eyes of every kind, with the model of Machado, Oliveira & Fernandes (2009), severity 1."""
+"""Colours differ for every colour vision, by the model of Machado, Oliveira & Fernandes (2009), severity 1."""
 
 from itertools import combinations, pairwise
 
@@ -26,7 +26,7 @@ WHITE = XYZ.sum(axis=1)
 
 
 def seen(colour: palette.Colour, eye: str) -> np.ndarray:
-    """The colour in CIE L*a*b* (D65) as that eye sees it."""
+    """Return the colour in CIE L*a*b* (D65) as the eye sees it."""
     encoded = np.array(colour) / 255.0
     linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     t = XYZ @ np.clip(EYES[eye] @ linear, 0.0, 1.0) / WHITE
@@ -53,8 +53,8 @@ GROUNDS = {"PANEL": TEXT, "PAPER": TEXT, "STRIP": ["INK", "GREY", "BLUE", "ORANG
 
 
 @pytest.mark.parametrize(("ground", "text"), [(ground, text) for ground, texts in GROUNDS.items() for text in texts])
-def test_text_stands_out(ground: str, text: str) -> None:
-    """WCAG 2: a contrast of 4.5 to 1 for text of this size."""
+def test_text_has_the_contrast_of_the_accessibility_guideline(ground: str, text: str) -> None:
+    """WCAG 2 asks for a contrast of 4.5 to 1 for text of this size."""
 
     def luminance(rgb: palette.Colour) -> float:
         encoded = np.array(rgb) / 255.0

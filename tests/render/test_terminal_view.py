@@ -13,7 +13,7 @@ def line(text: str, name: str) -> str:
     return next(each for each in text.splitlines() if each.startswith(name))
 
 
-def test_the_panel_says_what_the_picture_shows() -> None:
+def test_the_panel_shows_wheel_part_readings_and_cost() -> None:
     text = panel(with_wheel(ds=297.5, A=0.0213, lam=0.12, wd=0.08))
     assert text == "\n".join(
         [
@@ -34,7 +34,7 @@ def test_the_panel_says_what_the_picture_shows() -> None:
     )
 
 
-def test_before_the_first_block_there_is_nothing_to_measure() -> None:
+def test_the_panel_has_no_readings_before_the_first_block() -> None:
     text = panel(replace(VIEW, ground=(), text=""))
     assert line(text, "block").endswith("none run yet")
     assert line(text, "power") == "power"
@@ -53,7 +53,7 @@ def test_before_the_first_block_there_is_nothing_to_measure() -> None:
         ({"roughness": 5.0, "size_error": 50.0, "limits": LIMITS._replace(roughness=0.0, size=0.0)}, "good part"),
     ],
 )
-def test_the_verdict_names_the_limits_that_were_passed(change: dict[str, float], verdict: str) -> None:
+def test_the_verdict_names_every_exceeded_limit(change: dict[str, float], verdict: str) -> None:
     assert f" {verdict}\n" in panel(with_last(**change))
 
 

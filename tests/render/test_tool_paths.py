@@ -1,4 +1,4 @@
-"""What is drawn of a tool path: every motion of `grind trace`, where it says, in the style of its source."""
+"""Tool path plots draw every motion of `grind trace` in its place, in the style of its source."""
 
 import matplotlib.style
 import numpy as np
@@ -39,7 +39,7 @@ def events(text: str, **settings: object) -> list:
     return list(execute(read(text), Control(**settings)))
 
 
-def test_every_motion_in_the_plane_is_drawn_from_where_the_last_one_ended_to_its_end():
+def test_every_motion_in_the_plane_is_drawn_from_the_previous_end_to_its_end():
     found, shown = events(CONTOUR, radius=2.0), axes()
     draw_path(shown, found, "ZX")
     traced = [(each["end"][2], each["end"][0]) for each in map(record, found) if each]
@@ -59,7 +59,7 @@ def test_an_arc_keeps_its_distance_from_its_centre():
     np.testing.assert_allclose(distances, 10.0, atol=1e-6)
 
 
-def test_the_legend_names_each_source_once_and_no_two_of_them_are_alike_in_grey():
+def test_the_legend_names_each_source_once_and_line_styles_differ():
     found, shown = events(DRESSED), axes()
     draw_path(shown, found, "XY")
     names = [text.get_text() for text in shown.get_legend().get_texts()]
@@ -69,14 +69,14 @@ def test_the_legend_names_each_source_once_and_no_two_of_them_are_alike_in_grey(
     assert len(looks) == len(set(looks))
 
 
-def test_the_legend_calls_the_moves_of_the_program_as_asked():
+def test_the_legend_uses_the_given_name_for_programmed_moves():
     shown = axes()
     draw_path(shown, events(CONTOUR, radius=2.0), "ZX", programmed="compensated path")
     names = [text.get_text() for text in shown.get_legend().get_texts()]
     assert names == ["rapid", "compensated path"]
 
 
-def test_over_time_the_coordinate_is_where_the_trace_says_at_every_end():
+def test_the_plot_over_time_reaches_the_traced_coordinate_at_every_end():
     found, shown = events(CONTOUR), axes()
     draw_over_time(shown, found, "X")
     traced = [each for each in map(record, found) if each]
@@ -87,14 +87,14 @@ def test_over_time_the_coordinate_is_where_the_trace_says_at_every_end():
 
 
 @pytest.mark.parametrize("plane", ["XX", "X", "ZXY", "AB"])
-def test_a_plane_that_is_none_is_told(plane):
+def test_an_unknown_plane_or_axis_is_refused(plane):
     with pytest.raises(PathError, match="two of the axes"):
         draw_path(axes(), [], plane)
     with pytest.raises(PathError, match="X, Y or Z"):
         draw_over_time(axes(), [], plane + "Z")
 
 
-def test_figures_in_the_style_of_the_package_are_readable_in_grey():
+def test_the_style_of_the_package_has_six_distinct_line_styles():
     with matplotlib.style.context("grind_env.render.grind"):
         cycle = [str(each["linestyle"]) for each in matplotlib.rcParams["axes.prop_cycle"]]
     assert len(cycle) == len(set(cycle)) == 6

@@ -1,4 +1,4 @@
-"""The window without a screen: tkinter's screen objects are replaced by ones that remember what they were given."""
+"""The window without a screen: fake tkinter objects record the calls."""
 
 import tkinter
 from typing import Any
@@ -14,7 +14,7 @@ from tests.render.harness import VIEW
 
 
 class Screen:
-    """Root window, label and picture in one."""
+    """Fake of root window, label and picture in one."""
 
     def __init__(self) -> None:
         self.pictures: list[Image.Image] = []
@@ -56,7 +56,7 @@ def test_the_window_shows_the_picture(screen: Screen) -> None:
     assert np.array_equal(np.array(screen.pictures[0]), frame)
 
 
-def test_pictures_stand_for_their_time(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_picture_stays_for_its_frame_time(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
     clock, slept = [0.0], []
 
     def sleep(seconds: float) -> None:
@@ -74,7 +74,7 @@ def test_pictures_stand_for_their_time(screen: Screen, monkeypatch: pytest.Monke
     assert slept == pytest.approx([0.0, 0.06, 0.0])
 
 
-def test_a_window_that_the_user_closed_says_so_and_can_be_closed_again(screen: Screen) -> None:
+def test_a_window_closed_by_the_user_raises_an_error_and_can_be_closed_again(screen: Screen) -> None:
     window = Window("grind", 1000.0)
     screen.open = False
     with pytest.raises(RenderError, match="the window has been closed: make the environment anew"):

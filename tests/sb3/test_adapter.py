@@ -29,7 +29,7 @@ def singles(env_id: str, wrap=lambda env: env, **arguments) -> DummyVecEnv:
 
 
 def assert_alike(adapter: SB3VecEnv, dummy: DummyVecEnv, steps: int) -> int:
-    """Compare observations, rewards, ends and infos, with their types; the number of episodes that ended."""
+    """Compare observations, rewards, ends and infos with their types; return the number of ended episodes."""
     for env in (adapter, dummy):
         env.seed(7)
     np.testing.assert_array_equal(adapter.reset(), dummy.reset(), strict=True)
@@ -48,12 +48,12 @@ def assert_alike(adapter: SB3VecEnv, dummy: DummyVecEnv, steps: int) -> int:
     return ends
 
 
-def test_the_adapter_is_what_dummy_vec_env_makes_of_the_single_env():
+def test_the_adapter_behaves_like_dummy_vec_env():
     assert assert_alike(SB3VecEnv(native(show_block=True)), singles(FLAGSHIP, show_block=True), 130) == 6
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_the_infos_of_every_id_are_those_of_dummy_vec_env(env_id):
+def test_every_id_gives_the_same_results_as_with_dummy_vec_env(env_id):
     short = {"max_episode_steps": 3}
     adapter = SB3VecEnv(gym.make_vec(env_id, num_envs=3, autoreset_mode="SameStep", **short))
     assert assert_alike(adapter, singles(env_id, **short, show_block=False), 7) >= 6
@@ -71,14 +71,14 @@ def test_the_adapter_takes_wrapped_environments(wrap):
     # the filter appends the belief, the last part of a stack is the observation and the action that led to it
     part = shown[:, :entries] if wrap is BeliefFilter else shown[:, -entries - 2 : -2]
     assert np.array_equal(part, measured)
-    # what the wrapper does not have, the environment has
+    # attributes missing on the wrapper come from the environment
     assert adapter.get_attr("task") == plain.get_attr("task")
     named = len(adapter.env_method("observation_info")[0])
     assert named == (shown.shape[1] if wrap is BeliefFilter else entries)
 
 
 @pytest.mark.parametrize("wrap", WRAPPERS.values())
-def test_wrapped_environments_take_options_one_by_one(wrap):
+def test_wrapped_environments_take_reset_options_for_each_environment(wrap):
     options = [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}]
     env = SB3VecEnv(wrap(native()))
     env.seed(7)
@@ -105,13 +105,13 @@ def stepped(env: VecEnv, steps: int) -> list[dict]:
     return infos
 
 
-def test_vec_monitor_finds_episodes_and_what_it_is_told_to_keep_of_the_info():
+def test_vec_monitor_records_episodes_and_its_info_keywords():
     infos = stepped(VecMonitor(SB3VecEnv(native()), info_keywords=("block_cost", "E")), 60)
     assert [info["episode"]["l"] for info in infos] == [60] * 3
     assert [info["episode"]["block_cost"] for info in infos] == [info["block_cost"] for info in infos]
 
 
-def test_statistics_of_gymnasium_come_through():
+def test_episode_statistics_of_gymnasium_reach_the_infos():
     infos = stepped(SB3VecEnv(RecordEpisodeStatistics(native(max_episode_steps=4))), 4)
     monitored = stepped(VecMonitor(SB3VecEnv(native(max_episode_steps=4))), 4)
     assert [info["episode"]["l"] for info in infos] == [4] * 3
@@ -119,8 +119,8 @@ def test_statistics_of_gymnasium_come_through():
     assert returns == pytest.approx([info["episode"]["r"] for info in monitored], rel=1e-5)
 
 
-class Telling(gym.Wrapper):
-    """Says in the info of a reset how many there were."""
+class CountingResets(gym.Wrapper):
+    """Wrapper that counts the resets in the info of a reset."""
 
     resets = 0
 
@@ -130,9 +130,9 @@ class Telling(gym.Wrapper):
         return observation, {**info, "resets": self.resets}
 
 
-def test_the_info_of_a_reset_is_not_that_of_the_episode_before():
+def test_reset_infos_belong_to_the_new_episode():
     def make():
-        return Telling(gym.make("grind/Slot-v0", max_episode_steps=3, show_block=False))
+        return CountingResets(gym.make("grind/Slot-v0", max_episode_steps=3, show_block=False))
 
     sync = gym.vector.SyncVectorEnv([make] * 3, autoreset_mode=AutoresetMode.SAME_STEP)
     adapter, dummy = SB3VecEnv(sync), DummyVecEnv([make] * 3)
@@ -140,11 +140,11 @@ def test_the_info_of_a_reset_is_not_that_of_the_episode_before():
     assert adapter.reset_infos == dummy.reset_infos == [{"resets": 3}] * 3
 
 
-def test_the_wrappers_of_stable_baselines3_leave_the_infos_as_they_are():
+def test_wrappers_of_stable_baselines3_do_not_change_the_infos():
     plain = stepped(SB3VecEnv(native(max_episode_steps=4)), 4)
     wrapped = stepped(VecCheckNan(VecNormalize(SB3VecEnv(native(max_episode_steps=4)))), 4)
     for one, other in zip(plain, wrapped, strict=True):
-        # which is normalised
+        # only the second terminal observation is normalised
         assert not np.array_equal(one.pop("terminal_observation"), other.pop("terminal_observation"))
         assert one == other
         assert one["TimeLimit.truncated"] is True
@@ -153,7 +153,7 @@ def test_the_wrappers_of_stable_baselines3_leave_the_infos_as_they_are():
 def test_the_adapter_takes_options_as_dummy_vec_env_does():
     adapter, dummy = SB3VecEnv(native()), singles(FLAGSHIP)
     action, shown = np.zeros((3, 2), np.float32), []
-    # what an environment is not told anew holds on
+    # an option holds until the next one replaces it
     for options in (
         [{"context": {"kA": 5.0, "stock": 1.2}}, {}, {"split": "interpolation"}],
         [{}, {"context": {"kA": 0.5}}, {}],
@@ -167,7 +167,7 @@ def test_the_adapter_takes_options_as_dummy_vec_env_does():
     assert not any(np.array_equal(before, after) for before, after in itertools.pairwise(shown[0::2]))
 
 
-def test_the_adapter_hands_out_arrays_of_its_own():
+def test_the_adapter_never_overwrites_returned_arrays():
     env = SB3VecEnv(native())
     observations = env.reset()
     kept = observations.copy()
@@ -178,7 +178,7 @@ def test_the_adapter_hands_out_arrays_of_its_own():
     assert np.array_equal(rewards, first)
 
 
-def test_the_adapter_shows_the_pictures_of_dummy_vec_env():
+def test_the_adapter_renders_the_same_pictures_as_dummy_vec_env():
     adapter, dummy = SB3VecEnv(native(render_mode="rgb_array")), singles(FLAGSHIP, render_mode="rgb_array")
     for env in (adapter, dummy):
         stepped(env, 2)

@@ -18,18 +18,18 @@ moviepy = pytest.importorskip("moviepy", reason="moviepy needs Pillow < 12; run 
 
 
 def pictures(path: Path) -> list[Any]:
-    """The frames of a film."""
+    """Return the frames of a film."""
     with moviepy.VideoFileClip(str(path)) as film:
         return list(film.iter_frames())
 
 
-def likeness(a: Any, b: Any) -> float:
-    """Mean difference of two pictures, in grey levels; the encoding of a film costs some."""
+def mean_difference(a: Any, b: Any) -> float:
+    """Return the mean difference of two pictures in grey levels; film compression causes some."""
     return float(np.abs(np.asarray(a, float) - np.asarray(b, float)).mean())
 
 
 FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "WidePlates")]
-"""One of each kind of picture."""
+"""One environment for each kind of picture."""
 
 
 @pytest.mark.parametrize("env_id", FILMED)
@@ -46,12 +46,12 @@ def test_a_film_has_a_picture_of_every_state(env_id: str, tmp_path: Path) -> Non
     frames = pictures(path)
     assert len(frames) == shown
     assert frames[0].shape == last.shape == (540, 960, 3)
-    assert likeness(frames[-1], last) < min(3.0, likeness(frames[0], last))
+    assert mean_difference(frames[-1], last) < min(3.0, mean_difference(frames[0], last))
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED])
 @pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Job-v0"])
-def test_a_film_of_a_vector_has_all_machines_in_every_picture(env_id: str, mode: AutoresetMode, tmp_path: Path) -> None:
+def test_every_picture_of_a_vector_film_shows_all_machines(env_id: str, mode: AutoresetMode, tmp_path: Path) -> None:
     steps = 2
     env = VectorVideo(native(env_id, 2, mode, render_mode="rgb_array"), str(tmp_path / "film"), video_length=steps + 1)
     env.action_space.seed(0)
@@ -66,7 +66,7 @@ def test_a_film_of_a_vector_has_all_machines_in_every_picture(env_id: str, mode:
     assert len(frames) == steps + 1
     rows, columns = frames[0].shape[0] // 540, frames[0].shape[1] // 960
     assert rows * columns == 2
-    assert likeness(frames[-1], np.concatenate(shown, axis=0 if rows == 2 else 1)) < 3.0
+    assert mean_difference(frames[-1], np.concatenate(shown, axis=0 if rows == 2 else 1)) < 3.0
 
 
 def test_a_film_of_stable_baselines3_has_a_picture_of_every_state(tmp_path: Path) -> None:
@@ -82,4 +82,4 @@ def test_a_film_of_stable_baselines3_has_a_picture_of_every_state(tmp_path: Path
     frames = pictures(path)
     assert len(frames) >= steps
     assert frames[0].shape == last.shape
-    assert likeness(frames[-1], last) < likeness(frames[0], last)
+    assert mean_difference(frames[-1], last) < mean_difference(frames[0], last)

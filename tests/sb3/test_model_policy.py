@@ -1,4 +1,4 @@
-"""A model as a policy does what it does in its own environment, on the same episodes."""
+"""`ModelPolicy` acts like its Stable-Baselines3 model in the environment of its training."""
 
 import gymnasium as gym
 import numpy as np
@@ -46,7 +46,7 @@ def model_of(env, seed: int = 0) -> A2C:
         nightly("stack of beliefs", "box", False),
     ],
 )
-def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scaled):
+def test_model_policy_costs_the_same_as_the_model_in_its_environment(wrap, action, scaled):
     env = vec_env(wrap, action=action)
     if scaled:
         env = VecNormalize(env, norm_reward=False)
@@ -63,7 +63,7 @@ def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scal
 
 
 @pytest.mark.parametrize(("algorithm", "action"), [(A2C, "box"), (A2C, "multidiscrete"), (DQN, "discrete")])
-def test_a_model_that_has_diverged_is_refused_in_a_sentence(algorithm, action):
+def test_a_diverged_model_is_refused(algorithm, action):
     model = algorithm("MlpPolicy", vec_env(action=action), device="cpu")
     *_, last = model.policy.parameters()
     last.data.fill_(np.nan)
@@ -72,7 +72,7 @@ def test_a_model_that_has_diverged_is_refused_in_a_sentence(algorithm, action):
 
 
 @pytest.mark.nightly
-def test_judging_a_model_leaves_its_training_as_it_was():
+def test_evaluating_a_model_does_not_change_its_further_training():
     ends = []
     for judged in (False, True):
         model = model_of(vec_env("belief")).learn(30)
@@ -82,12 +82,12 @@ def test_judging_a_model_leaves_its_training_as_it_was():
     assert all(np.array_equal(ends[0][name], ends[1][name]) for name in ends[0])
 
 
-def test_grind_env_evaluate_takes_it():
+def test_grind_env_evaluate_accepts_a_model_policy():
     judged = grind_env.evaluate(ModelPolicy(model_of(vec_env()), "untrained"), FLAGSHIP, episodes=2)
     assert judged.policy == "untrained" and judged.sees == "measurements" and judged.score is not None
 
 
-def test_what_it_cannot_judge_is_refused():
+def test_a_model_from_an_unsuitable_environment_is_refused():
     with pytest.raises(GrindError, match="hidden state"):
         ModelPolicy(model_of(vec_env(observation="full")))
     with pytest.raises(GrindError, match="pre-dress"):
@@ -101,7 +101,7 @@ def test_what_it_cannot_judge_is_refused():
 
 
 @pytest.mark.parametrize("wrap", ["bare", nightly("belief"), nightly("stack of beliefs")])
-def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
+def test_a_loaded_model_decides_like_the_saved_one(wrap, tmp_path):
     simulation = find_problem(FLAGSHIP).simulation()
     model = model_of(vec_env(wrap, action="multidiscrete"))
     with torch.no_grad():
@@ -119,7 +119,7 @@ def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path)
 
 
 @pytest.mark.nightly
-def test_a_single_environment_says_what_it_shows_too(tmp_path):
+def test_a_model_trained_in_a_single_environment_can_be_loaded_and_evaluated(tmp_path):
     env = ForLearning(BeliefFilter(gym.make(FLAGSHIP, action="multidiscrete")))
     model_of(env).save(tmp_path / "agent")
     loaded = A2C.load(tmp_path / "agent", device="cpu")
@@ -127,7 +127,7 @@ def test_a_single_environment_says_what_it_shows_too(tmp_path):
     assert grind_env.evaluate(ModelPolicy(loaded), FLAGSHIP, episodes=2).score is not None
 
 
-def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
+def test_a_model_without_its_vecnormalize_statistics_is_refused(tmp_path):
     env = VecNormalize(vec_env(), norm_reward=False)
     model_of(env).learn(30).save(tmp_path / "agent")
     env.save(tmp_path / "scale.pkl")
@@ -140,7 +140,7 @@ def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
     assert run_seeds(ModelPolicy(with_scale), simulation, SEEDS).cost.shape == (3,)
 
 
-def test_a_file_of_another_task_is_refused(tmp_path, monkeypatch):
+def test_a_model_file_of_another_task_or_task_version_is_refused(tmp_path, monkeypatch):
     model_of(vec_env(action="multidiscrete")).save(tmp_path / "agent")
     rush, simulation = (find_problem(name).simulation() for name in ("rush", "power_limited"))
     with pytest.raises(GrindError, match=r"agent.zip: agent was trained for power_limited, not for rush"):

@@ -1,4 +1,4 @@
-"""Batches, sessions and rows that tests of the adviser share."""
+"""Batches, sessions and rows shared by the tests of the adviser."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -46,17 +46,17 @@ def batch(program: Path, parts: int) -> Problem:
     return find_problem(str(program), None, parts)
 
 
-def saved_agent(path: Path, problem: Problem, **said: Any) -> Path:
-    """A small agent as `python -m agents train` saves it, with random weights; `said` stands in its description."""
+def saved_agent(path: Path, problem: Problem, **description: Any) -> Path:
+    """Save a small agent with random weights as `python -m agents train` does and return its path."""
     simulation, form, rng = problem.simulation(), LearnerForm("belief"), np.random.default_rng(17)
     network = network_of(simulation, form, "actor_critic", hidden=(8,))
     tensors = {name: rng.normal(0.0, 0.7, shape).astype(np.float32) for name, shape in network.shapes().items()}
-    write_policy(path, Actor(network, tensors), simulation, "ppo", form, said)
+    write_policy(path, Actor(network, tensors), simulation, "ppo", form, description)
     return path
 
 
-def told(simulation: Any, observation: np.ndarray, number: int) -> dict[str, Any]:
-    """What an observation says was measured of the block before it, as somebody would type it."""
+def typed_readings(simulation: Any, observation: np.ndarray, number: int) -> dict[str, Any]:
+    """Return the measurements of the block before an observation as an operator would type them."""
     seen = {name: float(value[0]) for name, value in simulation.read(observation[None]).items()}
     row: dict[str, Any] = {name: seen[name] for name in ("mean_power", "first_power", "peak_power")}
     if simulation.blocks[number].finished:
@@ -67,8 +67,8 @@ def told(simulation: Any, observation: np.ndarray, number: int) -> dict[str, Any
     return row
 
 
-def played(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.ndarray, float, int]]:
-    """An episode of the environment: each observation with the E and D that the policy then chose."""
+def rollout(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.ndarray, float, int]]:
+    """Yield each observation of an episode with the E and D that the policy chooses."""
     env: Any = problem.make().unwrapped
     policy.begin(env.simulation, 1)
     observation, _ = env.reset(seed=seed)
@@ -80,8 +80,8 @@ def played(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.nda
         observation = after
 
 
-class Told:
-    """A source of given rows that is stopped after them."""
+class Rows:
+    """Source of given rows that raises KeyboardInterrupt after the last one."""
 
     repeats_rows, accepts_corrections = False, False
 
@@ -100,7 +100,7 @@ def session_of(folder: Path, rows: list[dict[str, Any]], said: list[str], **argu
     files = Files(state=folder / "state.json", log=folder / "state.csv", values=folder / "values.nc")
     origin = origin_of(simulation, policy, None)
     return Session(
-        adviser=Adviser(simulation, policy), origin=origin, files=files, source=Told(rows), say=said.append, **arguments
+        adviser=Adviser(simulation, policy), origin=origin, files=files, source=Rows(rows), say=said.append, **arguments
     )
 
 
@@ -126,7 +126,7 @@ def session_steps(folder: Path) -> list[Any]:
 
 
 def plate_in(folder: Path) -> Path:
-    """The example in a folder of its own, with its job."""
+    """Copy the plate program and its job into a folder and return the program's path."""
     for path in (PLATE, PLATE.with_suffix(".toml")):
         (folder / path.name).write_bytes(path.read_bytes())
     return folder / PLATE.name
@@ -146,10 +146,10 @@ def rows_of(path: Path, text: str, *, follow: bool = False) -> list[dict[str, An
     return rows
 
 
-def advisers(
+def adviser_after(
     rows: Iterable[dict[str, Any]], parts: int = 6, **arguments: Any
 ) -> tuple[Adviser, list[tuple[float, int]]]:
-    """An adviser of plates that was told these rows of blocks, and what it advised."""
+    """Return an adviser of plates after these rows of blocks, and the E and D it advised for each."""
     simulation: Any = batch(PLATE, 6).simulation()
     adviser = Adviser(simulation, policy_for(None, simulation, arguments.pop("step", 1.25)), **arguments)
     advice = []

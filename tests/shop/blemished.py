@@ -1,6 +1,6 @@
-"""Logs as shops have them, made from a run of the machine with known constants: every blemish on purpose.
+"""Logs of shops with deliberate faults, made from a run of a machine with known constants.
 
-Independent of the package's calibration: the table is moved in small steps of time, and a meter looks at the spindle.
+They are independent of the package's calibration: the table moves in small time steps, and a meter samples the spindle.
 """
 
 from collections.abc import Mapping
@@ -20,30 +20,30 @@ TICK = 0.005  # s
 
 @dataclass(frozen=True, kw_only=True)
 class Style:
-    """How a shop logs.
+    """Format and faults of the log of a shop.
 
     Attributes:
         rate: samples a second.
-        unit: of the power, as the heading has it: kW, W, % or A.
-        separator: between columns.
-        comma: whether decimals have one.
-        clock: "clock", "s" or "ms".
-        headings: of time, power and, where it is logged, the dress bit.
+        unit: unit of the power in the heading: kW, W, % or A.
+        separator: text between columns.
+        comma: whether decimals have a comma.
+        clock: format of the time: "clock", "s" or "ms".
+        headings: headings of time, power and, if logged, the dress bit.
         before: lines before the heading.
-        idle: W at the start.
-        warm_up: W by which the idle power falls as the spindle warms up.
-        coolant: W of a slow swing.
-        noise: W of each sample.
+        idle: idle power at the start, W.
+        warm_up: fall of the idle power as the spindle warms up, W.
+        coolant: amplitude of a slow swing of the idle power, W.
+        noise: standard deviation of each sample, W.
         lag: time constant of the meter, s.
         scale: logarithmic spread of the factor of the meter.
-        volts: of a motor whose amperes are logged, times root 3 and its power factor.
-        gaps: how many, each of some seconds.
-        duplicates: share of rows that are there twice.
-        swaps: share of rows that change places with the next one.
+        volts: W per ampere of a logged current: volts times root 3 and power factor.
+        gaps: number of gaps of some seconds.
+        duplicates: share of repeated rows.
+        swaps: share of rows swapped with the next one.
         overrides: feed overrides to choose from, part by part.
-        extra: further columns of no interest.
-        gain: of the meter, as a factor.
-        wander: W, standard deviation of what the idle power wanders in a minute.
+        extra: further columns without use.
+        gain: factor of the meter.
+        wander: standard deviation of the drift of the idle power in a minute, W.
         stops: whether the operator lets the program stop at its M01.
     """
 
@@ -72,13 +72,13 @@ class Style:
 
 
 PLAIN = Style(unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
-"""How a log is written that has seconds, W and points."""
+"""Style of a log with seconds, W and decimal points."""
 
 
 def strokes_of(
     programs: Programs, job: Job, override: float, stops: list[float]
 ) -> list[tuple[float, np.ndarray, float]]:
-    """Begin of each stroke of one execution, where the table is TICK by TICK, its time; and when the program stops."""
+    """Return begin (s), table positions per TICK (mm) and time (s) of each stroke; append program stops to `stops`."""
     control = replace(job.control, whole_cycles=False)
     table = []
     for event in execute(programs, control):
@@ -95,7 +95,7 @@ def strokes_of(
 def strokes_on(
     programs: Programs, truth: Job, ground: Any, stops: list[float]
 ) -> list[tuple[float, np.ndarray, float]]:
-    """The same of strokes as a machine has made them that keeps neither speed nor dwell of its program."""
+    """Return the strokes as in `strokes_of`, for a machine that keeps neither speed nor dwell of its program."""
     table = []
     planned = list(execute(programs, replace(truth.control, whole_cycles=False)))
     ways = [event for event in planned if isinstance(event, Stroke)]
@@ -113,7 +113,7 @@ def strokes_on(
 
 
 def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndarray:
-    """Where the table is, by small steps: it speeds up, and brakes as late as it can."""
+    """Return the table positions per TICK, mm; the table speeds up, and brakes as late as it can."""
     way, s, v, places, step = abs(b - a), 0.0, 0.0, [0.0], TICK / 20
     while way - s > 1e-3 and len(places) < 1_000_000:
         v = min(v + acceleration * step, speed, max((2.0 * acceleration * (way - s)) ** 0.5, 1.0))
@@ -125,7 +125,7 @@ def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndar
 def power_of(
     programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator
 ) -> tuple[np.ndarray, Any, np.ndarray]:
-    """Power above idle TICK by TICK, the record of the run, and whether the spindle turns."""
+    """Return the power above idle per TICK (W), the record of the run, and a mask of the turning spindle."""
     overrides = rng.choice(style.overrides, parts)
     record = _ground(programs, truth, overrides)
     on_plant = truth.process.before is not None
@@ -160,7 +160,7 @@ def power_of(
 
 
 def _ground(programs: Programs, truth: Job, overrides: np.ndarray) -> Any:
-    """The run; feeds under an override are rewritten in the text of each part."""
+    """Return the record of the run; the text of each part has the E of its override."""
     import re
 
     from grind_env.control import read
@@ -179,7 +179,7 @@ def _ground(programs: Programs, truth: Job, overrides: np.ndarray) -> Any:
 
 
 def write_log(path: Path, programs: Programs, truth: Job, parts: int, style: Style, rng: np.random.Generator) -> Any:
-    """Write a log of some parts ground with the constants of a job; returns the record of the run."""
+    """Write a log of some parts ground with the constants of a job and return the record of the run."""
     work, record, turns = power_of(programs, truth, parts, style, rng)
     time = np.arange(work.size) * TICK
     hours = time / 3600.0
@@ -234,7 +234,7 @@ def _stamp(t: float, style: Style) -> str:
 
 
 def write_gauge(path: Path, record: Any, rng: np.random.Generator, *, filled: float = 0.6) -> None:
-    """Write what was gauged of the parts of a run: Ra with its scatter, size, burn; many cells are empty."""
+    """Write the gauge file of a run: Ra with its scatter, size, burn; many cells are empty."""
     lines = ["Teil;Ra [µm];Abmaß [µm];Schleifbrand"]
     for row in record.parts:
         Ra = row["Ra"] * np.exp(0.15 * rng.standard_normal()) * np.exp(0.05 * rng.standard_normal())

@@ -1,4 +1,4 @@
-"""Do intervals hold what they promise? Known constants, drawn from the priors, are fitted from blemished logs."""
+"""Coverage of calibration intervals: constants drawn from the priors are fitted to logs with deliberate faults."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -29,8 +29,8 @@ STYLES = (
 def trial(
     seed: int, folder: Path, parts: int, program: str, style: Style
 ) -> tuple[Calibration, list[tuple[str, bool, bool, float]]]:
-    """A calibration, and of each constant its name, whether it was told, whether its interval holds the truth, and by
-    how many posterior spreads it misses."""
+    """Return a calibration and a row for each constant: name, whether the log determines it, whether its interval
+    holds the true value, and the error in posterior spreads."""
     rng = np.random.default_rng(seed)
     programs, job = read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml")
     parameters = chosen_parameters(job, None, HEAT)
@@ -44,7 +44,7 @@ def trial(
     rows = []
     known = {each.name: place for each, place in zip(parameters, z.tolist(), strict=True)}
     for each, fitted in zip(found.estimates, found.fit.z.tolist(), strict=True):
-        true = known.get(each.parameter.name, 0.0)  # a free term has nothing to follow
+        true = known.get(each.parameter.name, 0.0)  # the true value of a free term is 0
         holds = each.low <= each.parameter.value(true) <= each.high
         rows.append((each.parameter.name, each.determined, holds, (fitted - true) / each.share))
     return found, rows

@@ -1,6 +1,6 @@
-"""A calibration of a machine that is not the model by a blemished log, and its errors by the measure of the study.
+"""Calibration of an out-of-model machine from a faulty log, with the errors of the machine study.
 
-The table of families and seeds is `python -m agents plants --question calibrate`.
+`python -m agents plants --question calibrate` prints the table of families and seeds.
 """
 
 import re
@@ -22,11 +22,11 @@ from grind_env.shop.calibrate.result import Calibration
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 
 VARIED = ((1.0, 1.0, True), (1.4, 0.7, False), (0.75, 1.4, True))
-"""Factors on E and depth of cut, and whether it is dressed, of the parts of a log that tells more."""
+"""Parts of a varied log: factor on E, factor on depth of cut, whether the wheel is dressed."""
 
 
 def style_of(plant: Plant) -> Style:
-    """How its log looks."""
+    """Return the style of a plant's log: lag, idle power and gain of its meter."""
     own = dict(zip(plant.remembers._fields, plant.own, strict=True))
     idle = own.get("meter_idle", PLAIN.idle)
     return replace(
@@ -39,8 +39,8 @@ def style_of(plant: Plant) -> Style:
     )
 
 
-def varied(programs: Programs) -> str:
-    """A program of three parts, ground differently."""
+def varied_program(programs: Programs) -> str:
+    """Return a program of three parts that differ in E, depth of cut and dress."""
     load = "\nG80\nM00\nG00 G18 G07 G71 G90 G94 G97 G40 G54\n"
     text = "\n".join(block.text for block in programs.main.blocks)
     each = [re.sub(r"M30|%", "", scaled(text, E, J, dressed=D)) for E, J, D in VARIED]
@@ -51,13 +51,13 @@ def varied(programs: Programs) -> str:
 def trial(
     name: str, program: str, folder: Path, parts: int, *, varies: bool = False
 ) -> tuple[Calibration, Mapping[str, float]]:
-    """A calibration of a machine, and errors of it, of a regression and of the catalogue."""
+    """Return a calibration of a machine, and the errors of the fit, of a regression and of the catalogue."""
     path = EXAMPLES / f"{program}.nc"
     job = path.with_suffix(".toml")
     machine, plant = StudyMachine(name, StudyProgram(program, path, job)), find_plant(name)
     programs, rng = read_file(path), np.random.default_rng(1)
     if varies:
-        path = write(folder / "varied.nc", varied(programs))
+        path = write(folder / "varied.nc", varied_program(programs))
         programs, parts = read_file(path), parts // len(VARIED)
     style = style_of(plant)
     record = write_log(folder / "log.csv", programs, machine.job(), parts, style, rng)

@@ -1,4 +1,4 @@
-"""Part programs as shops write them: in inches without blanks, in lower case, with subprograms, with other dresses."""
+"""Part programs of shops: in inches without blanks, in lower case, with subprograms, with other dress programs."""
 
 from pathlib import Path
 
@@ -12,11 +12,11 @@ TWO_PLATES = Path(__file__).with_name("two_plates.nc")
 """The plate of the example at two stations, with its job beside it."""
 
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
-"""What a job says of a machine of which all is known: it is as the catalogue has it."""
+"""Table of a job whose machine has no uncertainty: all constants are those of the catalogue."""
 
 
 def known_job(folder: Path, name: str) -> Path:
-    """The job of an example on such a machine."""
+    """Write the job of an example on a machine without uncertainty and return its path."""
     job = folder / f"{name}.toml"
     job.write_text((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") + KNOWN)
     return job
@@ -94,11 +94,11 @@ PROGRAMS: dict[str, bytes] = {
     "feeds": (FEEDS + DRESS).encode(),
     "takes_over": b"\xef\xbb\xbf" + PLATE.replace(" E9000.", "").replace("15000.", "15000").encode(),
 }
-"""The last one has a byte order mark, and its second cycle takes the table speed over from the first."""
+"""The last program has a byte order mark, and its second cycle takes the table speed over from the first."""
 
 
 def write(folder: Path, name: str, job: str = JOB) -> Path:
-    """A program with its job beside it."""
+    """Write a program with its job beside it and return the program's path."""
     path = folder / f"{name}.nc"
     path.write_bytes(PROGRAMS[name])
     path.with_suffix(".toml").write_text(job, encoding="utf-8")

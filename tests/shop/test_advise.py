@@ -1,4 +1,4 @@
-"""The adviser at the machine: the advice of the policy in the environment, and its reason."""
+"""The adviser at the machine gives the advice of its policy in the environment."""
 
 import json
 from collections.abc import Callable, Iterable
@@ -20,7 +20,7 @@ from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshol
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import check_readings, readings_of
 from grind_env.shop.advise.variables_file import write_values
-from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
+from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, rollout, saved_agent, typed_readings
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
 
@@ -43,19 +43,19 @@ POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("program", "parts", "names"), [(RAIL, 4, ("look_ahead", "agent")), (PLATE, 7, POLICIES)])
-def test_the_same_measurements_give_the_advice_of_the_policy_in_the_environment(
+def test_the_adviser_repeats_the_decisions_of_its_policy_in_the_environment(
     program: Path, parts: int, names: Iterable[str], tmp_path: Path
 ) -> None:
     problem = batch(program, parts)
     simulation: Any = problem.simulation()
     chosen = dict[str, set[tuple[float, int]]]()
     for name in names:
-        steps = list(played(problem, POLICIES[name](problem, tmp_path), SEED))
+        steps = list(rollout(problem, POLICIES[name](problem, tmp_path), SEED))
         adviser = Adviser(simulation, POLICIES[name](problem, tmp_path))
         chosen[name] = {(speed, executions) for _, speed, executions in steps}
         for number, (observation, speed, executions) in enumerate(steps):
             if number:
-                row = json.loads(json.dumps(told(simulation, observation, number - 1)))
+                row = json.loads(json.dumps(typed_readings(simulation, observation, number - 1)))
                 adviser.take(readings_of(row, "here"))
             np.testing.assert_array_equal(adviser.episode.observation()[0], observation)
             assert adviser.advice is not None
@@ -66,12 +66,12 @@ def test_the_same_measurements_give_the_advice_of_the_policy_in_the_environment(
             ), name
         adviser.take(readings_of({}, "here"))
         assert adviser.advice is None
-    # policies that never changed their mind would show nothing
+    # constant decisions would prove nothing
     for name in {"power_threshold", "adaptive_rule", "belief_rule", "agent"} & chosen.keys():
         assert len({speed for speed, _ in chosen[name]}) > 2 and len({each for _, each in chosen[name]}) > 1, name
 
 
-def test_changed_wheels_and_new_lots_are_seen_as_in_the_environment(tmp_path: Path) -> None:
+def test_wheel_changes_and_new_lots_are_observed_as_in_the_environment(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_bytes(PLATE.read_bytes())
     job = PLATE.with_suffix(".toml").read_text().replace("load = 20", "load = 20\nwheel_change = 300")
@@ -81,10 +81,10 @@ def test_changed_wheels_and_new_lots_are_seen_as_in_the_environment(tmp_path: Pa
     simulation: Any = problem.simulation()
     episode = MeasuredEpisode(simulation)
     before, changes, lots_seen, chosen = 0.0, 0, 0, (0.0, 0)
-    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14_000.0, 1), SEED)):
+    for number, (observation, speed, executions) in enumerate(rollout(problem, Fixed(14_000.0, 1), SEED)):
         diameter = float(simulation.read(observation[None])["diameter"][0])
         if number:
-            row = told(simulation, observation, number - 1) | {"new_wheel": int(diameter > before + 1.0)}
+            row = typed_readings(simulation, observation, number - 1) | {"new_wheel": int(diameter > before + 1.0)}
             changes, lots_seen = changes + row["new_wheel"], lots_seen + row.get("new_lot", 0)
             episode.take(*chosen, readings_of(row, "here").measured())
         np.testing.assert_array_equal(episode.observation()[0], observation)
@@ -92,7 +92,7 @@ def test_changed_wheels_and_new_lots_are_seen_as_in_the_environment(tmp_path: Pa
     assert changes > 0 and lots_seen > 1
 
 
-def test_a_program_that_the_control_executes_is_advised_on_without_belief(tmp_path: Path) -> None:
+def test_a_program_without_a_script_is_advised_without_a_belief(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_text(EXECUTED + DRESS)
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
@@ -101,15 +101,15 @@ def test_a_program_that_the_control_executes_is_advised_on_without_belief(tmp_pa
     default: Any = policy_for(None, simulation)
     assert default.model is None
     adviser = Adviser(simulation, Handbook())
-    for number, (observation, speed, executions) in enumerate(played(problem, Handbook(), SEED)):
+    for number, (observation, speed, executions) in enumerate(rollout(problem, Handbook(), SEED)):
         if number:
-            adviser.take(readings_of(told(simulation, observation, number - 1), "here"))
+            adviser.take(readings_of(typed_readings(simulation, observation, number - 1), "here"))
         np.testing.assert_array_equal(adviser.episode.observation()[0], observation)
         assert adviser.advice is not None and adviser.power is None
         assert (adviser.advice.speed, adviser.advice.executions) == (speed, executions)
 
 
-def test_roughness_is_shown_one_part_late_whenever_it_is_told() -> None:
+def test_roughness_is_observed_one_part_late_for_early_and_late_readings() -> None:
     simulation: Any = batch(PLATE, 7).simulation()
     early, late = MeasuredEpisode(simulation), MeasuredEpisode(simulation)
     for block in range(4):
@@ -120,7 +120,7 @@ def test_roughness_is_shown_one_part_late_whenever_it_is_told() -> None:
     np.testing.assert_array_equal(early.observation(), late.observation())
 
 
-def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -> None:
+def test_advice_and_readings_of_an_inch_program_are_in_inches(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_text(INCHES + DRESS)
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
@@ -135,7 +135,7 @@ def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -
         check_readings(readings_of({"E": 9000}, "here"), simulation, 1, "here")
 
 
-def test_idle_power_is_not_there_for_grinding(tmp_path: Path) -> None:
+def test_idle_power_is_subtracted_from_the_power_limit(tmp_path: Path) -> None:
     job = PLATE.with_suffix(".toml").read_text()
     (tmp_path / "p.nc").write_bytes(PLATE.read_bytes())
     (tmp_path / "p.toml").write_text(job + "\n[setup.machine_overrides]\npower_limit = 2400\nidle_power = 600\n")

@@ -1,4 +1,4 @@
-"""What a stranger may ask of the adviser: each mistake is one sentence that names place and remedy, and ends in 2."""
+"""Invalid input of `grind advise`: one sentence names place and remedy, and the exit status is 2."""
 
 import json
 from pathlib import Path
@@ -12,8 +12,8 @@ from tests.shop.advising import DRESS, EXECUTED, PLATE, plate_in
 LOG = "mean_power,size_error\n2500,\n"
 
 
-def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) -> str:
-    """The sentence with which the command refuses these options, or this log."""
+def refusal(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) -> str:
+    """Return the sentence with which `grind advise` refuses these options or this log."""
     measured = folder / "m.csv"
     measured.write_bytes(log if isinstance(log, bytes) else log.encode())
     program = plate_in(folder)
@@ -26,14 +26,14 @@ def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) 
 @pytest.mark.parametrize(
     "bounds", [("nan", "20"), ("inf", "inf"), ("-5", "20"), ("10", "10"), ("20", "10"), ("1e400", "2")]
 )
-def test_bounds_that_are_none(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
-    said = refused(grind, tmp_path, "--bounds", *bounds)
+def test_invalid_bounds_are_refused(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
+    said = refusal(grind, tmp_path, "--bounds", *bounds)
     assert "--bounds are" in said and "must lie between 3000 and 30000 mm/min, in order" in said
 
 
 @pytest.mark.parametrize("step", ["nan", "inf", "-inf", "0", "-1", "1", "101", "1e308", "9" * 400])
-def test_a_step_that_is_none(step: str, grind: Grind, tmp_path: Path) -> None:
-    assert "must be a factor above 1 and at most 100: try 1.25" in refused(grind, tmp_path, "--max-step", step)
+def test_an_invalid_step_is_refused(step: str, grind: Grind, tmp_path: Path) -> None:
+    assert "must be a factor above 1 and at most 100: try 1.25" in refusal(grind, tmp_path, "--max-step", step)
 
 
 @pytest.mark.parametrize(
@@ -44,15 +44,15 @@ def test_a_step_that_is_none(step: str, grind: Grind, tmp_path: Path) -> None:
         (("--shadow", "--write", "v.nc"), "--shadow looks on while others decide, and --write decides: leave one"),
     ],
 )
-def test_options_that_do_not_go_together(
+def test_incompatible_options_are_refused(
     words: tuple[str, ...], said: str, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert said in refused(grind, tmp_path, *words)
+    assert said in refusal(grind, tmp_path, *words)
     assert not (tmp_path / "v.nc").exists()
 
 
-def test_a_program_that_the_control_executes_has_no_forecasts_for_a_shadow(grind: Grind, tmp_path: Path) -> None:
+def test_a_shadow_is_refused_for_a_program_without_forecasts(grind: Grind, tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_text(EXECUTED + DRESS)
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
@@ -73,14 +73,14 @@ def test_a_program_that_the_control_executes_has_no_forecasts_for_a_shadow(grind
         ("other.advise.json", "other.advise.json is there already and would be lost, for it is no file of values"),
     ],
 )
-def test_files_that_values_cannot_go_into(
+def test_write_refuses_files_that_it_cannot_or_must_not_replace(
     place: str, said: str, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "d").mkdir()
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "other.advise.json").write_text("{}")
-    assert said in refused(grind, tmp_path, "--write", place)
+    assert said in refusal(grind, tmp_path, "--write", place)
 
 
 @pytest.mark.parametrize("shadow", [(), nightly(("--shadow",))])
@@ -100,14 +100,14 @@ def test_files_that_values_cannot_go_into(
         (b"\xff\xfe\x00mean", "m.csv is no text; export it as CSV"),
     ],
 )
-def test_logs_that_cannot_be(
+def test_invalid_logs_are_refused(
     log: str | bytes, said: str, shadow: tuple[str, ...], grind: Grind, tmp_path: Path
 ) -> None:
-    assert said in refused(grind, tmp_path, *shadow, log=log)
+    assert said in refusal(grind, tmp_path, *shadow, log=log)
 
 
 @pytest.mark.parametrize("log", ["", "\n", "mean_power\n", "\n" * 10_000])
-def test_a_log_without_rows_is_one_that_is_yet_to_come(log: str, grind: Grind, tmp_path: Path) -> None:
+def test_a_log_without_rows_gives_only_the_first_advice(log: str, grind: Grind, tmp_path: Path) -> None:
     program, measured = plate_in(tmp_path), tmp_path / "m.csv"
     measured.write_text(log)
     words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured)
@@ -117,13 +117,13 @@ def test_a_log_without_rows_is_one_that_is_yet_to_come(log: str, grind: Grind, t
 
 
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
-def test_lines_of_a_log_may_end_as_they_do_elsewhere(ending: str, grind: Grind, tmp_path: Path) -> None:
+def test_a_log_may_have_any_line_ending(ending: str, grind: Grind, tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_bytes(LOG.replace("\n", ending).encode())
     status, out, err = grind("advise", plate_in(tmp_path), "--parts", 2, "--measurements", tmp_path / "m.csv")
     assert (status, err) == (0, "") and "part 1, N70: E9000." in out
 
 
-def test_rows_beyond_the_batch_are_told(grind: Grind, tmp_path: Path) -> None:
+def test_rows_beyond_the_batch_are_reported(grind: Grind, tmp_path: Path) -> None:
     program, measured = plate_in(tmp_path), tmp_path / "m.csv"
     measured.write_text("mean_power\n" + "2500\n" * 9)
     words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured)
@@ -134,7 +134,7 @@ def test_rows_beyond_the_batch_are_told(grind: Grind, tmp_path: Path) -> None:
     assert "of no block" not in grind(*words)[1]
 
 
-def test_a_shadow_compares_as_json_too(grind: Grind, tmp_path: Path) -> None:
+def test_a_shadow_writes_its_comparison_as_json(grind: Grind, tmp_path: Path) -> None:
     program, measured = plate_in(tmp_path), tmp_path / "m.csv"
     measured.write_text("mean_power\n" + "2500\n" * 4)
     words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured, "--shadow")

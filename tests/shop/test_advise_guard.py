@@ -1,4 +1,4 @@
-"""The adviser where the machine is not the model: what it notices, falls back to, and says as a shadow."""
+"""Limits of the advice, and shadow mode, which compares forecasts without advising."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -10,13 +10,13 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import readings_of
 from grind_env.shop.advise.shadow_mode import ComparedReading, Shadow
-from tests.shop.advising import PLATE, SEED, advisers, batch, played, session_of, told
+from tests.shop.advising import PLATE, SEED, adviser_after, batch, rollout, session_of, typed_readings
 
 
-def test_it_begins_at_the_words_of_the_program_and_rises_step_by_step() -> None:
+def test_advice_starts_at_the_programmed_E_and_rises_by_limited_steps() -> None:
     easy = [{"peak_power": 4500.0}, {"peak_power": 1500.0, "size_error": 6.0}] * 5
     for step in (1.25, 1.1):
-        _, advice = advisers(easy, step=step)
+        _, advice = adviser_after(easy, step=step)
         for kind, own in ((0, 15_000.0), (1, 9000.0)):
             speeds = [speed for speed, _ in advice[kind::2]]
             assert speeds[0] == own
@@ -24,18 +24,18 @@ def test_it_begins_at_the_words_of_the_program_and_rises_step_by_step() -> None:
 
 
 def test_advice_stays_within_bounds() -> None:
-    _, advice = advisers([{}] * 10, bounds=(10_000.0, 17_000.0))
+    _, advice = adviser_after([{}] * 10, bounds=(10_000.0, 17_000.0))
     assert all(10_000.0 <= speed <= 17_000.0 for speed, _ in advice)
 
 
-def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(tmp_path: Path) -> None:
+def test_a_shadow_compares_its_forecasts_with_the_readings_of_an_operator(tmp_path: Path) -> None:
     problem = batch(PLATE, 6)
     simulation: Any = problem.simulation()
     rows: list[dict[str, Any]] = []
-    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14_000.0, 1, 2), SEED)):
+    for number, (observation, speed, executions) in enumerate(rollout(problem, Fixed(14_000.0, 1, 2), SEED)):
         rows.append({"E": speed, "D": executions})
         if number:
-            rows[number - 1] |= told(simulation, observation, number - 1)
+            rows[number - 1] |= typed_readings(simulation, observation, number - 1)
     rows.pop()
     said: list[str] = []
     adviser = Adviser(simulation, policy_for(None, simulation), shadow=True)
@@ -48,13 +48,13 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
     assert said[-len(lines) :] == lines
     assert lines[0] == "forecasts beside readings:" and "forecast" in lines[1] and "part 1: peak power" in lines[1]
     assert lines[-1].endswith("on") or lines[-1].endswith("yet")
-    # without E and D in a row the words of the program hold
+    # a row without E and D stands for the programmed values
     alone = Adviser(simulation, policy_for(None, simulation), shadow=True)
     alone.take(readings_of({}, "here"))
     assert float(simulation.read(alone.episode.observation())["last_speed"][0]) == pytest.approx(15_000.0)
 
 
-def test_a_shadow_is_right_from_the_part_on_from_which_forecasts_held() -> None:
+def test_a_shadow_names_the_part_from_which_its_forecasts_hold() -> None:
     off = [ComparedReading(part, "size error", "um", 9.0, 2.0, 1.0) for part in range(2)]
     right = [ComparedReading(part, "size error", "um", 3.0, 2.0, 1.0) for part in range(2, 8)]
     assert Shadow(off + right).right_from() == 2

@@ -1,4 +1,4 @@
-"""What an adviser reads: rows of files, lines, what is typed, and what of it is refused."""
+"""Readings of the adviser: rows of files, lines of JSON, typed values, and their refusals."""
 
 import sys
 from io import BytesIO
@@ -53,17 +53,17 @@ def test_a_faulty_reading_is_refused_with_one_sentence(row: dict[str, Any], mess
         ({"first_power": 2600.0, "peak_power": 2000.0}, "no mean is above the highest load"),
     ],
 )
-def test_what_cannot_be_read_is_asked_back(row: dict[str, Any], message: str, tmp_path: Path) -> None:
+def test_implausible_readings_are_refused(row: dict[str, Any], message: str, tmp_path: Path) -> None:
     simulation: Any = batch(PLATE, 2).simulation()
     with pytest.raises(GrindError, match=f"row 7: .*{message}"):
         check_readings(readings_of(row, "row 7"), simulation, 0, "row 7")
     with pytest.raises(GrindError, match=r"size_error is -0.004 um: if that is mm, write -4"):
         check_readings(readings_of({"size_error": -0.004}, "row 7"), simulation, 1, "row 7")
-    # what noise may do to a peak and a mean that are the same
+    # noise may put a peak below an equal mean
     check_readings(readings_of({"mean_power": 2600.0, "peak_power": 2400.0}, "row 7"), simulation, 0, "row 7")
 
 
-def test_a_refused_reading_ends_no_session(tmp_path: Path) -> None:
+def test_a_refused_reading_does_not_end_the_session(tmp_path: Path) -> None:
     said: list[str] = []
     session = session_of(tmp_path, [], said, as_json=True)
     session.source = JsonLines(BytesIO(b'{"mean_power": 2.6}\nnothing\n{"mean_power": 2600}\n'))
@@ -73,7 +73,7 @@ def test_a_refused_reading_ends_no_session(tmp_path: Path) -> None:
     assert session_steps(tmp_path) == [{"mean_power": 2600.0}]
 
 
-def test_a_row_that_is_refused_in_a_file_that_grows_is_awaited_corrected(tmp_path: Path) -> None:
+def test_a_refused_row_of_a_growing_file_can_be_corrected(tmp_path: Path) -> None:
     measured, said = tmp_path / "m.csv", list[str]()
     measured.write_text("mean_power\n2.6\n")
     session = session_of(tmp_path, [], said)
@@ -89,7 +89,7 @@ def test_a_row_that_is_refused_in_a_file_that_grows_is_awaited_corrected(tmp_pat
     assert session_steps(tmp_path) == [{"mean_power": 2600.0}]
 
 
-def test_what_is_typed_is_asked_for_again_until_it_fits(tmp_path: Path) -> None:
+def test_typed_readings_are_asked_for_until_they_are_valid(tmp_path: Path) -> None:
     lines = iter(["peak_power", "peak_power=much", "size_error=3", "peak_power=2400 mean_power=2100", "stop"])
     said: list[str] = []
     session = session_of(tmp_path, [], said)
@@ -102,7 +102,7 @@ def test_what_is_typed_is_asked_for_again_until_it_fits(tmp_path: Path) -> None:
     assert len(refused) == 3
 
 
-def test_what_is_typed_in_another_code_is_asked_for_again(tmp_path: Path) -> None:
+def test_a_typed_line_that_is_not_utf_8_is_asked_for_again(tmp_path: Path) -> None:
     lines, said = iter([b"Ra=\xff", b"mean_power=2100", b"stop"]), list[str]()
     session = session_of(tmp_path, [], said)
     session.source = Prompt(lambda text: next(lines).decode())
@@ -111,7 +111,7 @@ def test_what_is_typed_in_another_code_is_asked_for_again(tmp_path: Path) -> Non
     assert any("is not text in UTF-8: type it again" in line for line in said)
 
 
-def test_lines_before_one_that_cannot_be_read_are_taken() -> None:
+def test_unreadable_lines_do_not_lose_the_other_lines() -> None:
     source = JsonLines(BytesIO(b'\n{"Ra": 0.4}\n\xef\xbb\xbf{}\n{"Ra": \xff}\n{}\n' + b" " * LONGEST_LINE))
     assert source.next("") == ReadingsRow({"Ra": 0.4}, "line 2 of the input")
     for what in ("line 3 of the input is", r"line 4 of the input: its byte 8 is not text in UTF-8"):
@@ -131,7 +131,7 @@ def test_a_csv_is_read_with_commas_or_semicolons_and_while_it_grows(tmp_path: Pa
     assert rows_of(path, "block,peak", follow=True) == []
 
 
-def test_standard_input_that_is_closed_is_told(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closed_standard_input_is_refused(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", None)
     status, out, err = grind("advise", plate_in(tmp_path), "--parts", 1, "--policy", "E12000D0")
     assert (status, out) == (2, "") and "standard input is closed" in err and "--measurements" in err

@@ -1,4 +1,4 @@
-"""Sessions of an adviser: kept through every stop, one at a time."""
+"""Sessions of the adviser: they resume after every stop, and only one runs at a time."""
 
 import csv
 import json
@@ -20,7 +20,7 @@ from tests.command import Grind
 from tests.shop import advising
 
 
-def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_a_session_stopped_at_any_block_resumes_with_the_same_advice(tmp_path: Path) -> None:
     whole: list[str] = []
     (tmp_path / "whole").mkdir()
     advising.session_of(tmp_path / "whole", list(advising.ROWS), whole, as_json=True).run()
@@ -46,7 +46,7 @@ def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path)
     assert [row["E"] for row in log][2] == "20000.0" and [row["part"] for row in log] == list("11223344")
 
 
-def test_advice_by_part_comes_before_the_part_and_again_after_a_stop(tmp_path: Path) -> None:
+def test_advice_by_part_is_given_ahead_and_repeated_after_a_stop(tmp_path: Path) -> None:
     said: list[str] = []
     session = advising.session_of(tmp_path, [{"part": 1, "size_error": 1.0}], said, by_part=True, as_json=True)
     with pytest.raises(KeyboardInterrupt):
@@ -62,7 +62,7 @@ def test_advice_by_part_comes_before_the_part_and_again_after_a_stop(tmp_path: P
     assert len((tmp_path / "values.nc").read_text().splitlines()) == 5
 
 
-def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) -> None:
+def test_a_foreign_or_damaged_state_is_refused(tmp_path: Path) -> None:
     session = advising.session_of(tmp_path, [advising.ROWS[0]], [])
     with pytest.raises(KeyboardInterrupt):
         session.run()
@@ -103,7 +103,7 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
         ({"power": 1500}, "readings has an unknown key power"),
     ],
 )
-def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
+def test_edited_readings_in_a_state_are_checked_like_new_ones(
     readings: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
     session = advising.session_of(tmp_path, [advising.ROWS[0]], [])
@@ -117,7 +117,7 @@ def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
         advising.session_of(tmp_path, [], []).resume()
 
 
-def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
+def test_the_origin_of_a_state_distinguishes_programs_jobs_and_policies(tmp_path: Path) -> None:
     def origin(text: str, job: str, policy: str) -> AdviceOrigin:
         program = tmp_path / "part.nc"
         program.write_text(text)
@@ -130,12 +130,12 @@ def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
     assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12000D0")
     assert first.inputs != origin(text.replace("J-.005", "J-.004"), job, "E12000D0").inputs
     assert first.inputs != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12000D0").inputs
-    # unlike for an agent, it counts how worn the wheel is in the beginning
+    # unlike an agent, a state depends on the initial diameter of the wheel
     assert first.inputs != origin(text, f"{job}\n[wheel]\ndiameter = 280", "E12000D0").inputs
     assert first.policy != origin(text, job, "E12000D1").policy
 
 
-def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Grind, tmp_path: Path) -> None:
+def test_the_command_rereads_its_file_and_refuses_conflicting_input(grind: Grind, tmp_path: Path) -> None:
     program, measured = tmp_path / "part.nc", tmp_path / "measured.csv"
     program.write_bytes(advising.PLATE.read_bytes())
     program.with_suffix(".toml").write_bytes(advising.PLATE.with_suffix(".toml").read_bytes())
@@ -164,7 +164,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     assert status == 0 and out.startswith("part 1, N50")
 
 
-def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) -> None:
+def test_only_one_adviser_at_a_time_uses_a_state(grind: Grind, tmp_path: Path) -> None:
     program, state = advising.plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
     (tmp_path / "link.json").symlink_to(state)
     (tmp_path / "m.csv").write_text("mean_power\n2500\n")
@@ -178,7 +178,7 @@ def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) 
     assert len(json.loads(state.read_text())["steps"]) == 1 and not list(tmp_path.glob(".grind*"))
 
 
-def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path, grind: Grind) -> None:
+def test_the_adviser_needs_no_torch_and_resumes_after_a_kill(tmp_path: Path, grind: Grind) -> None:
     code = "import sys; sys.modules['torch'] = None; from grind_env.cli import main; main(sys.argv[1:])"
     state, measured = tmp_path / "state.json", tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")

@@ -1,4 +1,4 @@
-"""What an adviser writes for the control, and that it replaces no file but its own."""
+"""Values that the adviser writes for the control; it replaces no file but its own."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ from tests.command import Grind
 from tests.shop.advising import PLATE, ROWS, batch, plate_in, session_of
 
 
-def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) -> None:
+def test_values_go_to_the_variables_that_each_block_reads(tmp_path: Path) -> None:
     simulation: Any = batch(PLATE, 2).simulation()
     adviser = Adviser(simulation, policy_for("E12000D1", simulation))
     assert adviser.advice is not None
@@ -44,7 +44,7 @@ def test_values_are_those_of_the_variables_that_the_blocks_read(tmp_path: Path) 
         check_variables(shared)
 
 
-def test_values_may_be_a_program_that_is_called(grind: Grind, tmp_path: Path) -> None:
+def test_values_may_be_written_to_a_called_program(grind: Grind, tmp_path: Path) -> None:
     program, values = plate_in(tmp_path), tmp_path / "O9050.nc"
     program.write_text(program.read_text().replace("M30", "M30\nO1\nM98 P9050\nM99", 1))
     words = ("advise", program, "--parts", 1, "--policy", "E12000D0", "--measurements", tmp_path / "m.csv")
@@ -60,7 +60,7 @@ def test_values_may_be_a_program_that_is_called(grind: Grind, tmp_path: Path) ->
     assert status == 2 and "m.csv is read here and would be lost" in err
 
 
-def test_values_that_the_program_sets_or_uses_itself_are_refused(grind: Grind, tmp_path: Path) -> None:
+def test_variables_that_the_program_sets_or_uses_itself_are_refused(grind: Grind, tmp_path: Path) -> None:
     program = plate_in(tmp_path)
     text = program.read_text()
     words = ("advise", program, "--parts", 1, "--set", "#103=1", "--measurements", tmp_path / "m.csv")
@@ -80,7 +80,7 @@ def test_values_that_the_program_sets_or_uses_itself_are_refused(grind: Grind, t
     assert grind(*words, "--restart")[0] == 0
 
 
-def test_no_file_but_its_own_is_replaced(grind: Grind, tmp_path: Path) -> None:
+def test_the_adviser_replaces_no_file_but_its_own(grind: Grind, tmp_path: Path) -> None:
     program, measured = plate_in(tmp_path), tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")
     words = ("advise", program, "--parts", 2, "--policy", "E12000D0", "--measurements", measured, "--state")
@@ -99,7 +99,7 @@ def test_no_file_but_its_own_is_replaced(grind: Grind, tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.glob("*d.*")} == {"d.json", "d.csv", "measured.csv"}
 
 
-def test_what_it_writes_is_known_for_its_own(tmp_path: Path) -> None:
+def test_the_adviser_recognises_its_own_files(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         session_of(tmp_path, ROWS[:2], []).run()
     for name, own in (("state.json", STATE), ("state.csv", LOG), ("values.nc", VALUES)):

@@ -1,4 +1,4 @@
-"""The rule of the adviser: what readings make of E and D, and when the model leads."""
+"""Rule of the adviser: how readings change E and D, and when the model leads."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -13,57 +13,57 @@ from grind_env.shop.advise.operator_readings import readings_of
 from tests.examples import few
 from tests.foreign.shop import SHOPS, PowerLaw, cost, depths_of, plans, shift, volumes_of
 from tests.foreign.tools import advised_shift
-from tests.shop.advising import PLATE, advisers, batch
+from tests.shop.advising import PLATE, adviser_after, batch
 
 ROUGHING, LIMIT = {"peak_power": 4500.0}, 7500.0
 
 
 def advice_of(*rows: dict[str, Any], parts: int = 6) -> list[tuple[float, int]]:
-    adviser, advice = advisers(rows, parts)
+    adviser, advice = adviser_after(rows, parts)
     assert adviser.advice is not None
     return [*advice, (adviser.advice.speed, adviser.advice.executions)]
 
 
-def test_a_block_of_which_nothing_was_read_keeps_its_E() -> None:
+def test_a_block_without_readings_keeps_its_E() -> None:
     assert {advice[0] for advice in advice_of(*[{}] * 8)} == {15_000.0, 9000.0}
-    adviser, _ = advisers([{}] * 8)
-    assert adviser.power is None and adviser.reason.startswith("dress: ")  # by the volume alone
+    adviser, _ = adviser_after([{}] * 8)
+    assert adviser.power is None and adviser.reason.startswith("dress: ")  # due by the volume alone
 
 
-def test_E_rises_while_readings_leave_room_and_not_above_three_quarters_of_a_limit() -> None:
+def test_E_rises_only_below_three_quarters_of_a_limit() -> None:
     room = advice_of(ROUGHING, {"peak_power": 1500.0, "size_error": 2.0, "Ra": 0.15}, ROUGHING)
     assert room[2][0] > 15_000.0 and room[3][0] > 9000.0
-    for part in ({"size_error": 7.0}, {"Ra": 0.4}):  # of 9 um and 0.5 um
+    for part in ({"size_error": 7.0}, {"Ra": 0.4}):  # the limits are 9 um and 0.5 um
         near = advice_of(ROUGHING, {"peak_power": 1500.0} | part, ROUGHING)
         assert near[2][0] <= 15_000.0 and near[3][0] <= 9000.0
 
 
-def test_a_power_beyond_its_limit_is_dressed_away_and_slows_a_sharp_wheel() -> None:
+def test_excess_power_calls_for_a_dress_and_then_a_lower_E() -> None:
     over = {"peak_power": 1.1 * LIMIT}
     advice = advice_of(over, {"peak_power": 1500.0}, over, {"peak_power": 1500.0})
     assert advice[2][1] >= 1 and advice[4][0] < advice[2][0] <= 15_000.0
 
 
-def test_a_slower_table_that_does_not_help_is_taken_back() -> None:
+def test_E_returns_if_a_slower_table_does_not_lower_the_power() -> None:
     over = {"peak_power": 1.1 * LIMIT}
     advice = advice_of(*[over, {"peak_power": 1500.0}] * 5)
     rough = [E for E, _ in advice[::2]]
     assert min(rough) < 0.9 * rough[0] and rough[-1] >= 0.99 * rough[0]
 
 
-def test_burns_slow_the_table_until_they_stop_and_no_burn_leaves_more_room() -> None:
+def test_burns_lower_E_and_reports_of_no_burn_allow_more_heat() -> None:
     finished = {"peak_power": 1500.0, "size_error": 1.0}
     burnt = advice_of(*[ROUGHING, finished | {"burn": 1}] * 5)
     rough = [E for E, _ in burnt[::2]]
     assert all(b < a for a, b in pairwise(rough)) and rough[-1] < 0.25 * rough[0]
     assert all(D >= 1 for _, D in burnt[2::2])
     parts = [ROUGHING, finished, {"peak_power": 7400.0}]
-    silent, cool = (advisers([*parts, finished | more])[0].policy for more in ({}, {"burn": 0}))
+    silent, cool = (adviser_after([*parts, finished | more])[0].policy for more in ({}, {"burn": 0}))
     assert isinstance(silent, AdviserPolicy) and isinstance(cool, AdviserPolicy)
     assert cool.rules[0].allowed[0] > 1.1 * silent.rules[0].allowed[0]
 
 
-def test_the_model_leads_when_its_forecasts_have_held_and_not_before() -> None:
+def test_the_model_leads_only_after_its_forecasts_have_held() -> None:
     simulation: Any = batch(PLATE, 12).simulation()
     policy: Any = policy_for(None, simulation)
     stepped = list[int]()
@@ -77,13 +77,13 @@ def test_the_model_leads_when_its_forecasts_have_held_and_not_before() -> None:
         decision = policy.act(observation[None], None)
         led.append(bool(policy.leads[0]))
         if len(led) == 1:
-            assert not stepped  # the first word does not wait for the model
+            assert not stepped  # the first advice does not wait for the model
         observation, *_ = env.step(env.codec.encode(*decision)[0])
     assert not any(led[:PROVED]) and led[-1]
     assert "the model leads" in policy.details(0)[0]
 
 
-def test_machines_side_by_side_are_advised_as_each_alone() -> None:
+def test_several_machines_at_once_get_the_advice_of_each_alone() -> None:
     simulation: Any = batch(PLATE, 4).simulation()
     rng = [np.random.default_rng(seed) for seed in (1, 2, 3)]
     together: Any = policy_for(None, simulation)
@@ -105,7 +105,7 @@ def test_machines_side_by_side_are_advised_as_each_alone() -> None:
 
 @pytest.mark.parametrize("seeds", few((range(100, 102), range(100, 108))))
 @pytest.mark.parametrize("name", few(["flats", "loading", "Werner", "threshold"]))
-def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_power_law(
+def test_advice_on_a_foreign_machine_is_nearly_as_cheap_as_the_best_plan(
     name: str, seeds: range, tmp_path: Path
 ) -> None:
     shop = SHOPS[name]
@@ -120,5 +120,5 @@ def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_
     assert (advised.each > 1.02 * ruled.each) == known
 
 
-def test_a_reading_of_burn_is_yes_or_no_of_a_finished_part() -> None:
+def test_a_burn_reading_is_yes_or_no() -> None:
     assert readings_of({"burn": "yes"}, "here").burn is True and readings_of({"burn": 0}, "here").burn is False

@@ -1,4 +1,4 @@
-"""A few runs of a program stand for all only where the control, executing every run, would do the same to the bit."""
+"""A few executed runs represent a batch only if executing every run gives the same result to the bit."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +36,7 @@ LIKE = {
     "is gauged in a subprogram": ("N60 M01", "M98 P300"),
     "is incremental in part": (FINISH, f"G80 ; G91 G00 Y2. ; X10. ; G90 ; {AGAIN}"),
 }
-"""Programs of which each run is as the one before."""
+"""Programs with identical runs."""
 OWN_RUNS = {
     "drifts across": ("N20 G00 Y2. Z-2.5", "N20 G91 G00 Z.01 ; G90 G00 Y2."),
     "has a variable": ("N50 G82", "#100=15000 ; N50 G82"),
@@ -48,21 +48,21 @@ OWN_RUNS = {
     "calls a macro": ("N60 M01", "G65 P300 A1."),
     "infeeds beside the table": ("N60 M01", "G01 Y-.175 F.3"),
 }
-"""Programs of which each run may differ from the one before, at least in the last digit."""
+"""Programs with runs that may differ, if only in the last digit."""
 GAUGED = JOB.replace("load = 20", "gauge = 12\nload = 20")
 
 
 def rows_of(tables: ScriptTables) -> list[Any]:
-    """Tables without the place of each block in the text of a batch."""
+    """Return the tables without the block and line numbers."""
     return [np.delete(each, PLACE, axis=1) if name == "plans" else each for name, each in tables._asdict().items()]
 
 
-def executed(simulation: JobSimulation) -> int:
+def block_count(simulation: JobSimulation) -> int:
     return simulation.programs.main.blocks.count
 
 
 def changed(folder: Path, old: str, new: str) -> Path:
-    """The plate with a text in place of another one, and a subprogram, in a job with a gauging time."""
+    """Write the plate with a text replaced and a subprogram added, in a job with a gauging time; return its path."""
     path = write(folder, "plate", GAUGED)
     text = path.read_text(encoding="utf-8")
     assert old in text
@@ -72,7 +72,7 @@ def changed(folder: Path, old: str, new: str) -> Path:
 
 
 def require_same(path: Path, runs: int = RUNS) -> bool:
-    """Compare it with the batch of all runs; whether a few of them have stood for them."""
+    """Assert that the trials equal a batch of all runs; return whether fewer runs were executed."""
     programs, job = read_file(path), replace(load_job(path.with_suffix(".toml")), variables={100: 0.0})
     made, whole = trials_of(programs, job, runs, lots_of(1, LotUse.BASE, 2)), batch_of(programs, runs, job.variables)
     full = JobSimulation(whole.programs, job, 1.0)
@@ -80,28 +80,28 @@ def require_same(path: Path, runs: int = RUNS) -> bool:
         np.testing.assert_array_equal(one, other)
     assert [each.block.source for each in made.all_blocks] == [whole.origin(each.block).source for each in full.blocks]
     assert made.simulation.task.reference_cost == full.task.reference_cost
-    return executed(made.simulation) < executed(full)
+    return block_count(made.simulation) < block_count(full)
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_a_few_runs_stand_for_all(name: str, tmp_path: Path) -> None:
+def test_a_few_runs_represent_the_batch(name: str, tmp_path: Path) -> None:
     assert require_same(write(tmp_path, name))
 
 
 @pytest.mark.parametrize("name", few(["rail_g83", "keyway_g81"]))
-def test_they_do_without_an_infeed_beside_the_table(name: str) -> None:
+def test_an_infeed_beside_the_table_makes_every_run_execute(name: str) -> None:
     assert require_same(EXAMPLES / f"{name}.nc") == (name == "rail_g83")
 
 
 @pytest.mark.parametrize(
     "path", few([each for each in FOUND if each.stem in ("magnet_plate", "plate_goto", "three_steps")])
 )
-def test_programs_of_shops_are_what_they_were(path: Path) -> None:
+def test_a_few_runs_represent_shop_programs_without_goto(path: Path) -> None:
     assert require_same(path) == (path.stem != "plate_goto")
 
 
 @pytest.mark.parametrize("like", few(LIKE))
-def test_runs_that_are_alike_are_so_however_often(like: str, tmp_path: Path) -> None:
+def test_identical_runs_are_represented_from_five_runs_on(like: str, tmp_path: Path) -> None:
     path = changed(tmp_path, *LIKE[like])
     assert [require_same(path, runs) for runs in (1, 4, 5, 60)] == [False, False, True, True]
 
@@ -111,20 +111,20 @@ def test_runs_that_may_differ_are_all_executed(own: str, tmp_path: Path) -> None
     assert not require_same(changed(tmp_path, *OWN_RUNS[own]))
 
 
-def test_variables_of_a_program_beside_it_may_tell_runs_apart(tmp_path: Path) -> None:
+def test_all_runs_are_executed_if_a_called_file_counts(tmp_path: Path) -> None:
     path = changed(tmp_path, "N60 M01", "M98 P500")
     (tmp_path / "O500.nc").write_text("O500\n#100=#100+.01\nG04 P#100\nM99\n")
     assert not require_same(path)
 
 
-def test_under_compensation_there_is_no_script(tmp_path: Path) -> None:
+def test_a_program_with_radius_compensation_has_no_script(tmp_path: Path) -> None:
     path = changed(tmp_path, "N30 G00 X-30.", "N30 G18 G41 G01 X-40. Z-3. F500. ; X-35. ; G40 X-30. Z-2.5 ; G19")
     job = load_job(path.with_suffix(".toml"))
     assert trials_of(read_file(path), job, RUNS, lots_of(1, LotUse.BASE, 1)).simulation.script is None
 
 
 @pytest.mark.parametrize("candidates", [1, 5])
-def test_cores_change_no_bit(candidates: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_do_not_depend_on_the_number_of_cores(candidates: int, monkeypatch: pytest.MonkeyPatch) -> None:
     plate = EXAMPLES / "plate_g82.nc"
     trials = trials_of(read_file(plate), load_job(plate.with_suffix(".toml")), 3, lots_of(1, LotUse.BASE, 7))
     settings = np.repeat(trials.own[None], candidates, axis=0)
@@ -138,12 +138,12 @@ def test_cores_change_no_bit(candidates: int, monkeypatch: pytest.MonkeyPatch) -
 
 
 PACE = 0.001
-"""s that a program takes on a lot."""
+"""Time of a program on a lot, s."""
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("seconds", [6.0, 12.0])
-def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_search_and_judgement_stay_within_the_budget(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
     now, ground = [0.0], Trials._ground
 
     def ticking(trials: Trials, settings: Any, seeds: Any, *rest: Any, **others: Any) -> Any:
@@ -171,13 +171,13 @@ UNSAID = {
     "E and I in G91": "G91 G82 X260. Y-.17 J-.01 F9999. P9100 D1 ; G90",
     "the program jumps": "GOTO 55 ; N55 G82 X230. Y-.17 J-.01 F15000. P9100 D1",
 }
-"""First cycles that take E or I from no cycle before; the second one has another E and another I."""
+"""First cycles without E or I of their own; the second cycle has another E and another I."""
 SHARED = "F15000. ; M98 P400 ; G82 Y-.18 E9000. ; M98 P400"
 
 
 @pytest.mark.parametrize("words", UNSAID)
-def test_every_run_of_a_batch_makes_the_strokes_of_the_program(words: str, tmp_path: Path) -> None:
-    """The end of a program makes the control forget E and I of its last cycle, and M00 does not."""
+def test_every_run_of_a_batch_makes_the_same_strokes_as_the_program(words: str, tmp_path: Path) -> None:
+    """The control forgets E and I of the last cycle at the end of a program, but not at M00."""
     path = changed(tmp_path, ROUGH, UNSAID[words])
     text = path.read_text(encoding="utf-8").replace("N70 G82", SHORTER)
     once, parts = (
@@ -190,7 +190,7 @@ def test_every_run_of_a_batch_makes_the_strokes_of_the_program(words: str, tmp_p
         np.testing.assert_allclose(part["seconds"], once["seconds"], rtol=1e-6)
 
 
-def test_a_cycle_that_takes_e_from_f_and_then_from_a_cycle_is_refused_in_a_batch(tmp_path: Path) -> None:
+def test_a_batch_refuses_a_cycle_that_takes_E_from_different_words(tmp_path: Path) -> None:
     path = changed(tmp_path, ROUGH, SHARED)
     text = path.read_text(encoding="utf-8").replace("O300", "O400\nG82 X230. I-30. Y-.17 J-.01 P9100\nM99\nO300")
     with pytest.raises(JobProgramError, match="E or I of the cycle is another one after the first part; write both"):

@@ -1,4 +1,4 @@
-"""What `optimise` prints as "grind run" is what `grind run` prints, for stages and for parts taken off in a cycle."""
+"""The "grind run" column of `optimise` agrees with `grind run`, for stages and for parts unloaded within a cycle."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ HEAD = "G71 G94 G90 G19\nG00 Y2. Z-2.5\nG00 X-30.\nG01 Y0 F500.\n"
 END = "G80\nG00 Y20.\nM30\n"
 FINISH = "G82 Y-.1 J-.002 L4 F60. E9000.\n"
 REPLAYED = f"{HEAD}G82 X230. I-30. Y-.06 J-.02 F60. E20000.\nM01\n{FINISH}{END}"
-EXECUTED = REPLAYED.replace("Y-.06", "Y-.08")  # the table is on its way at M01
+EXECUTED = REPLAYED.replace("Y-.06", "Y-.08")  # the table moves at M01
 INSIDE = (
     f"{HEAD}G01 Y-.04 F500.\nG81 X230. I-30. E30000.\nG04 X4.1\nM01\nG04 X.3\nM00\n"
     f"G82 Y-.06 J-.005 L4 F60. E9000.\n{END}"
@@ -35,7 +35,7 @@ RUN = {
     "size_error": ("worst_error", 1.0),
     "scrap": ("survival", 100.0),
 }
-"""Where `grind run --json` has what `optimise --json` shows, and in which share of its unit."""
+"""Column of `grind run --json` for each quantity of `optimise --json`, and the factor between their units."""
 
 
 def job_text(*stages: str) -> str:
@@ -50,7 +50,7 @@ def job_text(*stages: str) -> str:
     [(REPLAYED, [STAGE]), nightly(EXECUTED, [STAGE]), nightly(INSIDE, [])],
     ids=["replayed stages", "executed stages", "M00 in a cycle"],
 )
-def test_every_quantity_of_optimise_is_that_of_grind_run(
+def test_every_quantity_of_optimise_agrees_with_grind_run(
     text: str, stages: list[str], tmp_path: Path, grind: Grind
 ) -> None:
     path = tmp_path / "part.nc"
@@ -69,7 +69,7 @@ def test_every_quantity_of_optimise_is_that_of_grind_run(
             assert each["expected"][which] == pytest.approx(shown, rel=1e-9, abs=1e-9), (each["name"], which)
 
 
-def test_the_highest_temperature_is_shown_where_it_is_not_that_of_the_last_stage(tmp_path: Path, grind: Grind) -> None:
+def test_run_shows_the_highest_temperature_if_the_last_stage_is_cooler(tmp_path: Path, grind: Grind) -> None:
     path = tmp_path / "part.nc"
     path.write_text(REPLAYED)
     for stages in ([STAGE], []):

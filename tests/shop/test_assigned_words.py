@@ -1,4 +1,4 @@
-"""Words that read a variable are varied by the number that is assigned to it, and by nothing else."""
+"""Words that read a variable are varied through the number assigned to this variable."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +32,7 @@ ASSIGNED = (
     .replace("D1", "D#103")
     .replace("J-.01", "J #104")
 )
-"""Four words of the plate by variables."""
+"""The plate with four kinds of words read from variables."""
 
 
 def asked_for(text: str, folder: Path, vary: str | None = None, fix: tuple[int, ...] = ()) -> Variation:
@@ -55,7 +55,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.nightly
-def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
+def test_a_program_with_variables_is_optimised_like_its_twin_with_numbers(folder: Path) -> None:
     options = options_of(("E", "D", "J"), bounds={"D": (0, 1)})
     theirs, mine = (found_in(text, folder, options=options) for text in (PLATE, ASSIGNED))
     assert [(word.name, word.before, word.after) for word in mine.words] == [
@@ -75,7 +75,7 @@ def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folde
     assert mine.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
 
 
-def test_only_the_number_that_is_assigned_changes(folder: Path) -> None:
+def test_only_the_assigned_number_changes(folder: Path) -> None:
     text = ASSIGNED.replace("\n", "\r\n").replace("(ROUGH)", "(#101=7, GRÖSSE)")
     asked = asked_for(text, folder, "E,D,J")
     point = [*asked.start]
@@ -106,7 +106,7 @@ def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None
     assert [(word.name, word.place) for word in found.words] == [("E", "#101, line 7")]
 
 
-def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
+def test_each_assignment_of_a_variable_is_varied_separately(folder: Path) -> None:
     text = (
         PLATE.replace("N30", "#1=15000.\nN30", 1)
         .replace("E15000.", "E#1")
@@ -120,13 +120,13 @@ def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
     ]
 
 
-def test_a_block_that_takes_a_word_over_reads_the_variable_too(folder: Path) -> None:
+def test_a_word_taken_over_from_the_block_before_is_varied_with_its_variable(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace(" E9000.", "")
     asked = asked_for(text, folder)
     assert [each.blocks for each in asked.choices.variables if each.name == "E"] == [(0, 1)]
 
 
-def test_inches_and_feed_moves_are_read_likewise(folder: Path) -> None:
+def test_variables_in_inch_programs_and_feed_moves_are_varied(folder: Path) -> None:
     inch = asked_for(INCH.replace("N30", "#1=590.55\nN30", 1).replace("E590.55", "E#1"), folder, "E")
     assert [float(each.own * each.unit) for each in inch.choices.variables] == pytest.approx(
         [15_000.0, 9000.0], rel=1e-4
@@ -146,7 +146,7 @@ KEPT = {
 
 
 @pytest.mark.parametrize(("assigned", "remedy"), KEPT.items())
-def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, remedy: str, folder: Path) -> None:
+def test_a_remark_gives_the_remedy_for_a_word_without_its_own_number(assigned: str, remedy: str, folder: Path) -> None:
     text = PLATE.replace("N30", f"{assigned}\nN30", 1).replace("E15000.", "E#101")
     asked = asked_for(text, folder)
     (remark,) = asked.choices.remarks
@@ -154,7 +154,7 @@ def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, re
     assert all("#101" not in each.place for each in asked.choices.variables)
 
 
-def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> None:
+def test_a_fixed_block_fixes_the_variable_it_shares(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
     asked = asked_for(text, folder, fix=(70,))
     assert [each.name for each in asked.choices.variables] == ["D"]
@@ -164,13 +164,13 @@ def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> No
     )
 
 
-def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
+def test_a_variable_read_by_two_kinds_of_words_is_not_varied(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
     with pytest.raises(OptionError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
         asked_for(text, folder, "D", fix=(70,))
 
 
-def test_a_dress_interval_is_written_where_the_executions_are_assigned(folder: Path) -> None:
+def test_a_dress_interval_is_written_into_the_assignment_of_D(folder: Path) -> None:
     text = PLATE.replace("N30", "#103=1\nN30", 1).replace("D1", "D#103")
     asked = asked_for(text, folder, "D,interval")
     (executions, *_) = asked.choices.variables
@@ -183,7 +183,7 @@ def test_a_dress_interval_is_written_where_the_executions_are_assigned(folder: P
     assert trials.own[:, 1].tolist() == [0, 0, 1, 0]
 
 
-def test_a_value_from_outside_stays(folder: Path) -> None:
+def test_a_variable_set_from_outside_is_not_varied(folder: Path) -> None:
     text = PLATE.replace("E15000.", "E#101")
     found = found_in(text, folder, variables={101: 12_000.0})
     assert {word.place for word in found.words} == {"N50", "N70", "dresses"}
@@ -199,7 +199,7 @@ HEAD, TAIL = PLATE[: PLATE.index("(ROUGH")], PLATE[PLATE.index("N80") :]
 
 @st.composite
 def with_variables(draw: st.DrawFn) -> str:
-    """Blocks of which some words read variables, assigned before or in between, and some read elsewhere, too."""
+    """Draw a program with some words read from variables; blocks between may assign or read these variables."""
     lines, held = list[str](), dict[int, str]()
 
     def word(letter: str) -> str:
@@ -227,7 +227,7 @@ def with_variables(draw: st.DrawFn) -> str:
 @pytest.mark.nightly
 @examples(15)
 @given(text=with_variables(), data=st.data())
-def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
+def test_the_written_program_has_the_chosen_settings_and_cost(text: str, data: st.DataObject) -> None:
     programs = read(text, "part.nc")
     try:
         asked = variation_of(

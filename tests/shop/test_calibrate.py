@@ -1,4 +1,4 @@
-"""What a calibration promises, on blemished logs of a machine whose constants are known."""
+"""Calibration from logs with deliberate faults, of a machine with known constants."""
 
 import dataclasses
 from pathlib import Path
@@ -27,7 +27,7 @@ TRUTH = {"material": {"ploughing_pressure": 0.95, "chip_energy": 15.5}, "machine
 
 @pytest.fixture(scope="module")
 def plates(tmp_path_factory):
-    """A log of three plates, and what is found in it."""
+    """Return the folder with a log of three plates, and its calibration."""
     folder = tmp_path_factory.mktemp("plates")
     program, job = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
     truth = with_entries(load_job(job), TRUTH)
@@ -46,13 +46,13 @@ def test_known_constants_are_found_again(plates):
     assert plates[1].judged.held_out["power"][2] < 0.03
 
 
-def test_what_a_log_cannot_tell_is_kept_and_named(plates):
+def test_undetermined_constants_are_named_and_stay_at_their_priors(plates):
     assert {"material.tempering_rise", "wheel.roughness"} <= set(plates[1].undetermined)
     kept = {each.parameter.name: each for each in plates[1].estimates if not each.determined}
     assert all(each.value == pytest.approx(each.parameter.prior) for each in kept.values())
 
 
-def test_the_catalogue_file_gives_the_fitted_job(plates):
+def test_the_catalogue_file_contains_the_fitted_machine(plates):
     folder, found = plates
     found.write(folder / "shop.toml")
     catalogue = load_catalogue(folder / "shop.toml")
@@ -62,8 +62,8 @@ def test_the_catalogue_file_gives_the_fitted_job(plates):
     assert left == pytest.approx(7500.0)
 
 
-def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, tmp_path):
-    """A load meter shows 100 % at the limit, and not above it: its idling spindle takes a share of that."""
+def test_the_power_limit_of_a_percent_meter_includes_idle_power(plates, tmp_path):
+    """A load meter shows 100 % at the limit, and the idling spindle takes a share of that."""
     found = plates[1]
     in_percent = dataclasses.replace(found, idle=dataclasses.replace(found.idle, full=7600.0))
     in_percent.write(tmp_path / "shop.toml")
@@ -74,7 +74,7 @@ def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, t
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 4, 9])
-def test_intervals_hold_what_they_promise(seed, tmp_path):
+def test_fitted_constants_lie_within_four_spreads_of_the_truth(seed, tmp_path):
     program = ("plate_g82", "rail_g83", "plate_g82")[seed % 3]
     _, rows = trial(seed, tmp_path, 2, program, STYLES[seed // 3])
     told = [row for row in rows if row[1]]
@@ -82,7 +82,7 @@ def test_intervals_hold_what_they_promise(seed, tmp_path):
     assert all(abs(row[3]) < 4.0 for row in told)
 
 
-def test_the_unit_of_the_time_is_found_out(tmp_path):
+def test_a_missing_time_unit_is_recognised(tmp_path):
     program, job = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
     style = Style(rate=200.0, unit="W", comma=False, clock="ms", headings=("time", "power"), noise=80.0, scale=0.0)
     write_log(tmp_path / "log.csv", read_file(program), load_job(job), 1, style, np.random.default_rng(3))
@@ -103,8 +103,7 @@ def test_a_constant_that_cannot_be_fitted_is_named(plates, names):
 
 
 @pytest.mark.parametrize("override", [1.0, 0.7])
-def test_the_pattern_is_where_a_table_goes(override):
-    """Closed form against a table that is moved in small steps of time."""
+def test_the_stroke_pattern_matches_a_table_moved_in_small_steps(override):
     job = load_job(EXAMPLES / "plate_g82.toml")
     programs = read_file(EXAMPLES / "plate_g82.nc")
     pattern = pattern_of(programs, job)
@@ -116,7 +115,7 @@ def test_the_pattern_is_where_a_table_goes(override):
     assert pattern.runs == 3
 
 
-def test_idle_power_follows_its_drift_and_no_outlier():
+def test_idle_power_follows_the_drift_and_ignores_outliers():
     time = np.arange(0.0, 60.0, 0.7)
     power = 1500.0 - 3.0 * time
     power[::9] += 800.0
@@ -126,8 +125,8 @@ def test_idle_power_follows_its_drift_and_no_outlier():
     assert np.all(error < 5.0)
 
 
-def test_the_lag_of_a_meter_is_taken_out():
-    """A meter of first order under a square wave, by its exact answer in small steps."""
+def test_the_lag_of_a_meter_is_removed():
+    """Use the exact response of a first-order meter to a square wave."""
     time = np.arange(0.0, 20.0, 0.05)
     power = np.where(time % 2.0 < 1.0, 2000.0, 500.0)
     shown = np.empty_like(power)
@@ -140,7 +139,7 @@ def test_the_lag_of_a_meter_is_taken_out():
 
 
 @pytest.mark.parametrize("lag", [0.1, 1.0, 4.0])
-def test_what_a_meter_with_a_lag_shows_of_a_run_is_that_of_small_steps(lag):
+def test_the_readings_of_a_lagging_meter_match_small_time_steps(lag):
     programs, job = read_file(EXAMPLES / "plate_g82.nc"), load_job(EXAMPLES / "plate_g82.toml")
     pattern = pattern_of(programs, job)
     height = np.linspace(500.0, 2000.0, pattern.run.size)
@@ -161,7 +160,7 @@ def test_what_a_meter_with_a_lag_shows_of_a_run_is_that_of_small_steps(lag):
     )
 
 
-def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):
+def test_a_table_of_settings_determines_roughness_and_chip_energy(tmp_path: Path):
     catalogue, truth = load_catalogue(), {"material": {"chip_energy": 16.0}, "wheel": {"roughness": 0.65}}
     rows = ["table_speed [m/min];downfeed [µm];volume;power [kW];Ra"]
     for speed in (8.0, 14.0, 20.0):
@@ -178,14 +177,14 @@ def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):
 
 
 @pytest.mark.parametrize("volume", ["400000000", "100001"])
-def test_a_setting_that_would_be_ground_for_ever_is_refused(volume: str, tmp_path: Path) -> None:
+def test_a_setting_with_too_many_strokes_is_refused(volume: str, tmp_path: Path) -> None:
     (tmp_path / "table.csv").write_text(f"downfeed [um];volume;Ra\n5;40;.3\n5;{volume};.4\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"setting 2 grinds .* strokes; check volume, downfeed and length"):
         calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml")
 
 
 @pytest.mark.nightly
-def test_forces_of_settings_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:
+def test_forces_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:
     path, left = tmp_path / "forces.csv", []
     for off in (0.0, 0.2):
         rows = ["table_speed [m/min],downfeed [um],volume,Ft [N/mm]"]

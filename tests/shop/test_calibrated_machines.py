@@ -1,4 +1,4 @@
-"""What a calibration promises on machines that are not the model; the table is that of `python -m agents plants`."""
+"""Calibration of out-of-model machines; `python -m agents plants` prints the table of all machines."""
 
 import dataclasses
 import math
@@ -34,26 +34,26 @@ PROGRAM, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    """A calibration of the machine that is the model, and errors of it, the catalogue and a regression."""
+    """Return a calibration of the model itself, and the errors of the fit, the catalogue and a regression."""
     return trial("model", "plate_g82", tmp_path_factory.mktemp("model"), 3)
 
 
 @pytest.fixture(scope="module")
 def foreign(tmp_path_factory):
-    """The same of one with other laws, logged with several E and depths."""
+    """Return a calibration and errors of a machine with other laws, logged with several E and depths."""
     return trial("foreign:1", "plate_g82", tmp_path_factory.mktemp("foreign"), 6, varies=True)
 
 
 @pytest.mark.nightly
-def test_where_the_machine_is_the_model_there_is_no_free_term_and_half_the_error_of_a_regression(model):
+def test_the_fit_of_the_model_has_no_free_term_and_half_the_error_of_a_regression(model):
     found, errors = model
     assert found.fit.width == 0.0
     assert errors["error"] <= 0.5 * errors["regression"]
 
 
 @pytest.mark.nightly
-def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
-    """Its force grows with the table speed as with the depth; ours, where it rubs, with the depth alone."""
+def test_the_free_term_follows_forces_that_the_model_does_not(foreign):
+    """The force of this machine grows with table speed and depth; the rubbing force of the model with depth alone."""
     found, errors = foreign
     assert found.fit.width > 0.0
     assert found.fitted.part.material.power_speed_exponent > 0.15
@@ -61,7 +61,7 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
 
 
 @pytest.mark.nightly
-def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tmp_path):
+def test_a_fit_of_other_laws_has_half_the_error_of_a_regression(tmp_path):
     _, errors = trial("foreign:2", "keyway_g81", tmp_path, 3, varies=True)
     assert errors["error"] <= 0.5 * errors["regression"]
 
@@ -71,7 +71,7 @@ def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tm
     ("name", "program", "lag"),
     [nightly("table:1", "plate_g82", None), nightly("meter:4", "plate_g82", 1.51), ("meter:1", "keyway_g81", 0.32)],
 )
-def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regression(name, program, lag, tmp_path):
+def test_slow_tables_and_lagging_meters_leave_half_the_error_of_a_regression(name, program, lag, tmp_path):
     found, errors = trial(name, program, tmp_path, 4)
     assert errors["error"] <= 0.5 * errors["regression"]
     if lag is None:
@@ -81,7 +81,7 @@ def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regress
         assert float(said.split("about ")[1].split(" s")[0]) == pytest.approx(lag, rel=0.15)
 
 
-def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
+def test_the_idle_power_is_found_from_a_lagging_meter(tmp_path):
     style = dataclasses.replace(PLAIN, idle=630.0, warm_up=0.0, coolant=0.0, lag=1.0)
     write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 3, style, np.random.default_rng(2))
     found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, names=["ploughing_pressure"])
@@ -89,7 +89,7 @@ def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
     assert 0.85 * 630.0 < found.idle.low < found.idle.high < 1.15 * 630.0
 
 
-def test_a_scale_that_is_said_is_not_fitted_but_written(tmp_path):
+def test_a_given_meter_scale_is_written_and_not_fitted(tmp_path):
     write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 2, dataclasses.replace(PLAIN, gain=1.17), RNG())
     (tmp_path / "map.toml").write_text("[log]\nscale = 1.17\n", encoding="utf-8")
     found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
@@ -104,7 +104,7 @@ def RNG():
     return np.random.default_rng(5)
 
 
-def test_a_limit_of_the_job_is_what_is_left_for_grinding_after_a_calibration_too(tmp_path):
+def test_no_idle_power_is_written_for_a_job_with_its_own_power_limit(tmp_path):
     job = tmp_path / "plate.toml"
     text = JOB.read_text(encoding="utf-8").replace("[setup]", "[setup]\nmachine_overrides = { power_limit = 4500 }")
     job.write_text(text, encoding="utf-8")
@@ -122,7 +122,7 @@ def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("which", ["model", nightly("foreign")])
-def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
+def test_the_catalogue_file_contains_the_uncertainty_table(which, request, tmp_path):
     found, _ = request.getfixturevalue(which)
     found.write(tmp_path / "shop.toml", force=True)
     table = tomllib.loads((tmp_path / "shop.toml").read_text())["uncertainty"]
@@ -134,14 +134,14 @@ def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
     assert np.all(np.diag(correlation) == 1.0)
     assert np.linalg.eigvalsh(correlation)[0] > -1e-6
     spread = dict(zip(table["names"], table["spread"], strict=True))
-    assert spread["material.tempering_rise"] == pytest.approx(0.18, rel=0.01)  # a power says nothing of it
+    assert spread["material.tempering_rise"] == pytest.approx(0.18, rel=0.01)  # the power does not determine it
     assert spread["machine.stiffness"] < 0.2
     assert 0.0 <= table["residual"] < 0.05
     assert load_catalogue(tmp_path / "shop.toml").machine("default").stiffness > 0.0
 
 
 @pytest.mark.nightly
-def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
+def test_the_residual_is_larger_for_an_out_of_model_machine(model, foreign):
     assert foreign[0].residual > 2.0 * model[0].residual
 
 
@@ -162,8 +162,8 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
     assert status == 0 and path.exists() and "next:" not in out
 
 
-def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
-    """By hand: of burnt parts a tenth pass for good where nobody has looked."""
+def test_unchecked_parts_may_hide_burn_with_a_small_chance():
+    """A tenth of the burnt parts pass as good if nobody looks."""
     data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3])))
     solver = Solver((), [], data, lambda _: np.array([2.0, 2.0, 2.0]))
     burnt = 1.0 / (1.0 + math.exp(-2.0))
@@ -173,8 +173,8 @@ def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
 
 
 @pytest.mark.nightly
-def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
-    """A material that burns later than the catalogue says, ground hotter than that allows."""
+def test_parts_gauged_as_good_are_not_condemned(tmp_path):
+    """The material burns later than the catalogue says and is ground hotter than the catalogue allows."""
     job, text = tmp_path / "plate.toml", JOB.read_text()
     own = '[catalogue.material.soft]\nbase = "aisi_52100"\ntempering_rise = 80\n'
     words = 'material = "soft"\nrise_allowance = 0'
@@ -190,7 +190,7 @@ def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
 
 
 @pytest.mark.nightly
-def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
+def test_a_plan_is_safe_varies_E_and_picks_and_narrows_the_fit(model, tmp_path):
     programs, job = read_file(PROGRAM), load_job(JOB)
     plan = plan_of(programs, job)
     record = grind(read(plan.text, "plan.nc"), job)
@@ -217,7 +217,7 @@ def test_the_command_writes_a_plan_without_a_log(tmp_path):
     assert "E22500." in path.read_text()
 
 
-def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
+def test_a_plan_of_a_latin_1_program_is_written(tmp_path):
     program = FOUND / "programs_from_elsewhere" / "fuehrungsleiste.nc"
     plan(program, program.with_suffix(".toml"), tmp_path / "plan.nc")
     record = grind(read_file(tmp_path / "plan.nc"), load_job(program.with_suffix(".toml")))
@@ -233,14 +233,14 @@ def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
         ("programs_from_elsewhere/hand_plunge.nc", "no G82 or G83"),
     ],
 )
-def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):
+def test_a_plan_is_refused_for_programs_it_cannot_vary(program, reason):
     path = FOUND / program
     with pytest.raises(CalibrationError, match=reason):
         plan_of(read_file(path), load_job(path.with_suffix(".toml")))
 
 
 @pytest.mark.parametrize("program", [PROGRAM, EXAMPLES / "rail_g83.nc", PROGRAMS["die"].path])
-def test_plans_of_the_programs_of_the_package_grind_good_parts_without_a_warning(program):
+def test_plans_of_bundled_programs_grind_good_parts_without_warnings(program):
     job = load_job(program.with_suffix(".toml"))
     record = grind(read(plan_of(read_file(program), job).text, program.name, program.parent), job)
     assert not record.warnings

@@ -1,4 +1,4 @@
-"""The building blocks of reports: whatever texts go in, only markup of the templates comes out."""
+"""Building blocks of reports: no text can add markup to a page."""
 
 import re
 from html.parser import HTMLParser
@@ -38,7 +38,7 @@ class Parsed(HTMLParser):
 
 
 def loads_nothing(said: Parsed) -> bool:
-    """Whether a page names nothing but places within itself."""
+    """Return whether a page refers only to places within itself."""
     loading = {"link", "img", "image", "iframe", "object", "embed", "base"} & set(said.tags)
     naming = ("src", "href", "xlink:href", "action", "data")
     addresses = [value for name, value in said.attributes if name in naming and not value.startswith("#")]
@@ -65,7 +65,7 @@ def everything(text: str) -> str:
 
 
 @given(st.text(min_size=1))
-def test_a_text_changes_no_tag(text: str) -> None:
+def test_no_text_changes_the_tags_of_a_page(text: str) -> None:
     said, plain = Parsed(everything(text)), Parsed(everything("text"))
     assert said.tags == plain.tags
     assert [name for name, _ in said.attributes] == [name for name, _ in plain.attributes]
@@ -81,7 +81,7 @@ def drawn(text: str) -> str:
 
 
 @pytest.mark.parametrize("text", [HOSTILE, "$x^{$", "a$b$c", "--><b>", "&lt;b&gt;", '" id="a" onload="b'])
-def test_a_text_in_a_drawn_figure_is_shown_and_nothing_else(text: str) -> None:
+def test_a_text_in_a_figure_is_shown_but_adds_no_markup(text: str) -> None:
     html = drawn(text)
     said, plain = Parsed(html), Parsed(drawn("text"))
     assert said.tags.count("text") == plain.tags.count("text") and said.texts.count(printable(text)) == 7
@@ -99,8 +99,8 @@ def test_a_page_loads_and_runs_nothing() -> None:
     )
 
 
-def test_colours_are_those_of_the_page() -> None:
-    """A colour that the page gives no name to would not be seen on a dark one."""
+def test_figures_use_only_colours_defined_by_the_page() -> None:
+    """A fixed colour might be invisible on a dark page."""
     html = drawn("text")
     svg = html[html.index("<svg") : html.index("</svg>")]
     assert not re.search(r"#[0-9a-f]{6}\b|url\((?!#)", svg)
@@ -108,7 +108,7 @@ def test_colours_are_those_of_the_page() -> None:
     assert {"ink", "grid", "blue"} <= named <= set(re.findall(r"--(\w+):", html))
 
 
-def test_ids_within_a_page_are_what_figures_refer_to() -> None:
+def test_figures_refer_to_exactly_the_ids_of_their_page() -> None:
     said = Parsed(
         document.page("Title", [document.Section("Run", [document.figure(graph("a")), document.figure(graph("b"))])])
     )

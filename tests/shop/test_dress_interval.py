@@ -1,4 +1,4 @@
-"""How often to dress, searched and written: what a counting program does is what was promised of it, part by part."""
+"""Dress intervals: the search finds them, and the written program counts and dresses exactly as promised."""
 
 import json
 from decimal import Decimal
@@ -41,14 +41,14 @@ def varied(path: Path, options: SearchOptions, runs: int = RUNS) -> Variation:
     )
 
 
-def written(path: Path, every: int) -> tuple[Variation, tuple[int, ...]]:
-    """A program in which its own dresses are due every so many runs."""
+def variation_dressing_every(path: Path, every: int) -> tuple[Variation, tuple[int, ...]]:
+    """Return a variation of a program and its start point, with a dress due every `every` runs."""
     variation = varied(path, options_of(("D", "interval"), {"interval": (every, every)}))
     return variation, variation.start
 
 
 @given(every=st.integers(1, 9), dressing=st.lists(st.booleans(), min_size=1, max_size=5), runs=st.integers(1, 40))
-def test_blocks_and_runs_are_counted_as_one_counts_them_by_hand(every: int, dressing: list[bool], runs: int) -> None:
+def test_due_dresses_match_a_count_by_hand(every: int, dressing: list[bool], runs: int) -> None:
     by_runs, by_blocks, number = [], [], 0
     for run in range(1, runs + 1):
         by_runs.append([each and run % every == 0 for each in dressing])
@@ -61,7 +61,7 @@ def test_blocks_and_runs_are_counted_as_one_counts_them_by_hand(every: int, dres
     assert DressInterval(every, "block").due(blocks, run).tolist() == [each for row in by_blocks for each in row]
 
 
-def test_what_counts_runs_of_several_parts_says_so() -> None:
+def test_intervals_are_named_by_parts_blocks_or_runs() -> None:
     assert [str(each) for each in intervals_between(1, 3)] == ["every part", "every 2 parts", "every 3 parts"]
     assert str(intervals_between(1, 2, blocks=6, parts=6)[0]) == "every run"
     several = [str(each) for each in intervals_between(1, 2, blocks=2, parts=2)]
@@ -69,8 +69,8 @@ def test_what_counts_runs_of_several_parts_says_so() -> None:
 
 
 @pytest.mark.parametrize("path", [PLATE, nightly(RAIL)])
-def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counter(path: Path) -> None:
-    variation, point = written(path, 3)
+def test_the_program_dresses_once_its_counter_reaches_the_interval(path: Path) -> None:
+    variation, point = variation_dressing_every(path, 3)
     programs, job = variation.read(point), load_job(path.with_suffix(".toml"))
     own = sum(block.plan.dresses for block in variation.once.simulation.blocks)
     for left, dresses in ((None, 0), (0.0, 0), (1.0, 0), (2.0, own), (57.0, own)):
@@ -79,8 +79,8 @@ def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counte
 
 
 @pytest.mark.nightly
-def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
-    """The rail dresses in N50 and in N80: with every third block due, in N80 of the second run and N50 of the third."""
+def test_an_interval_of_three_blocks_is_counted_across_parts() -> None:
+    """The rail dresses in N50 and N80: every third block is N50 of the second run and N80 of the third."""
     variation = varied(RAIL, options_of(("D", "interval"), {"interval": (1, 3), "D": (1, 1)}), runs=6)
     number = variation.choices.intervals.index(DressInterval(3, "block"))
     point = (*variation.start[:-1], number)
@@ -88,14 +88,14 @@ def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
     assert said.tolist() == [[0, 0], [1, 0], [0, 1], [0, 0], [1, 0], [0, 1]]
 
 
-def test_variables_of_the_program_are_not_counted_with() -> None:
+def test_the_dress_counter_avoids_variables_of_the_program() -> None:
     programs = read(PLATE.read_text().replace("N60 M01", "#500=#[501]+1\nN60 M01"))
     counting = counting_of(DressInterval(2), programs, [])
     assert counting is not None and (counting.counter, counting.due) == (502, 503)
     assert counting.word(Decimal(2)) == "[2*#503]"
 
 
-def test_the_cheapest_of_each_time() -> None:
+def test_cheapest_by_time_picks_the_cheapest_program_of_each_time() -> None:
     kept = [Trade(2.0, 10.0, 0.5), Trade(1.0, 10.1, 0.9), Trade(5.0, 50.0, 1.0)]
     assert cheapest_by_time([*kept, Trade(0.1, 10.0, 1.1)]) == (kept[1], kept[2])
     assert cheapest_by_time([]) == ()
@@ -105,7 +105,7 @@ QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E")
 
 
 @pytest.mark.usefixtures("coarse_speeds")
-def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) -> None:
+def test_a_cost_constraint_is_met_when_time_is_minimised(tmp_path: Path, grind: Grind) -> None:
     known = *QUICK, "--job", known_job(tmp_path, "plate_g82")
     status, out, _ = grind("optimise", PLATE, *known, "--objective", "time", "--constraint", "cost=2.3", "--json")
     told = json.loads(out)
@@ -119,7 +119,7 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
 
 
 @pytest.mark.usefixtures("coarse_speeds")
-def test_what_no_program_keeps_is_said(grind: Grind) -> None:
+def test_an_unreachable_constraint_is_reported(grind: Grind) -> None:
     status, out, _ = grind("optimise", PLATE, *QUICK, "--budget", "10 programs", "--constraint", "seconds=30")
     assert status == 4
     assert "no program tried keeps the limits within 30 s a part; the nearest one takes" in out
@@ -134,13 +134,13 @@ def test_what_no_program_keeps_is_said(grind: Grind) -> None:
         (("--constraint", "seconds=0"), "write a number above 0"),
     ],
 )
-def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind) -> None:
+def test_invalid_search_options_are_refused(options: tuple[str, ...], told: str, grind: Grind) -> None:
     status, _, err = grind("optimise", PLATE, "--parts", "4", *options)
     assert status == 2 and told in err
 
 
 @pytest.mark.nightly
-def test_parts_that_are_alike_keep_alike_words_unless_they_are_free() -> None:
+def test_identical_parts_share_their_words_unless_freed() -> None:
     alike, free = (varied(TWO_PLATES, options_of(free=each), runs=3) for each in (False, True))
     assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
     assert [each.places for each in free.choices.variables] == ["N150", "N170", "N250", "N270", "N150", "N250"]
@@ -155,11 +155,11 @@ def test_sweep_writes_the_program_that_it_recommends(tmp_path: Path, grind: Grin
     best = json.loads(out)["best"]
     trials = trials_of(read_file(output), load_job(PLATE.with_suffix(".toml")), 8, lots_of(1, LotUse.SWEEP, LOTS))
     assert status == 0
-    assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(best["cost"]["value"], rel=1e-9)
+    assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(best["cost"]["value"] - best["luck"], rel=1e-9)
     assert best["every"] > 1 and f"(DRESS EVERY {best['every']} PARTS" in output.read_text()
 
 
-def test_sweep_writes_nothing_where_nothing_is_cheaper(tmp_path: Path, grind: Grind) -> None:
+def test_sweep_writes_no_program_if_none_is_cheaper(tmp_path: Path, grind: Grind) -> None:
     output = tmp_path / "better.nc"
     status, _, err = grind("sweep", PLATE, "--E", "3000..4000", "--parts", "2", "-o", output)
     assert status == 3 and not output.exists()
@@ -168,10 +168,10 @@ def test_sweep_writes_nothing_where_nothing_is_cheaper(tmp_path: Path, grind: Gr
 
 @pytest.mark.nightly
 @pytest.mark.usefixtures("coarse_speeds")
-def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_path: Path, grind: Grind) -> None:
-    """What optimise has written goes through it again: its D stands in a variable."""
+def test_a_program_with_a_dress_counter_is_optimised_and_swept_again(tmp_path: Path, grind: Grind) -> None:
+    """The program written by optimise reads its D from a variable."""
     program = tmp_path / "part.nc"
-    variation, point = written(PLATE, 3)
+    variation, point = variation_dressing_every(PLATE, 3)
     program.write_bytes(variation.with_words(point).bytes())
     known = PLATE.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN
     program.with_suffix(".toml").write_text(known, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Files as loggers, gauges and spreadsheets export them: each is read right, or refused with its place and a remedy."""
+"""Files of loggers, gauges and spreadsheets are read correctly, or refused with place and remedy."""
 
 import re
 from collections.abc import Iterable
@@ -26,10 +26,10 @@ MACHINE = load_catalogue().machine("default")
 TIMES, POWERS = zip(
     *(row.split(",") for row in (SAMPLE / "log.csv").read_text(encoding="utf-8").splitlines()[1:]), strict=True
 )
-"""Of the log that `grind init` writes: seconds and W."""
+"""Seconds and W of the log that `grind init` writes."""
 SECONDS, WATTS = np.array(TIMES, float), np.array(POWERS, float)
 LOW = [f"{watts - 700:.0f}" for watts in WATTS]
-"""Powers of which only the peaks are above 1000 W."""
+"""Powers with only the peaks above 1000 W."""
 NBSP, NARROW = "\u00a0", "\u202f"
 
 
@@ -46,7 +46,7 @@ def text_of(separator: str, heading: str, *columns: Iterable[str]) -> str:
 
 
 def minutes(seconds: float) -> str:
-    """The time as a spreadsheet shows it by mm:ss.0: a new hour begins at 00:00.0 again."""
+    """Return a time as a spreadsheet shows it by mm:ss.0, which restarts at 00:00.0 every hour."""
     tenths = round(10.0 * seconds) + 35_861  # 59:46.1
     return f"{tenths // 600 % 60:02d}:{tenths // 10 % 60:02d}.{tenths % 10}"
 
@@ -65,14 +65,14 @@ def plain_settings(tmp_path_factory: pytest.TempPathFactory) -> float:
 
 
 def fitted(folder: Path, volume: str) -> float:
-    """The ploughing pressure of a table whose larger volume is written so."""
+    """Return the ploughing pressure fitted to the table with this text as its larger volume."""
     (folder / "table.csv").write_text(TABLE.format(volume, volume), encoding="utf-8")
     found = calibrate_table(folder / "table.csv", EXAMPLES / "plate_g82.toml", names=["ploughing_pressure"])
     return found.estimates[0].value
 
 
 @pytest.mark.parametrize("volume", ["1'200", f"1{NBSP}200", '"1,200"', "1.2e3"])
-def test_a_volume_is_not_missing_for_its_thousands_mark(volume: str, plain_settings: float, tmp_path: Path) -> None:
+def test_a_volume_is_read_in_four_notations(volume: str, plain_settings: float, tmp_path: Path) -> None:
     assert fitted(tmp_path, volume) == plain_settings
 
 
@@ -82,7 +82,7 @@ def test_a_volume_that_is_no_number_is_refused(volume: str, tmp_path: Path) -> N
         fitted(tmp_path, volume)
 
 
-def test_one_volume_of_many_that_is_no_number_is_no_sharp_wheel(tmp_path: Path) -> None:
+def test_one_invalid_volume_among_many_is_refused(tmp_path: Path) -> None:
     rows = ["downfeed [um];volume;Ra", *["5;40;.3"] * 150]
     rows[70] = "5;~40;.3"
     write(tmp_path / "table.csv", "\n".join(rows))
@@ -99,7 +99,7 @@ MICROSECONDS = [f"{1_795_789_136_000_000 + round(1e6 * seconds)}" for seconds in
 
 
 def changed(text: str, **lines: str) -> str:
-    """A text with some lines replaced, by their numbers: `r17="..."`."""
+    """Return a text with some lines replaced, by their numbers: `r17="..."`."""
     rows = text.split("\n")
     for name, line in lines.items():
         rows[int(name[1:]) - 1] = line
@@ -107,7 +107,7 @@ def changed(text: str, **lines: str) -> str:
 
 
 RIGHT: dict[str, bytes | str] = {
-    # the cases of public reports about other tools
+    # from public bug reports about other tools
     "thousands quoted": text_of(",", HEAD, SHORT, (f'"{each}"' for each in grouped(",", LOADS))),
     "thousands with no-break spaces": text_of(";", "Time [s];Power [W]", SHORT, grouped(NBSP, LOADS)),
     "thousands with apostrophes": text_of(";", "Time [s];Power [W]", SHORT, grouped("'", LOADS)),
@@ -118,7 +118,7 @@ RIGHT: dict[str, bytes | str] = {
     "day numbers": text_of(";", "Time;Power [W]", comma(DAYS), LOADS),
     "mm:ss.s": text_of(",", "time,power (W)", map(minutes, SECONDS[:ROWS]), LOADS),
     "microseconds": text_of(",", "timestamp,power [W]", MICROSECONDS, LOADS),
-    # what loggers and spreadsheets do besides
+    # further habits of loggers and spreadsheets
     "semicolons, decimal commas and a thousands point": text_of(
         ";",
         "Zeit [s];Leistung [W]",
@@ -163,7 +163,7 @@ RIGHT: dict[str, bytes | str] = {
     ),
     "the newest row first": text_of(",", HEAD, SHORT[::-1], LOADS[::-1]),
 }
-"""Of these every row is read."""
+"""Logs of which every row is read."""
 LESS: dict[str, tuple[str, int, str]] = {
     "a last line of words": (
         PLAIN + "End of export,\n",
@@ -198,7 +198,7 @@ LESS: dict[str, tuple[str, int, str]] = {
         "'7,5' in row 50",
     ),
 }
-"""Of these some rows are left out, and a remark says which."""
+"""Logs with faulty rows: text, number of rows missing from the result, remark."""
 REFUSED: dict[str, tuple[str, str]] = {
     "decimal commas between commas": (
         text_of(",", HEAD, comma(SHORT), LOADS),
@@ -251,14 +251,14 @@ def write(path: Path, content: bytes | str) -> Path:
 
 
 @pytest.mark.parametrize("case", RIGHT)
-def test_a_hostile_log_is_read(case: str, tmp_path: Path) -> None:
+def test_an_unusual_log_is_read_completely(case: str, tmp_path: Path) -> None:
     log = read_log(write(tmp_path / "log.csv", RIGHT[case]), MACHINE, Map())
     np.testing.assert_allclose(log.time - log.time[0], SECONDS[:ROWS], atol=1e-4)
     np.testing.assert_allclose(log.power, np.array(LOADS, float))
 
 
 @pytest.mark.parametrize("case", LESS)
-def test_a_cell_that_is_no_number_is_named(case: str, tmp_path: Path) -> None:
+def test_faulty_rows_are_left_out_and_named_in_a_remark(case: str, tmp_path: Path) -> None:
     text, fewer, remark = LESS[case]
     log = read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
     assert re.search(remark, "; ".join(log.remarks)), log.remarks
@@ -266,14 +266,14 @@ def test_a_cell_that_is_no_number_is_named(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_log_that_cannot_be_read_for_sure_is_refused(case: str, tmp_path: Path) -> None:
+def test_an_ambiguous_or_damaged_log_is_refused(case: str, tmp_path: Path) -> None:
     text, reason = REFUSED[case]
     with pytest.raises((CalibrationError, SheetError), match=reason) as caught:
         read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
     assert "\n" not in str(caught.value) and "log.csv" in str(caught.value) and len(str(caught.value)) < 400
 
 
-def test_a_log_without_a_heading_is_read_by_a_map(tmp_path: Path) -> None:
+def test_a_log_without_a_heading_needs_a_map(tmp_path: Path) -> None:
     text = PLAIN.replace(HEAD, "# exported by logger 7\n# channel 3; range 2")
     with pytest.raises(CalibrationError, match="no column of the time among column 1, column 2; say which"):
         read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
@@ -299,7 +299,7 @@ PARTS = "Part no.;Size, deviation [um];Ra [um];Burn\n1;−1,3;0,24;no\n2;-1,0;0,
         PARTS + ";;;\n;;;\n",
     ],
 )
-def test_a_gauge_file_is_read_by_the_same_rules(text: str, tmp_path: Path) -> None:
+def test_gauge_files_are_read_in_several_formats(text: str, tmp_path: Path) -> None:
     gauge = read_gauge(write(tmp_path / "gauge.csv", text), Map())
     np.testing.assert_array_equal(gauge.part, [1, 2, 3])
     np.testing.assert_allclose(gauge.size, [-1.3, -1.0, np.nan])
@@ -317,7 +317,7 @@ def test_a_gauge_file_is_read_by_the_same_rules(text: str, tmp_path: Path) -> No
         ("3;;", "Mean;;", "column 'Part no.': the cell is not a part: 'Mean' in row 4"),
     ],
 )
-def test_a_gauge_cell_is_never_missing_in_silence(old: str, new: str, reason: str, tmp_path: Path) -> None:
+def test_an_invalid_gauge_cell_or_unit_is_refused(old: str, new: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises((CalibrationError, SheetError), match=re.escape(reason)):
         read_gauge(write(tmp_path / "gauge.csv", PARTS.replace(old, new)), Map())
 
@@ -338,7 +338,7 @@ WANTED = [{"block": 1, "peak_power": 2400.5, "D": 1}, {"block": 2, "size_error":
         MEASURED.replace("2,,", "2,OL,").replace("2400.5,,", "2400.5,#N/A,"),
     ],
 )
-def test_readings_for_the_adviser_are_read_by_the_same_rules(text: str, tmp_path: Path) -> None:
+def test_adviser_readings_are_read_in_several_formats(text: str, tmp_path: Path) -> None:
     assert rows_of(tmp_path / "m.csv", text) == WANTED
     write(tmp_path / "m.csv", text.encode("utf-16"))
     assert [readings_of(row.table, "").given() for row in all_rows(tmp_path / "m.csv")] == WANTED
@@ -359,6 +359,6 @@ def all_rows(path: Path) -> list[ReadingsRow]:
         ("2400.5", '"2400.5', "from row 2 on: a quote is not closed in the row '1,"),
     ],
 )
-def test_a_reading_is_never_missing_in_silence(old: str, new: str, reason: str, tmp_path: Path) -> None:
+def test_an_invalid_readings_file_is_refused(old: str, new: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(GrindError, match=re.escape(reason)):
         rows_of(tmp_path / "m.csv", MEASURED.replace(old, new))

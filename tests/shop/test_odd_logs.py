@@ -1,4 +1,4 @@
-"""Logs that are not one execution after the other of a program for one part, as it is programmed."""
+"""Unusual logs: programs for several parts, runs without pauses, noise, wrong units, missing rows."""
 
 import re
 from dataclasses import replace
@@ -27,8 +27,8 @@ LOOP = "%\nO1\n#1=0\nN1 M98 P2001\n#1=#1+1\nIF [#1 EQ {}] GOTO 9\nM00\nGOTO 1\nN
 SECONDS = replace(PLAIN, gaps=0)
 
 
-def looped(path, parts):
-    """The plate as a subprogram that a loop of jumps calls for so many parts."""
+def write_loop(path, parts):
+    """Write a program that calls the plate as a subprogram in a loop of jumps, once per part."""
     text = PLATE.read_text(encoding="utf-8").lstrip("%\n").replace("M30", "M99")
     path.write_text(LOOP.format(parts) + text, encoding="utf-8")
     return path
@@ -36,7 +36,7 @@ def looped(path, parts):
 
 @pytest.fixture(scope="module")
 def plates(tmp_path_factory):
-    """A log of three plates, in W over s."""
+    """Return a log of three plates in W and s."""
     path = tmp_path_factory.mktemp("plates") / "log.csv"
     truth, style = with_entries(load_job(JOB), TRUTH), replace(SECONDS, overrides=(0.8, 1.0))
     write_log(path, read_file(PLATE), truth, 3, style, np.random.default_rng(2))
@@ -44,8 +44,8 @@ def plates(tmp_path_factory):
 
 
 @pytest.mark.nightly
-def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plates, tmp_path):
-    whole = calibrate(plates, looped(tmp_path / "three.nc", 3), JOB, names=FITTED)
+def test_one_program_for_three_parts_fits_like_three_runs_of_one_part(plates, tmp_path):
+    whole = calibrate(plates, write_loop(tmp_path / "three.nc", 3), JOB, names=FITTED)
     each = calibrate(plates, PLATE, JOB, names=FITTED)
     for one, other in zip(whole.estimates, each.estimates, strict=True):
         assert one.value == pytest.approx(other.value, rel=0.02)
@@ -57,7 +57,7 @@ def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plate
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_path):
+def test_runs_without_a_pause_between_them_are_located(seed, tmp_path):
     style = replace(SECONDS, idle=630.0, warm_up=0.0, coolant=0.0, stops=False)
     write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
     job, programs = load_job(JOB), read_file(PLATE)
@@ -68,7 +68,7 @@ def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_
 
 
 @pytest.mark.nightly
-def test_noise_between_parts_is_no_further_execution(tmp_path):
+def test_noise_between_parts_is_not_counted_as_an_execution(tmp_path):
     text = (EXAMPLES / "rail_g83.nc").read_text(encoding="utf-8")
     head, body = text.split("N20 ", 1)
     body, dress = body.replace(" M05", "").split("N110 M30")
@@ -83,8 +83,7 @@ def test_noise_between_parts_is_no_further_execution(tmp_path):
 
 
 def test_runs_unlike_the_others_are_left_out():
-    """One run as weak as noise, one whose feed changes in its middle, one that a coarse log shows badly, but well
-    enough."""
+    """A run as weak as noise and one with a feed change are left out; one in a coarse log is good enough."""
     row = {
         "begin": [0.0, 50.0, 100.0, 150.0],
         "override": [1.0, 0.7, 0.85, 1.0],
@@ -96,7 +95,7 @@ def test_runs_unlike_the_others_are_left_out():
     np.testing.assert_array_equal(found.sure, [[True, False, False, True]])
 
 
-def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
+def test_a_log_without_the_idling_spindle_is_refused(plates, tmp_path):
     heading, *rows = plates.read_text(encoding="utf-8").splitlines()
     power = np.array([float(row.split(",")[1]) for row in rows])
     kept = [row for row, value in zip(rows, power, strict=True) if value > 1950.0]
@@ -106,7 +105,7 @@ def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
 
 
 @pytest.mark.parametrize(("heading", "factor", "meant"), few([("kW", 1.0, "W"), ("W", 1e-3, "kW")]))
-def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path, heading, factor, meant):
+def test_a_power_in_the_wrong_unit_is_refused_and_a_map_corrects_it(plates, tmp_path, heading, factor, meant):
     first, *rows = plates.read_text(encoding="utf-8").splitlines()
     pairs = [row.split(",") for row in rows]
     scaled = [f"{time},{factor * float(power):.4f}" for time, power in pairs]
@@ -131,7 +130,7 @@ def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, 
         ]
     ),
 )
-def test_gauges_in_another_unit_are_refused(plates, tmp_path, text, reason):
+def test_a_gauge_file_in_wrong_units_is_refused(plates, tmp_path, text, reason):
     (tmp_path / "gauge.csv").write_text(text, encoding="utf-8")
     with pytest.raises(CalibrationError, match=reason):
         calibrate(plates, PLATE, JOB, gauge=tmp_path / "gauge.csv", names=["roughness"])
@@ -152,7 +151,7 @@ def test_a_job_with_parts_that_differ_is_refused(tmp_path):
         ("{time},{switched}", "the power, column 'power', is 500 or 800 and nothing else"),
     ],
 )
-def test_a_time_or_a_power_that_tells_nothing_is_named(tmp_path, row, reason):
+def test_a_time_or_power_column_without_information_is_refused(tmp_path, row, reason):
     path = tmp_path / "log.csv"
     rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 15 % 2)) for k in range(600)]
     path.write_text("\n".join(["time [s],power [W]", *rows]), encoding="utf-8")

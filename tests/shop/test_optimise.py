@@ -1,4 +1,4 @@
-"""`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
+"""`grind optimise` keeps its promises on other lots and in `grind run`, and gives a reason for each refusal."""
 
 import csv
 import itertools
@@ -39,7 +39,7 @@ PARTS = 4
 
 
 LONG = ("--budget", "1000s")
-"""So that no search ends early on a busy machine."""
+"""Long enough that no search ends early on a busy machine."""
 FRESH = tuple((77, 4242, k) for k in range(2048))
 SHOWN = {"seconds": "seconds", "Ra": "Ra", "rise": "rise", "size_error": "worst_error", "cost": "total_cost"}
 
@@ -52,7 +52,7 @@ def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         return find_words(EXAMPLES / f"{request.param}.nc", job, parts=PARTS, seconds=1000.0)
 
 
-def test_every_example_is_made_better(found: Optimised) -> None:
+def test_optimise_improves_every_example_within_the_limits(found: Optimised) -> None:
     assert found.verdict is Verdict.BETTER
     assert not found.ended_early
     assert found.quantity("cost").difference.high < 0.0
@@ -80,7 +80,7 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
     assert new.ratios.max() < 1.1
 
 
-def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised, tmp_path: Path) -> None:
+def test_optimise_costs_at_most_1_percent_more_than_the_best_sweep_point(found: Optimised, tmp_path: Path) -> None:
     path = EXAMPLES / found.program
     grid = sweep(path, known_job(tmp_path, path.stem), parts=PARTS)
     job = load_job(path.with_suffix(".toml"))
@@ -101,7 +101,7 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
 
 @pytest.mark.usefixtures("few_lots")
 @pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3300, True)])
-def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_does_not_keep_the_limits_either(
+def test_a_scrapping_program_may_be_replaced_by_one_that_scraps_less(
     stiffness: int, written: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job, output = known_job(tmp_path, "plate_g82"), tmp_path / "my out.nc"
@@ -124,7 +124,7 @@ def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_d
 
 
 @pytest.mark.usefixtures("few_lots")
-def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_reason_names_a_limit_that_forbids_all_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
     options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", *LONG, "--json", "-o", output]
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 4
@@ -136,7 +136,7 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 @pytest.mark.parametrize("refused", [1, 2, 99])
-def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
+def test_the_next_best_program_is_judged_if_the_best_exceeds_a_limit(
     refused: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     measured, words = ProgramJudge.measured, list[tuple[WordChange, ...]]()
@@ -161,7 +161,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 
 @pytest.mark.nightly
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
-def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_best_program_is_judged_if_the_budget_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     now, measured = [0.0], ProgramJudge.measured
 
     def ticking() -> float:
@@ -180,7 +180,7 @@ def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monke
 
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
-def test_so_many_programs_are_tried_and_the_time_decides_nothing(monkeypatch: pytest.MonkeyPatch, grind: Grind) -> None:
+def test_a_budget_in_programs_does_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch, grind: Grind) -> None:
     words = "optimise", EXAMPLES / "plate_g82.nc", "--vary", "E", "--parts", 2, "--budget", "12 programs", "--json"
     found = []
     for step in (0.01, 100.0):
@@ -192,7 +192,7 @@ def test_so_many_programs_are_tried_and_the_time_decides_nothing(monkeypatch: py
 
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
-def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_program_json_and_csv_of_optimise_agree(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, output = write(tmp_path, "lower"), tmp_path / "out.nc"
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--parts", "3"]
     assert status(*arguments, *LONG, "-o", output, "--json", "--csv", tmp_path / "out.csv") == 0
@@ -207,7 +207,7 @@ def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.Captu
 
 
 class Clock:
-    """A clock that goes on by so many seconds with every block that the control executes."""
+    """Clock that advances by a fixed time with every block the control executes."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
         self.now, self.judged = 0.0, 0.0
@@ -228,7 +228,7 @@ class Clock:
 
 @pytest.fixture
 def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A program without a script, two blocks under G96, that is tried on a quarter of the lots."""
+    """Return a program of two blocks without a script (G96), which is tried on a quarter of the lots."""
     monkeypatch.setitem(LOTS, LotUse.SEARCH, 4)
     monkeypatch.setattr(optimisation, "LEAST_JUDGED", 2)
     path = tmp_path / "part.nc"
@@ -239,14 +239,14 @@ def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 ONCE, LOOKED, JUDGED, TRIAL = 10, 10, 8, 8
-"""Blocks of the program that are executed before the time begins, before the first trial, to judge the program as it is
-on two lots twice, and in a trial."""
+"""Numbers of executed blocks: before the clock starts, before the first trial, to judge the present program on two lots
+twice, and in one trial."""
 
 
-def test_the_search_of_a_program_that_is_executed_ends_with_its_time(
+def test_the_search_of_a_program_without_a_script_ends_with_its_budget(
     executed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    budget = (LOOKED + JUDGED + 3.5 * TRIAL) / 0.6  # ends behind the second trial
+    budget = (LOOKED + JUDGED + 3.5 * TRIAL) / 0.6  # ends after the second trial
     watch = Clock(monkeypatch, 1.0)
     found = find_words(executed, parts=1, seconds=budget)
     assert found.ended_early and found.evaluations == 2
@@ -257,7 +257,7 @@ def test_the_search_of_a_program_that_is_executed_ends_with_its_time(
     assert as_data(found)["evaluations"] == 2 and as_data(found)["lots"] == found.lots
 
 
-def test_one_trial_alone_does_not_say_that_there_is_no_better_program(
+def test_a_single_trial_is_reported_as_too_few_programs(
     executed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     watch = Clock(monkeypatch, 1.0)
@@ -271,7 +271,7 @@ def test_one_trial_alone_does_not_say_that_there_is_no_better_program(
 
 
 @pytest.mark.parametrize("seconds", [2.0, 8.0], ids=["before the first trial", "within it"])
-def test_without_the_time_for_one_trial_the_remedy_is_told(
+def test_a_budget_too_short_for_one_trial_is_refused_with_a_remedy(
     executed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], seconds: float
 ) -> None:
     watch = Clock(monkeypatch, 1.0)
@@ -296,7 +296,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
         (["--fix", "N51"], "N51 is no cycle block"),
     ],
 )
-def test_options_that_cannot_be_read_are_told(
+def test_invalid_options_are_refused_in_one_line(
     options: list[str], told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 2
@@ -305,7 +305,7 @@ def test_options_that_cannot_be_read_are_told(
 
 
 def test_the_search_finds_the_optimum_of_oracle6() -> None:
-    """The task itself, block by block, against dynamic programming over all its plans."""
+    """Compare the search with dynamic programming over all plans of the task."""
     simulation = BlockSimulation(load_task("oracle6"))
     optimum, choices = exact_optimum(simulation), all_choices(simulation.task, 20)
     start = simulation.start([np.random.default_rng(0)])
@@ -324,7 +324,7 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
 
 
 @pytest.mark.usefixtures("few_lots")
-def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not(
+def test_only_a_limit_next_to_the_best_settings_binds(
     tmp_path: Path,
 ) -> None:
     options = options_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
@@ -336,7 +336,7 @@ def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that
 
 
 @pytest.mark.usefixtures("few_lots")
-def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
+def test_an_infeasible_search_reports_the_exceeded_limit_as_binding() -> None:
     options = options_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
     found = find_words(EXAMPLES / "plate_g82.nc", None, options, parts=2, seconds=1000.0)
     assert found.verdict is Verdict.INFEASIBLE
@@ -346,7 +346,7 @@ def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 @pytest.mark.parametrize(("tolerance", "searched"), [(2.0, {"size"}), (900.0, set())])
-def test_only_limits_that_refuse_a_program_are_searched_without(
+def test_the_search_is_repeated_only_without_limits_that_refuse_a_program(
     tolerance: float, searched: set[str], tmp_path: Path
 ) -> None:
     job, labels = known_job(tmp_path, "keyway_g81"), set[str]()

@@ -1,4 +1,4 @@
-"""The text of an optimised program: only the words that change are others, and they do what was asked of them."""
+"""Text of an optimised program: only the intended words change, and they take the chosen values."""
 
 import re
 from decimal import Decimal
@@ -45,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("name", few(PROGRAMS, 2))
 @examples(15)
 @given(data=st.data())
-def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
+def test_only_intended_words_change_and_take_the_chosen_values(name: str, folder: Path, data: st.DataObject) -> None:
     asked = asked_for(name, folder, "E,D,J,L,lead,depth")
     variables = asked.choices.variables
     point = tuple(
@@ -74,7 +74,7 @@ def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folde
 
 
 @pytest.mark.parametrize("name", few(["plate", "lower", "loop"]))
-def test_passes_are_left_out_or_repeated(name: str, folder: Path) -> None:
+def test_dress_passes_are_removed_or_repeated(name: str, folder: Path) -> None:
     asked = asked_for(name, folder, "passes")
     (passes,) = asked.choices.variables
     assert [int(level) for level in passes.levels] == [1, 2, 4]
@@ -94,7 +94,7 @@ def test_one_value_holds_for_all_calls_of_a_subprogram(folder: Path) -> None:
     assert [each.blocks for each in asked_for("loop", folder, "E,D").choices.variables] == [(0, 1, 2, 3)] * 2
 
 
-def test_a_block_that_is_kept_stays_as_it_is() -> None:
+def test_a_fixed_block_is_not_varied_and_an_unknown_one_is_refused() -> None:
     path = EXAMPLES / "plate_g82.nc"
     options = options_of(("E", "D"), fixed=[50], untried=True)
     found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), options, 1, 1)
@@ -103,7 +103,7 @@ def test_a_block_that_is_kept_stays_as_it_is() -> None:
         variation_of(found.programs, found.text, found.job, options_of(fixed=[51]), 1, 1)
 
 
-def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
+def test_an_expression_is_not_varied_and_a_remark_gives_the_remedy(tmp_path: Path) -> None:
     path = write(tmp_path, "plate")
     path.write_text(PROGRAMS["plate"].decode().replace("E9000.", "E[9000.]"), encoding="utf-8")
     options, job = options_of(untried=True), load_job(path.with_suffix(".toml"))
@@ -125,11 +125,11 @@ def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
         ("0", "1", "0"),
     ],
 )
-def test_numbers_look_like_those_that_they_replace(value: str, written: str, text: str) -> None:
+def test_new_numbers_are_formatted_like_the_old_ones(value: str, written: str, text: str) -> None:
     assert like(Decimal(value), written) == text
 
 
-def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_depth_is_no_word(tmp_path: Path) -> None:
+def test_passes_but_not_depth_of_a_self_advancing_dresser_are_varied(tmp_path: Path) -> None:
     plate = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
     path = tmp_path / "plate.nc"
     dress = (

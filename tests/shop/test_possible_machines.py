@@ -1,4 +1,4 @@
-"""Programs on machines that may be that of the job: in one replay as on each alone, and what is said of it."""
+"""Programs on the possible machines of a job: the drawn machines, their joint trials, and the reported results."""
 
 import math
 import re
@@ -42,7 +42,7 @@ correlation = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 residual = 0.03
 drift = 0.005
 """
-"""What a calibration leaves open."""
+"""Uncertainty after a calibration."""
 LOTS = lots_of(5, LotUse.JUDGEMENT, 6)
 FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "budget": 60.0}
 
@@ -53,7 +53,7 @@ def trials(name: str, job: Job, runs: int = 2) -> Trials:
 
 @pytest.mark.parametrize("laws", ["of the model", "public"])
 @pytest.mark.parametrize("name", few(("keyway_g81", "plate_g82", "rail_g83")))
-def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) -> None:
+def test_machines_measured_together_give_the_results_of_each_alone(name: str, laws: str) -> None:
     job = load_job(EXAMPLES / f"{name}.toml")
     machines = drawn_machines(job, uncertainty_of(job), 1, 3)
     if laws == "public":
@@ -69,7 +69,7 @@ def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) ->
 
 
 @pytest.mark.usefixtures("nothing_compiled")
-def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines() -> None:
+def test_a_program_with_fixed_J_and_L_is_still_tried_on_20_machines() -> None:
     text = (EXAMPLES / "rail_g83.nc").read_bytes()
     job = load_job(EXAMPLES / "rail_g83.toml")
     found = variation_of(
@@ -79,7 +79,7 @@ def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines()
     assert len(found.trials(LotUse.SEARCH, 20).simulation.machines.jobs) == 20
 
 
-def test_a_machine_on_which_parts_temper_earlier_scraps_more() -> None:
+def test_a_lower_tempering_rise_scraps_more_parts() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     cold = replace(job, part=replace(job.part, material=replace(job.part.material, tempering_rise=90.0)))
     both = trials("plate_g82", job).with_lots(LOTS, [job, cold])
@@ -112,7 +112,7 @@ def test_the_drift_is_a_factor_on_the_forces_of_each_part() -> None:
         assert costs[0] == pytest.approx(costs[1], rel=1e-9)
 
 
-def test_forces_are_added_to_factors_of_a_part() -> None:
+def test_a_drift_factor_multiplies_the_force_factors_of_a_part() -> None:
     part = PartConditions(factors={"kp": 2.0, "hf": 0.5}, new_wheel_factors={"hf": 3.0})
     forced = part.forced(1.5)
     assert forced.factors == {"kp": 3.0, "hf": 0.5, "u_ch": 1.5, "pa": 1.5, "pb": 1.5}
@@ -120,7 +120,7 @@ def test_forces_are_added_to_factors_of_a_part() -> None:
 
 
 @pytest.mark.parametrize("runs", [1, 3])
-def test_a_program_that_the_control_executes_is_ground_on_machines_too(runs: int) -> None:
+def test_a_program_without_a_script_grinds_on_two_machines_as_on_each_alone(runs: int) -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     text = PLATE.replace("G94 G90", "G94 G90 G96", 1)
     machines = drawn_machines(job, uncertainty_of(job), 1, 2)
@@ -133,21 +133,21 @@ def test_a_program_that_the_control_executes_is_ground_on_machines_too(runs: int
         assert found.cost[0, k] == pytest.approx(alone.measure(alone.own[None]).cost[0, 0], rel=1e-9)
 
 
-def test_the_interval_is_of_machines_and_not_of_the_mean() -> None:
+def test_an_interval_spans_the_machines_and_not_the_error_of_their_mean() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     lots = lots_of(1, LotUse.JUDGEMENT, 400)
     of_many = replace(trials("plate_g82", job).with_lots(lots, [job] * 100), confidence=0.9)
-    values = np.tile(np.arange(100.0), 4)  # of machine k all lots come to k
+    values = np.tile(np.arange(100.0), 4)  # every lot of machine k has the value k
     found = of_many.of_one(values)
     assert found.value == values.mean() and (found.low, found.high) == pytest.approx((9.9, 89.1))
     known = trials("plate_g82", job).with_lots(lots)
     mean = known.of_one(values)
     error = 1.645 * values.std() / 20.0
     assert (mean.low, mean.high) == pytest.approx((49.5 - error, 49.5 + error), rel=0.03)
-    assert of_many.of_one(np.where(values == 99.0, 1e6, 0.0)).high == 1e4  # the mean of a few bad ones lies within
+    assert of_many.of_one(np.where(values == 99.0, 1e6, 0.0)).high == 1e4  # reaches the mean of one outlier
 
 
-def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
+def test_the_fleet_has_machines_on_which_the_program_grinds_good_parts() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     as_it_is = trials("plate_g82", job, 50)
     fleet, every = (fleet_of(as_it_is, 1, untried=untried) for untried in (False, True))
@@ -161,8 +161,8 @@ def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
     assert scrap[0] < 0.01 < 0.03 < scrap[1]
 
 
-def condemned(tmp_path: Path) -> Path:
-    """The job of the plate after a fit that lays twice the power on burning, although its parts are good."""
+def condemned_job(tmp_path: Path) -> Path:
+    """Write a job of the plate with a wrong fit, by which its good parts burn, and return its path."""
     job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
     job.write_text(f'{text}\n[catalogue]\nfiles = ["wrong.toml"]\n')
     wrong = '[material.aisi_52100]\nbase = "aisi_52100"\ntempering_rise = 95\n'
@@ -171,10 +171,10 @@ def condemned(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("command", ["optimise", "sweep"])
-def test_good_parts_of_a_program_that_the_model_condemns_make_the_model_wrong(
+def test_optimise_and_sweep_stop_if_the_model_scraps_the_present_program(
     command: str, tmp_path: Path, grind: Grind
 ) -> None:
-    job, output = condemned(tmp_path), tmp_path / "out.nc"
+    job, output = condemned_job(tmp_path), tmp_path / "out.nc"
     words = command, EXAMPLES / "plate_g82.nc", "--job", job, "--parts", 2, "-o", output
     status, out, err = grind(*words)
     assert (status, out) == (3, "") and not output.exists()
@@ -184,13 +184,13 @@ def test_good_parts_of_a_program_that_the_model_condemns_make_the_model_wrong(
     assert "--untried" in err
 
 
-def test_a_program_that_was_never_ground_may_be_condemned(tmp_path: Path) -> None:
-    found = optimise(EXAMPLES / "plate_g82.nc", condemned(tmp_path), untried=True, programs=10, parts=2)
+def test_an_untried_program_is_optimised_even_if_the_model_scraps_it(tmp_path: Path) -> None:
+    found = optimise(EXAMPLES / "plate_g82.nc", condemned_job(tmp_path), untried=True, programs=10, parts=2)
     assert found.quantity("scrap").before.value > 50.0
 
 
 @pytest.mark.nightly
-def test_good_parts_do_not_fade_where_the_model_scraps_some_of_them() -> None:
+def test_the_fleet_scraps_few_parts_even_if_few_drawn_machines_agree() -> None:
     job = load_job(EXAMPLES / "keyway_g81.toml")
     as_it_is = trials("keyway_g81", job, 50)
     fleet = fleet_of(as_it_is, 1, untried=False)
@@ -199,7 +199,7 @@ def test_good_parts_do_not_fade_where_the_model_scraps_some_of_them() -> None:
     assert on.measure(on.own[None]).scrap.mean() < 0.03
 
 
-def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_ones_own() -> None:
+def test_other_laws_are_drawn_only_for_uncalibrated_catalogue_machines() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     calibrated = replace(job, uncertainty=replace(uncertainty_of(job), names=(), spread=(), correlation=()))
     named = [job.on(find_plant(name)) for name in ("drift:1", "meter:1")]  # the process of a meter is the model's
@@ -214,7 +214,7 @@ def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_one
 
 
 @pytest.mark.nightly
-def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_budget_starts_after_other_laws_are_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     ground, before = list[bool](), list[bool]()
     step = JobSimulation.step
 
@@ -233,7 +233,7 @@ def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monk
 
 
 @pytest.mark.nightly
-def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:
+def test_uncalibrated_risk_flags_a_point_that_costs_more_under_other_laws() -> None:
     path = EXAMPLES / "plate_g82.nc"
     machine = load_job(path.with_suffix(".toml"), plant=find_plant("foreign:2"))
     foreign = trials("plate_g82", machine, 30).with_lots(lots_of(5, LotUse.JUDGEMENT, 32))
@@ -248,7 +248,7 @@ def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration
         assert ratio > 1.1 if point.risk > 1.0 else ratio < 0.97
 
 
-def test_a_known_machine_is_the_only_one() -> None:
+def test_a_machine_without_uncertainty_is_the_only_one_tried() -> None:
     job = replace(load_job(EXAMPLES / "plate_g82.toml"), uncertainty=Uncertainty(names=(), spread=(), correlation=()))
     as_it_is = trials("plate_g82", job)
     fleet = fleet_of(as_it_is, 1, untried=False)
@@ -274,7 +274,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
 
 
 @pytest.mark.nightly
-def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_calibration(tmp_path: Path) -> None:
+def test_results_on_a_plant_ignore_the_fit_and_show_a_promise(tmp_path: Path) -> None:
     job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
     job.write_text(f'{text}\n[catalogue]\nfiles = ["wrong.toml"]\n')
     wrong = '[wheel.a60j]\nbase = "a60j"\nroughness = 0.2\n'
@@ -290,7 +290,7 @@ def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_
     assert alone.measure(alone.own[None]).Ra.mean() == pytest.approx(on_plant.value, rel=0.05)
 
 
-def test_a_higher_confidence_asks_for_more() -> None:
+def test_a_higher_confidence_raises_ratios_and_widens_intervals() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     on_six = trials("plate_g82", job).with_lots(LOTS, drawn_machines(job, uncertainty_of(job), 1, 6))
     asked = [replace(on_six, confidence=confidence) for confidence in (0.6, 0.95)]
@@ -301,12 +301,12 @@ def test_a_higher_confidence_asks_for_more() -> None:
 
 
 @pytest.mark.parametrize("value", [0.3, 1.0, "much"])
-def test_what_is_no_confidence_is_refused(value: float) -> None:
+def test_an_invalid_confidence_is_refused(value: float) -> None:
     with pytest.raises(OptionError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
         optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
 
 
-def test_a_program_is_not_condemned_by_the_few_machines_that_there_was_time_to_draw() -> None:
+def test_a_program_is_not_condemned_before_all_machines_are_drawn() -> None:
     path = EXAMPLES / "plate_g82.nc"
     trials = trials_of(read_file(path), load_job(path.with_suffix(".toml")), 2, ((1, 0, 0),))
     old = trials.measure(trials.own[None])._replace(scrap=np.array([[0.11]]))

@@ -1,10 +1,10 @@
-"""Programs of many shops, each with what follows for its strokes and dresses from the manual, counted by hand.
+"""Programs of many shops, with strokes and dresses counted by hand from the manual.
 
-Those from shops have stations, macros, counters, loops of feed strokes and inches. A G82 makes a stroke, one for each
-pick and L more; a G83 begins with a stroke and makes `ceil(way / K)` for each traverse. After an odd number of them the
-table goes on for one stroke, from where the next cycle takes over. Those from elsewhere are in inches and millimetres,
-in capitals and lower case, in Latin-1 with CRLF, without N words or a last line end, with loops by M98, WHILE and GOTO,
-with macros, in two planes, and with many ways to write a dress program.
+`programs_from_shops` has stations, macros, counters, loops of feed strokes and inches. A G82 makes one stroke, one more
+for each pick, and L more. A G83 makes one stroke and `ceil(way / K)` more for each traverse. After an odd number of
+strokes the table makes one more, and the next cycle begins there. `programs_from_elsewhere` has inches and millimetres,
+capitals and lower case, Latin-1 with CRLF, texts without N words or a last line end, loops by M98, WHILE and GOTO,
+macros, two planes, and many ways to write a dress program.
 """
 
 import json
@@ -39,7 +39,7 @@ FOLDER = Path(__file__).with_name("programs_from_shops")
 
 
 class Shop(NamedTuple):
-    """What follows from a program by hand: strokes and dresses of all parts, and parts that are ground."""
+    """Strokes, dresses and parts of a program, counted by hand, and the variables given to it."""
 
     strokes: int
     dresses: int
@@ -50,12 +50,12 @@ class Shop(NamedTuple):
 SHOPS = {
     # eight plates of 8 + 1 and 5 + 1 + 2 strokes; every fourth is dressed
     "counter_500": Shop(8 * (9 + 1 + 8), 2, 8, {500: 0.0}),
-    # M98 leads the wheel over the diamond and dresses nothing, which is told
+    # M98 leads the wheel over the diamond but dresses nothing
     "creep_feed_lug": Shop(2, 0, 1),
     "macro_two_fixtures_inch": Shop(10 + 1 + 2 + 10 + 1 + 3, 2, 2),
     "maschinenmesser": Shop((5 + 4 + 2) * 2, 0, 1),
     "punch_block_inch": Shop(6 * 2 + 2 * 2, 0, 1),
-    # picks of 6 and 4 um in turn: twelve of them
+    # twelve picks, alternately 6 and 4 um
     "row_of_plates": Shop(3 * (12 + 1 + 1 + 5 + 1 + 3), 0, 3),
     # four strokes beside each other, to and fro, in three layers
     "step_over_goto": Shop(3 * 4, 0, 1),
@@ -66,25 +66,23 @@ SHOPS = {
 MADE_BETTER = ("counter_500", "macro_two_fixtures_inch", "maschinenmesser", "punch_block_inch", "row_of_plates")
 
 
-def held(name: str) -> tuple[Path, Job]:
+def program_and_job(name: str) -> tuple[Path, Job]:
     path = FOLDER / f"{name}.nc"
     return path, replace(load_job(path.with_suffix(".toml")), variables=SHOPS[name].given)
 
 
 @pytest.mark.parametrize("name", SHOPS)
-def test_it_grinds_what_its_shop_counts(name: str) -> None:
-    path, job = held(name)
+def test_strokes_dresses_and_parts_match_the_hand_count(name: str) -> None:
+    path, job = program_and_job(name)
     record, shop = grind(read_file(path), job), SHOPS[name]
     assert (record.strokes.size, len(record.dresses), record.parts.size) == shop[:3]
     assert not any(record.unjudged)
     stock = [each.part.stock for each in job.stations] or [job.part.stock] * shop.parts
-    assert record.parts["S"] == pytest.approx(
-        stock, rel=0.15, abs=0.015
-    )  # the wheel gives way, and loses what its dress has loosened
+    assert record.parts["S"] == pytest.approx(stock, rel=0.15, abs=0.015)  # the wheel deflects, and wears after a dress
 
 
-def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
-    """G81 with eight infeeds of 10 um: how many strokes lie between them is a matter of time."""
+def test_infeeds_beside_a_reciprocating_table_grind_the_stock() -> None:
+    """The G81 has eight infeeds of 10 um; the number of strokes between them depends on time."""
     path = FOLDER / "g81_handwheel.nc"
     record = grind(read_file(path), load_job(path.with_suffix(".toml")))
     cutting = record.strokes["Z"]
@@ -94,13 +92,13 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
 
 @pytest.mark.usefixtures("clock_of_looks")
 @pytest.mark.parametrize("name", few(MADE_BETTER))
-def test_what_is_promised_of_better_words_is_what_they_grind(
+def test_promised_quantities_match_a_run_of_the_optimised_program(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    path, job = held(name)
+    path, job = program_and_job(name)
     known = tmp_path / path.with_suffix(".toml").name
     known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
-    if name == "maschinenmesser":  # Ra is so near its limit that as many lots as a shop's own tell what keeps it
+    if name == "maschinenmesser":  # Ra is near its limit: only many lots tell which program keeps it
         monkeypatch.setattr(varied_program, "USUAL_RUNS", 50)
     found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
@@ -109,14 +107,14 @@ def test_what_is_promised_of_better_words_is_what_they_grind(
         assert found.quantity(quantity).expected[1] == pytest.approx(record.parts[column].mean(), rel=1e-9), quantity
 
 
-def test_stations_to_which_a_program_comes_back_are_for_grind_run_alone() -> None:
-    path, _ = held("two_vices")
+def test_a_sweep_refuses_a_program_that_returns_to_a_station() -> None:
+    path, _ = program_and_job("two_vices")
     with pytest.raises(GrindError, match=r"strokes come back to station vice 1; .* that is for grind run alone"):
         sweep(path, parts=2)
 
 
 @pytest.mark.parametrize("command", ["optimise", "sweep", "advise"])
-def test_what_is_refused_for_many_runs_has_the_line_of_the_file(command: str, grind: Grind, tmp_path: Path) -> None:
+def test_a_refusal_of_several_parts_names_file_and_line(command: str, grind: Grind, tmp_path: Path) -> None:
     more = ["--state", tmp_path / "state.json"] if command == "advise" else []
     status, _, err = grind(command, FOLDER / "two_vices.nc", "--parts", 3, *more)
     assert status == 2 and err.startswith("grind: two_vices.nc:33: ")
@@ -153,12 +151,12 @@ VARIED = {
     "step_grind": {19: "D"},
     "three_steps": {18: "ED", 24: "E"},
 }
-"""The E and D words that are there as numbers, by line."""
+"""E and D words that are plain numbers, by line."""
 COMMENT = re.compile(rb" ?\([^()]*\)")
 
 
 @pytest.mark.parametrize("name", CYCLES)
-def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_and_run_match_the_hand_count_of_each_cycle(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     path = ELSEWHERE / f"{name}.nc"
     assert status("check", path, "--job", path.with_suffix(".toml"), "--json") == 0
     told: dict[str, Any] = json.loads(capsys.readouterr().out)
@@ -184,7 +182,7 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 
 @pytest.mark.usefixtures("nothing_compiled")
 @pytest.mark.parametrize("name", few(VARIED))
-def test_other_words_leave_every_other_byte(name: str) -> None:
+def test_varied_words_leave_all_other_bytes_unchanged(name: str) -> None:
     path = ELSEWHERE / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
     found = variation_of(read_file(path), text, job, options_of(("E", "D"), untried=True), 1, 1)
@@ -203,12 +201,12 @@ def test_other_words_leave_every_other_byte(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "word"), [("plate_goto", "N120: E[#4*1000]"), ("inch_macro", "line 20: E#3")])
-def test_words_that_are_no_numbers_are_named(name: str, word: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_optimise_names_words_that_are_not_numbers(name: str, word: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert status("optimise", ELSEWHERE / f"{name}.nc", "--parts", "1", "--budget", "1s") == 2
     assert f"{word} is kept as it is; write a number there" in capfd.readouterr().err
 
 
-def test_a_report_takes_what_a_run_takes(tmp_path: Path) -> None:
+def test_report_accepts_the_options_of_run(tmp_path: Path) -> None:
     path, page = ELSEWHERE / "step_grind.nc", tmp_path / "page.html"
     requests = ["--dress-at", "35", "--set", "#500=0", "--max-blocks", "9000", "--interrupt", "9100@60"]
     assert status("run", path, *requests) == status("report", path, *requests, "-o", page) == 0
@@ -222,7 +220,7 @@ def test_a_report_shows_the_letters_of_latin_1(tmp_path: Path) -> None:
     assert "(FÜHRUNGSLEISTE OBERFLÄCHE SCHLEIFEN)" in page.read_text(encoding="utf-8")
 
 
-def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
+def test_block_rows_count_every_iteration_of_a_loop() -> None:
     path = ELSEWHERE / "step_grind.nc"
     programs = read_file(path)
     rows = block_rows(grind(programs, load_job(path.with_suffix(".toml"))))

@@ -1,4 +1,4 @@
-"""`grind_env.optimise` and `sweep` as calls: what Python may hand over, and what is refused in a sentence."""
+"""`grind_env.optimise` and `grind_env.sweep` refuse invalid arguments with one sentence."""
 
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ PLATE = Path(grind_env.__file__).parent / "examples" / "plate_g82.nc"
         ({"budget": -1}, "--budget: -1 is no time"),
     ],
 )
-def test_a_wish_that_is_none_is_refused(asked: dict[str, Any], said: str) -> None:
+def test_optimise_and_sweep_refuse_invalid_arguments(asked: dict[str, Any], said: str) -> None:
     with pytest.raises(GrindError, match=said):
         grind_env.optimise(PLATE, **{"budget": 1, **asked})
     if {*asked} & {"bounds", "parts", "seed"}:
@@ -38,5 +38,5 @@ def test_a_wish_that_is_none_is_refused(asked: dict[str, Any], said: str) -> Non
             grind_env.sweep(PLATE, **asked.get("bounds", asked))
 
 
-def test_a_range_of_creep_feed_is_none_in_m_per_min() -> None:
+def test_an_E_range_of_50_to_90_is_accepted_as_mm_per_min() -> None:
     assert ends_of("--bounds", "E", (50, 90)) == (50, 90)

@@ -1,4 +1,4 @@
-"""`grind report`: one file that says what the record says, whatever the program is called."""
+"""`grind report` writes one file with the numbers of the record, even for hostile program names."""
 
 import re
 import shutil
@@ -86,7 +86,7 @@ def test_a_report_has_every_section_and_the_numbers_of_the_record(name: str) -> 
     assert shares == pytest.approx(cost["all"], abs=0.025)
 
 
-def test_dresses_left_are_those_that_the_wheel_bears() -> None:
+def test_remaining_dresses_follow_from_the_smallest_wheel_diameter() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     text = unescape(section(page_of("plate_g82"), "Dresses and wheel"))
     found = re.search(r"ends with ([\d.]+) mm .* takes ([\d.]+) mm of it: (\d+) dresses", text)
@@ -96,7 +96,7 @@ def test_dresses_left_are_those_that_the_wheel_bears() -> None:
     assert left == pytest.approx((last - job.setup.wheel.minimum_diameter) / each, rel=0.01)
 
 
-def test_nothing_of_a_program_is_markup(tmp_path: Path) -> None:
+def test_texts_and_names_of_programs_are_escaped(tmp_path: Path) -> None:
     hostile = "<script>alert`1`</script>"
     text = (EXAMPLES / "keyway_g81.nc").read_text().replace("(TABLE ON", f"({hostile}")
     program = tmp_path / "<img src=x onerror=alert(1)>.nc"
@@ -108,7 +108,7 @@ def test_nothing_of_a_program_is_markup(tmp_path: Path) -> None:
     assert "&lt;script&gt;alert`1`&lt;/script&gt;" in page
 
 
-def test_warnings_stand_with_the_text_of_their_block(tmp_path: Path) -> None:
+def test_warnings_show_the_text_of_their_block(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
     program.write_text((EXAMPLES / "plate_g82.nc").read_text().replace("E15000.", "E45000."))
     shutil.copy(EXAMPLES / "plate_g82.toml", tmp_path / "part.toml")
@@ -119,7 +119,7 @@ def test_warnings_stand_with_the_text_of_their_block(tmp_path: Path) -> None:
     assert '<div class="note poor">' in section(page, "Program")
 
 
-def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
+def test_changes_list_the_overrides_of_the_job(tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     text = (EXAMPLES / "plate_g82.toml").read_text()
     path.write_text(f"{text}\n[setup.machine_overrides]\npower_limit = 4321\n[catalogue]\nfiles = ['own.toml']\n")
@@ -129,7 +129,7 @@ def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
     assert changes(load_job(EXAMPLES / "plate_g82.toml")) == []
 
 
-def test_a_machine_that_is_not_the_model_is_named(tmp_path: Path) -> None:
+def test_a_report_names_an_out_of_model_machine(tmp_path: Path) -> None:
     assert "out-of-model machine" not in page_of("plate_g82")
     program, job = tmp_path / "plate.nc", tmp_path / "plate.toml"
     program.write_text((EXAMPLES / "plate_g82.nc").read_text())
@@ -138,7 +138,7 @@ def test_a_machine_that_is_not_the_model_is_named(tmp_path: Path) -> None:
     assert "Simulated on meter:8, " in report(program, plant="meter:8").read_text("utf-8")
 
 
-def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_job_is_refused_with_a_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "part.nc"
     shutil.copy(EXAMPLES / "plate_g82.nc", program)
     assert command("report", program) == 2
@@ -146,8 +146,8 @@ def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureF
     assert not program.with_suffix(".html").exists()
 
 
-def test_a_page_is_small() -> None:
-    """Of a few strokes, of the most that are drawn one by one, of bands, and of very many parts."""
+def test_reports_of_many_parts_stay_small() -> None:
+    """Cover few strokes, the most strokes drawn one by one, bands, and very many parts."""
     job = load_job(EXAMPLES / "plate_g82.toml")
     for count in (3, 50, 51, 300):
         body = "M00\n".join(PART.format(k + 1, int(k % 4 == 0)) for k in range(count))
@@ -170,7 +170,6 @@ def test_a_report_replaces_the_one_before(tmp_path: Path) -> None:
 
 
 def test_the_picture_of_a_run_has_a_mark_for_every_value() -> None:
-    """Of depth and of six quantities, of which the burn ratio is of strokes that cut; in the order of the panels."""
     job = load_job(EXAMPLES / "plate_g82.toml")
     record = grind(read_file(EXAMPLES / "plate_g82.nc"), job)
     marks = re.findall(r'<use [^>]*x="([^"]*)" y="([^"]*)" style="fill: var\(--(\w+)\)"', page_of("plate_g82"))
@@ -186,7 +185,7 @@ def test_the_picture_of_a_run_has_a_mark_for_every_value() -> None:
 
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine to open the report in")
 @pytest.mark.parametrize("name", NAMES)
-def test_no_column_of_a_table_lies_beyond_a_window_of_1100_pixels(name: str, tmp_path: Path) -> None:
+def test_tables_fit_into_a_window_of_1100_pixels(name: str, tmp_path: Path) -> None:
     assert CHROMIUM is not None
     script = "document.title = [...document.querySelectorAll('.wide')].map(e => e.scrollWidth - e.clientWidth)"
     page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page_of(name))

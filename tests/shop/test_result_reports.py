@@ -1,4 +1,4 @@
-"""The reports of `grind optimise` and `grind calibrate`: they say what the results say, whatever files are called."""
+"""Reports of `grind optimise` and `grind calibrate` show the results, even with hostile file names."""
 
 import json
 import re
@@ -36,12 +36,12 @@ def numbers(text: str) -> list[float]:
 
 
 def pictures(html: str) -> list[str]:
-    """The figures of a page without scripts."""
+    """Return the figures of a page without scripts."""
     return re.findall(r"<svg.*?</svg>", html, re.DOTALL)
 
 
-def stand_at(svg: str, color: str, x: Any, y: Any) -> None:
-    """The marks of a colour stand where values are, on linear scales; the last one is that of the legend."""
+def assert_marks_at(svg: str, color: str, x: Any, y: Any) -> None:
+    """Assert that the marks of a colour lie at the values on linear scales; the last mark is the legend's."""
     marks = re.findall(r'<use [^>]*x="([^"]*)" y="([^"]*)" style="([^"]*)"', svg)
     drawn = np.array([(float(left), float(down)) for left, down, style in marks if f"var(--{color})" in style][:-1])
     assert len(drawn) == len(x)
@@ -51,19 +51,19 @@ def stand_at(svg: str, color: str, x: Any, y: Any) -> None:
             np.testing.assert_allclose(pixels, np.polyval(scale, those), atol=0.03)
 
 
-def is_its_own(html: str) -> bool:
-    """Whether a page has no tag of a text, and loads and runs nothing."""
+def is_self_contained(html: str) -> bool:
+    """Return whether a page loads nothing and runs nothing."""
     said = Parsed(html)
     return loads_nothing(said) and "script" not in said.tags
 
 
-def listed(html: str) -> list[str]:
+def code_lines(html: str) -> list[str]:
     return [unescape(line) for line in re.findall(r"<code>(.*?)</code>", html, re.DOTALL)]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The plate and its job, under a name that is markup."""
+    """Return a folder with the plate and its job under a name that is markup."""
     folder = tmp_path_factory.mktemp("reports")
     text = (EXAMPLES / "plate_g82.nc").read_text("utf-8")
     (folder / f"{HOSTILE}.nc").write_text(text.replace("(", f"({HOSTILE} ", 1), encoding="utf-8")
@@ -76,7 +76,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("options", "expected"),
     few([([], 0), (["--vary", "E", "--bounds", "E=8000..9000"], 3), (["--vary", "E", "--margin", "Ra=.2"], 4)]),
 )
-def test_an_optimisation_is_written_up_whatever_it_finds(
+def test_an_optimisation_report_shows_the_result_of_every_verdict(
     options: list[str], expected: int, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program, output, written = folder / f"{HOSTILE}.nc", tmp_path / "out.nc", tmp_path / "r.html"
@@ -112,10 +112,10 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
     drawn = {name: [100.0 * each[name] for each in limits] for name in ("before", "after")}
     rows = np.arange(len(limits))
     (svg,) = pictures(section(html, "Limits"))
-    stand_at(svg, "grey", drawn["before"], rows)
-    stand_at(svg, "blue", drawn["after"], rows)
+    assert_marks_at(svg, "grey", drawn["before"], rows)
+    assert_marks_at(svg, "blue", drawn["after"], rows)
 
-    assert listed(section(html, "Program")) == [line.rstrip() for line in found["text"].splitlines()]
+    assert code_lines(section(html, "Program")) == [line.rstrip() for line in found["text"].splitlines()]
     changed = set(found["text"].splitlines()) - set(program.read_text("utf-8").splitlines())
     assert section(html, "Program").count('<div class="note') == len(changed)
     headline = unescape(section(html, "Verdict"))
@@ -126,12 +126,12 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         gain = found["quantities"][[each["name"] for each in found["quantities"]].index("cost")]["difference"]
         assert f"costs {-gain['value']:.3f} ({-gain['high']:.3f} to {-gain['low']:.3f}) $ less" in headline
         assert output.read_text("utf-8").splitlines() == found["text"].splitlines()
-    assert HOSTILE in "".join(Parsed(html).texts) and is_its_own(html)
+    assert HOSTILE in "".join(Parsed(html).texts) and is_self_contained(html)
 
 
 @pytest.fixture(scope="module")
 def log(folder: Path) -> Path:
-    """Of three plates, the last of which is held out."""
+    """Return a log of three plates; the last one is held out."""
     path = folder / f"{HOSTILE}.csv"
     job = load_job(EXAMPLES / "plate_g82.toml")
     write_log(path, read_file(EXAMPLES / "plate_g82.nc"), job, 3, Style(scale=0.0), np.random.default_rng(5))
@@ -143,8 +143,8 @@ def found(folder: Path, log: Path) -> Calibration:
     return calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml")
 
 
-def agrees(html: str, found: Calibration) -> None:
-    """The page says what was found."""
+def assert_page_agrees(html: str, found: Calibration) -> None:
+    """Assert that the page shows the result of the calibration."""
     told = [each for each in found.estimates if each.determined]
     assert f"tell {len(told)} of {len(found.estimates)} constants" in section(html, "Verdict")
     rows = cells(section(html, "Constants"))
@@ -163,25 +163,25 @@ def agrees(html: str, found: Calibration) -> None:
         used = mine & found.fit.used
         measured, modelled = found.data.value, found.fit.predicted
         compared, left = next(drawn), next(drawn)
-        stand_at(compared, "grey", found.fit.nominal[mine], measured[mine])
-        stand_at(compared, "blue", modelled[used], measured[used])
+        assert_marks_at(compared, "grey", found.fit.nominal[mine], measured[mine])
+        assert_marks_at(compared, "blue", modelled[used], measured[used])
         odd = used & (found.data.part % 2 == 1)
         residual = measured - modelled if kind == "power" else measured / modelled - 1.0
         for color, which in (("blue", odd), ("orange", used & ~odd)):
-            stand_at(left, color, np.zeros(which.sum()), residual[which])
+            assert_marks_at(left, color, np.zeros(which.sum()), residual[which])
     assert next(drawn, None) is None
-    assert [line.rstrip() for line in catalogue_text(found).splitlines()] == listed(section(html, "Catalogue file"))
-    assert is_its_own(html)
+    assert [line.rstrip() for line in catalogue_text(found).splitlines()] == code_lines(section(html, "Catalogue file"))
+    assert is_self_contained(html)
 
 
-def test_a_calibration_from_a_log_is_written_up(
+def test_a_calibration_report_shows_the_result(
     folder: Path, log: Path, found: Calibration, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program, job, written = folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", folder / "cal.html"
     assert status("calibrate", log, "--program", program, "--job", job, "--report", written, "--json") == 0
     data, html = json.loads(capsys.readouterr().out), written.read_text("utf-8")
     assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
-    agrees(html, found)
+    assert_page_agrees(html, found)
     assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
@@ -196,7 +196,7 @@ def test_a_calibration_from_a_log_is_written_up(
     assert f"{100.0 * found.judged.held_out['power'][2]:.1f} % on left-out parts" in verdict
 
 
-def test_residuals_of_a_part_stand_in_order_of_time(found: Calibration) -> None:
+def test_residuals_of_each_part_are_drawn_in_order_of_time(found: Calibration) -> None:
     drawn = residuals(found, found.data.kinds[0]).series
     chosen, odd, used = comparable(found, found.data.kinds[0]), found.data.part % 2 == 1, found.fit.used
     places = np.full(found.data.part.size, np.nan)
@@ -207,8 +207,8 @@ def test_residuals_of_a_part_stand_in_order_of_time(found: Calibration) -> None:
         assert np.all(np.diff(places[mine[np.argsort(found.time[mine])]]) > 0.0)
 
 
-def test_a_calibration_that_finds_nothing_is_written_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Roughness tells nothing of the stiffness, and no catalogue file is written."""
+def test_a_calibration_without_a_result_gets_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Roughness does not determine the stiffness, and no catalogue file is written."""
     table = tmp_path / "table.csv"
     table.write_text("table_speed [m/min];downfeed [um];volume;Ra\n8;5;40;0.5\n14;5;40;0.9\n20;15;40;0.4\n", "utf-8")
     job, written, output = EXAMPLES / "plate_g82.toml", tmp_path / "cal.html", tmp_path / "shop.toml"

@@ -1,4 +1,4 @@
-"""What may be risked: one rule for the search and the sweep, and a search whose best programs keep it where judged."""
+"""Permitted risk: one rule for the search and the sweep."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -37,8 +37,8 @@ from tests.shop.programs import EXAMPLES, known_job
 PATH = EXAMPLES / "plate_g82.nc"
 
 
-def test_the_risk_is_the_ratio_that_95_of_100_machines_stay_below() -> None:
-    """Two lots on each of 101 machines; with other words the k-th costs k % more than the mean of before."""
+def test_the_risk_is_the_cost_ratio_not_exceeded_on_95_of_100_machines() -> None:
+    """Use two lots on each of 101 machines; the new program costs k % more on machine k in the mean."""
     trials = cast(
         Trials, SimpleNamespace(confidence=0.95, by_machine=lambda values: values.reshape(-1, 2, 101).mean(axis=1))
     )
@@ -49,12 +49,12 @@ def test_the_risk_is_the_ratio_that_95_of_100_machines_stay_below() -> None:
 
 
 @pytest.mark.parametrize(("uncertainty", "most"), [(None, 1.2), (CERTAIN, 1.05)])
-def test_more_may_be_risked_without_a_calibration(uncertainty: object, most: float) -> None:
+def test_the_permitted_risk_is_higher_without_a_calibration(uncertainty: object, most: float) -> None:
     job = replace(load_job(PATH.with_suffix(".toml")), uncertainty=uncertainty)
     assert most_risk(cast(Job, job)) == most
 
 
-def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None:
+def test_a_sweep_point_and_the_same_settings_in_a_search_have_the_same_risk() -> None:
     found = sweep(PATH, None, SweepRanges(E=(22500.0, 22500.0), every=(3, 3)), parts=6)
     job, options = load_job(PATH.with_suffix(".toml")), options_of(["E", "interval"], {"interval": (3, 3)})
     variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, options, 6, 1)
@@ -68,20 +68,20 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few lots, and no words without limits."""
+    """Use few lots and skip the searches without limits."""
     monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 8)
     monkeypatch.setitem(LOTS, LotUse.COMPARISON, 4)
     monkeypatch.setattr(optimisation, "costs_of_limits", lambda *arguments: {})
 
 
 @pytest.mark.usefixtures("quick", "coarse_speeds")
-def test_a_job_that_is_held_in_memory_is_that_of_its_file(tmp_path: Path) -> None:
+def test_a_job_in_memory_gives_the_same_result_as_its_file(tmp_path: Path) -> None:
     words, path = options_of(["E"], {"E": (9000, 18000)}), known_job(tmp_path, "plate_g82")
     one, other = (find_words(PATH, job, words, parts=2, seconds=1000.0) for job in (path, load_job(path)))
     assert other.job == "" and replace(other, job=one.job) == one
 
 
-def test_a_job_of_a_machine_that_is_known_is_tried_on_that_machine() -> None:
+def test_a_job_with_a_plant_is_tried_on_the_plant() -> None:
     job = load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1"))
     once = one_run(read_file(PATH), job)
     power, other = (grind_file(PATH, each).parts["peak_power"][0] for each in (job, PATH.with_suffix(".toml")))
@@ -109,7 +109,7 @@ def point(cost: float, share: float) -> SweepPoint:
     )
 
 
-def test_the_best_row_of_a_sweep_is_no_risk_and_what_is_one_is_told() -> None:
+def test_a_sweep_recommends_only_points_within_the_permitted_risk() -> None:
     speeds = replace(point(1.5, 1.1), every=4), replace(point(1.8, 0.9), every=2)
     found = Sweep(
         program="part.nc",
@@ -131,7 +131,7 @@ def test_the_best_row_of_a_sweep_is_no_risk_and_what_is_one_is_told() -> None:
 
 
 @pytest.mark.parametrize("command", [optimise_command, sweep_command])
-def test_the_rule_is_told_by_its_numbers(command: object) -> None:
+def test_the_docs_state_the_permitted_risk_in_numbers(command: object) -> None:
     page = "docs/howto/shop.md"
     assert page in str(command.__doc__)
     assert (
@@ -146,7 +146,7 @@ trades = st.builds(Trade, st.floats(1.0, 9.0), st.just(60.0), st.floats(0.2, 2.0
 @given(
     st.dictionaries(st.tuples(st.integers(0, 50)), trades, min_size=1, max_size=30), st.sampled_from([(), (1.1, 1.3)])
 )
-def test_the_front_has_nothing_that_another_program_makes_pointless(
+def test_the_front_contains_no_dominated_program(
     tried: dict[tuple[int, ...], Trade], beyond: tuple[float, ...]
 ) -> None:
     found = [tried[each] for each in front(tried, "cost", beyond)]

@@ -1,4 +1,4 @@
-"""Texts as shops export them, read to the numbers that stand in them."""
+"""Tables exported by shops are read to the right numbers, or refused."""
 
 import time
 
@@ -18,26 +18,26 @@ POWER = 1000.0 + 37.0 * (np.arange(60) % 7)
 MACHINE = load_catalogue().machine("default")
 
 
-def written(tmp_path, rows, *, before=(), separator=";", encoding="utf-8"):
+def write_csv(tmp_path, rows, *, before=(), separator=";", encoding="utf-8"):
     path = tmp_path / "log.csv"
     path.write_bytes("\r\n".join([*before, *(separator.join(row) for row in rows)]).encode(encoding))
     return path
 
 
-def test_rows_out_of_order_and_rows_twice_are_put_right(tmp_path):
+def test_swapped_and_repeated_rows_are_corrected(tmp_path):
     rows = [(f"{0.1 * k:.1f}", f"{p:.0f}") for k, p in enumerate(POWER)]
     rows[7], rows[8] = rows[8], rows[7]
     rows.insert(20, rows[20])
     rows.insert(30, ("", "1"))
-    log = read_log(written(tmp_path, [("time [s]", "power [W]"), *rows]), MACHINE, Map())
+    log = read_log(write_csv(tmp_path, [("time [s]", "power [W]"), *rows]), MACHINE, Map())
     np.testing.assert_allclose(log.time, 0.1 * np.arange(60), atol=1e-9)
     np.testing.assert_allclose(log.power, POWER)
     assert len(log.remarks) == 5
 
 
-def test_a_clock_coarser_than_the_log_is_spread(tmp_path):
+def test_a_clock_in_whole_seconds_is_spread_over_its_samples(tmp_path):
     rows = [(f"10:00:{k // 5:02d}", f"{p:.0f}") for k, p in enumerate(POWER)]
-    log = read_log(written(tmp_path, [("clock", "power [W]"), *rows]), MACHINE, Map())
+    log = read_log(write_csv(tmp_path, [("clock", "power [W]"), *rows]), MACHINE, Map())
     np.testing.assert_allclose(np.diff(log.time), 0.2)
 
 
@@ -49,11 +49,11 @@ def test_a_clock_coarser_than_the_log_is_spread(tmp_path):
         ("hp", "", 745.7),
     ],
 )
-def test_units_of_power(tmp_path, unit, said, watts):
+def test_power_units_are_converted_to_watts(tmp_path, unit, said, watts):
     path = tmp_path / "map.toml"
     path.write_text(f"[log]\n{said}\n")
     rows = [(f"{k}", f"{20 + k % 5}") for k in range(60)]
-    log = read_log(written(tmp_path, [("time [s]", f"load [{unit}]"), *rows]), MACHINE, read_map(path))
+    log = read_log(write_csv(tmp_path, [("time [s]", f"load [{unit}]"), *rows]), MACHINE, read_map(path))
     np.testing.assert_allclose(log.power, watts * (20 + np.arange(60) % 5))
     assert log.full == (9000.0 if unit == "%" else None)
 
@@ -66,16 +66,16 @@ def test_units_of_power(tmp_path, unit, said, watts):
         ([("time", "power [lux]"), *((f"{k}", f"{k % 5}") for k in range(60))], "'lux'"),
     ],
 )
-def test_what_is_hopeless_is_refused_in_one_sentence(tmp_path, rows, message):
+def test_an_unusable_log_is_refused_in_one_sentence(tmp_path, rows, message):
     with pytest.raises((CalibrationError, SheetError), match=message) as caught:
-        read_log(written(tmp_path, rows), MACHINE, Map())
+        read_log(write_csv(tmp_path, rows), MACHINE, Map())
     assert "\n" not in str(caught.value)
 
 
-def test_a_map_says_what_no_heading_does(tmp_path):
+def test_a_map_names_columns_and_a_misspelt_key_is_refused(tmp_path):
     path = tmp_path / "map.toml"
     path.write_text('[log]\ntime = 1\npower = "kanal 2"\n')
-    sheet = read_sheet(written(tmp_path, [("kanal 1", "kanal 2"), ("1", "2"), ("2", "3")]))
+    sheet = read_sheet(write_csv(tmp_path, [("kanal 1", "kanal 2"), ("1", "2"), ("2", "3")]))
     assert find_columns(sheet, "log", read_map(path)) == {"time": 0, "power": 1}
     path.write_text("[log]\npowr = 1\n")
     with pytest.raises(CalibrationError, match="did you mean power"):
@@ -88,7 +88,7 @@ def test_cells_of_the_gauge_file_may_be_empty(tmp_path):
         ("1", "0,31", "", "nein", "299,81"),
         ("2", "", "0,002", "ja", ""),
     ]
-    gauge = read_gauge(written(tmp_path, rows), Map())
+    gauge = read_gauge(write_csv(tmp_path, rows), Map())
     np.testing.assert_array_equal(gauge.part, [1, 2])
     np.testing.assert_allclose(gauge.Ra, [0.31, np.nan])
     np.testing.assert_allclose(gauge.size, [np.nan, 2.0])
@@ -114,7 +114,7 @@ def test_a_file_may_have_one_column(tmp_path, text):
         (("00:00:01", "23:59:59", "23:59:58"), [-2.0, -1.0]),  # the newest row first
     ],
 )
-def test_a_clock_goes_on_over_nights(tmp_path, stamps, steps):
+def test_a_clock_continues_over_midnight(tmp_path, stamps, steps):
     rows = [("time;power [W]"), *(f"{stamp};{1000 + k}" for k, stamp in enumerate(stamps))]
     (tmp_path / "log.csv").write_text("\n".join(rows), encoding="utf-8")
     sheet = read_sheet(tmp_path / "log.csv")
@@ -129,7 +129,7 @@ def test_a_historian_s_export_is_read(tmp_path):
         second = k + (30 if k >= 40 else 0)
         stamp = f"2026-11-03T14:{second // 60:02d}:{second % 60:02d}.120+01:00"
         rows.append((stamp, ("n/a" if k == 3 else "---") if bad else f"{each:.1f}", "Bad" if bad else "Good"))
-    log = read_log(written(tmp_path, rows, before=("Historian export", ""), separator=","), MACHINE, Map())
+    log = read_log(write_csv(tmp_path, rows, before=("Historian export", ""), separator=","), MACHINE, Map())
     np.testing.assert_allclose(log.power, np.delete(POWER, [3, 20]))
     said = "; ".join(log.remarks)
     assert "nothing was taken from column 'Quality'" in said
@@ -140,8 +140,8 @@ def test_a_historian_s_export_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("said", "reason"), [('[log]\ntime_unit = "fortnight"', "log.time_unit is 'fortnight'"), ("[log]\nvolts = 400", "")]
 )
-def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
-    path = written(tmp_path, [("time [s]", "power [W]"), *((f"{k}.0", f"{p:.1f}") for k, p in enumerate(POWER))])
+def test_an_invalid_or_unused_map_entry_is_reported(tmp_path, said, reason):
+    path = write_csv(tmp_path, [("time [s]", "power [W]"), *((f"{k}.0", f"{p:.1f}") for k, p in enumerate(POWER))])
     (tmp_path / "map.toml").write_text(said, encoding="utf-8")
     if reason:
         with pytest.raises(CalibrationError, match=reason):
@@ -160,11 +160,11 @@ def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
         ("9" * 5000, 0),
     ],
 )
-def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, number, column):
+def test_an_impossible_number_is_refused_with_its_column(tmp_path, number, column):
     headings = ("part", "Ra [um]", "size [um]", "wheel [mm]", "time [s]")
     rows = [headings, *([str(k), "0.3", "2.0", "299.9", str(k)] for k in range(1, 9))]
     rows[4][column] = number
-    path = written(tmp_path, rows)
+    path = write_csv(tmp_path, rows)
     with pytest.raises(SheetError, match="cannot have been measured; correct that cell") as caught:
         read_gauge(path, Map())
         read_sheet(path).numbers(4, beyond=MOST_TIME)
@@ -173,18 +173,18 @@ def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, num
 
 
 @pytest.mark.parametrize("number", ["1e-320", "-0", "inf", "-"])
-def test_a_setting_of_nothing_is_none(tmp_path, number):
+def test_a_setting_that_is_zero_infinite_or_empty_is_refused(tmp_path, number):
     headings = ("wheel_speed [m/s]", "table_speed [mm/min]", "downfeed [mm]", "power [W]")
     rows = [headings, *([f"{20 + k}", "9000", "0.01", f"{1000 + 100 * k}"] for k in range(4))]
     for column, name in ((0, "wheel_speed"), (1, "table_speed"), (2, "downfeed")):
         other = [list(row) for row in rows]
         other[3][column] = number
         with pytest.raises(CalibrationError, match=f"setting 3 has no {name}"):
-            calibrate_table(written(tmp_path, other), EXAMPLES / "plate_g82.toml", names=["ploughing_pressure"])
+            calibrate_table(write_csv(tmp_path, other), EXAMPLES / "plate_g82.toml", names=["ploughing_pressure"])
 
 
 @pytest.mark.parametrize("value", ["inf", "nan", "1" + 400 * "0", "1e308", "0", "true"])
-def test_a_number_of_a_map_is_one_of_a_machine(tmp_path, value):
+def test_an_impossible_rated_power_in_a_map_is_refused(tmp_path, value):
     path = tmp_path / "map.toml"
     path.write_text(f"[log]\nrated_power = {value}\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match=r"log\.rated_power is .* must be a number above 0") as caught:
@@ -192,17 +192,17 @@ def test_a_number_of_a_map_is_one_of_a_machine(tmp_path, value):
     assert len(str(caught.value)) < 400
 
 
-def test_a_text_of_many_columns_is_refused_early_and_in_short(tmp_path):
+def test_a_file_with_a_million_columns_is_refused_quickly_and_briefly(tmp_path):
     cells = ["1.5"] * 1_000_000
     began = time.process_time()
     with pytest.raises(SheetError, match="has 1000000 columns between ';'") as caught:
-        read_log(written(tmp_path, [[f"c{k}" for k in range(len(cells))], cells, cells]), MACHINE, Map())
+        read_log(write_csv(tmp_path, [[f"c{k}" for k in range(len(cells))], cells, cells]), MACHINE, Map())
     assert time.process_time() - began < 10.0
     assert len(str(caught.value)) < 400
 
 
 def test_messages_name_a_few_columns_of_many(tmp_path):
-    path = written(tmp_path, [[f"column no. {k} {'x' * 200}" for k in range(100)], *([["1.5"] * 100] * 3)])
+    path = write_csv(tmp_path, [[f"column no. {k} {'x' * 200}" for k in range(100)], *([["1.5"] * 100] * 3)])
     with pytest.raises(CalibrationError, match="and 80 more") as caught:
         read_log(path, MACHINE, Map())
     assert len(str(caught.value)) < 2000

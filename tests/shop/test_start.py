@@ -1,4 +1,4 @@
-"""What somebody meets first: `grind`, `grind init`, `grind job --template`, `grind catalogue`."""
+"""First commands of a new user: `grind`, `grind init`, `grind job --template`, `grind catalogue`."""
 
 import errno
 import json
@@ -24,7 +24,7 @@ EXAMPLES = Path(grind_env.__file__).parent / "examples"
 FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"}
 
 
-def test_grind_alone_names_three_commands_that_there_are(grind: Grind, tmp_path: Path) -> None:
+def test_grind_without_arguments_names_three_existing_commands(grind: Grind, tmp_path: Path) -> None:
     status, out, err = grind()
     named = re.findall(r"^  grind (\w+)", out, re.MULTILINE)
     assert (status, err, len(named)) == (0, "", 3)
@@ -32,7 +32,7 @@ def test_grind_alone_names_three_commands_that_there_are(grind: Grind, tmp_path:
         assert grind(name, "--help")[0] == 0
 
 
-def test_what_grind_init_writes_runs_as_the_example(grind: Grind, tmp_path: Path) -> None:
+def test_the_program_of_grind_init_runs_like_the_example(grind: Grind, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "part"
     status, out, _ = grind("init", folder)
     assert status == 0 and {path.name for path in folder.iterdir()} == FILES
@@ -42,8 +42,8 @@ def test_what_grind_init_writes_runs_as_the_example(grind: Grind, tmp_path: Path
     assert found["parts"] == wanted["parts"] and found["warnings"] == []
 
 
-def test_the_sample_log_is_what_its_command_makes_and_can_be_fitted(grind: Grind, tmp_path: Path) -> None:
-    """The pressure that was put into it is found again, within what the calibration promises."""
+def test_the_sample_log_is_reproducible_and_can_be_fitted(grind: Grind, tmp_path: Path) -> None:
+    """The fitted interval contains the true ploughing pressure."""
     program, job, *_ = start_folder(tmp_path)
     text = (tmp_path / LOG).read_text(encoding="utf-8")
     given, made = (
@@ -79,7 +79,7 @@ def test_the_notebook_of_grind_init_runs(
 
 @pytest.mark.parametrize("there", [False, True])
 @pytest.mark.parametrize("works", range(8))
-def test_a_folder_is_made_whole_or_not_at_all(
+def test_grind_init_writes_all_files_or_none(
     works: int, there: bool, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, left = tmp_path / "new" / "part", [works]
@@ -115,7 +115,7 @@ def test_the_template_is_the_job_of_the_example(grind: Grind, tmp_path: Path) ->
     assert grind("job")[0] == 2
 
 
-def test_every_default_that_the_template_states_is_the_one_that_holds(tmp_path: Path) -> None:
+def test_the_defaults_in_the_template_are_the_actual_ones(tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
     stated = re.sub(r"^#(\w+ = .+)$", r"\1", job_template(), flags=re.MULTILINE)
     assert stated.count("\n#") < job_template().count("\n#")
@@ -142,7 +142,7 @@ def test_the_catalogue_lists_every_entry(grind: Grind) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_entry_is_shown_with_units_ranges_and_source(
+def test_a_catalogue_entry_is_shown_with_values_and_units(
     kind: str, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(os.environ, "COLUMNS", "200")
@@ -163,6 +163,6 @@ def test_an_entry_of_a_file_is_shown_with_its_remark(grind: Grind, tmp_path: Pat
 
 
 @pytest.mark.parametrize("words", [("weel",), ("wheel", "a60")])
-def test_what_is_not_in_the_catalogue_is_told(words: tuple[str, ...], grind: Grind) -> None:
+def test_an_unknown_catalogue_name_gets_a_suggestion(words: tuple[str, ...], grind: Grind) -> None:
     status, _, err = grind("catalogue", *words)
     assert status == 2 and "did you mean" in err and err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""Programs whose job states how each part differs are searched and swept on just these parts."""
+"""Jobs with stated parts: searches and sweeps grind exactly these parts."""
 
 import json
 from dataclasses import replace
@@ -32,7 +32,7 @@ PARTS = (
 
 @pytest.fixture
 def oracle6(grind: Grind, tmp_path: Path) -> Path:
-    """The task as the program and the job that `grind play` writes: plates and gauges."""
+    """Return the program that `grind play` writes for the task oracle6, with its job beside it."""
     program = tmp_path / "oracle6.nc"
     assert grind("play", "--task", "oracle6", "--policy", "E9000D1", "--output", program)[0] == 0
     job = program.with_suffix(".toml")
@@ -40,7 +40,7 @@ def oracle6(grind: Grind, tmp_path: Path) -> Path:
     return program
 
 
-def test_the_optimal_words_cost_what_the_task_says(oracle6: Path) -> None:
+def test_optimal_settings_of_oracle6_cost_the_same_in_trials_and_in_the_task(oracle6: Path) -> None:
     optimum = exact_optimum(BlockSimulation(load_task("oracle6")))
     trials = trials_of(read_file(oracle6), load_job(oracle6.with_suffix(".toml")), 1, [(0,)])
     settings = trials.own[None].copy()
@@ -49,7 +49,7 @@ def test_the_optimal_words_cost_what_the_task_says(oracle6: Path) -> None:
 
 
 @pytest.mark.parametrize("longer", [0.0, 2.0], ids=["replayed", "executed by the control"])
-def test_stated_parts_are_ground_as_grind_run_does(longer: float) -> None:
+def test_trials_of_stated_parts_match_a_run_of_the_batch(longer: float) -> None:
     last = replace(PARTS[-1], part=replace(JOB.part, length=JOB.part.length - longer))
     job = replace(JOB, parts=(*PARTS[:-1], last))
     programs = repeated(read(PLATE), len(PARTS))
@@ -62,7 +62,7 @@ def test_stated_parts_are_ground_as_grind_run_does(longer: float) -> None:
     assert found.cost[0, 0] == pytest.approx(parts["total_cost"].mean(), rel=1e-9)
     assert found.seconds[0, 0] == pytest.approx(parts["seconds"].mean(), rel=1e-9)
     assert 1.0 - found.scrap[0, 0] == pytest.approx(parts["survival"].mean(), rel=1e-9)
-    # Ra over the limit of the part itself, of which 95 of 100 keep what is told
+    # the ratio is the 95 % quantile of Ra over each part's own limit
     limits = np.array([job.of_part(number).limits.roughness for number in parts["part"]])
     assert found.ratios[0, 2] == pytest.approx(np.quantile(parts["Ra"] / limits, 0.95), rel=1e-9)
 

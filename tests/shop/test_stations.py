@@ -1,4 +1,4 @@
-"""The tools of the shop on a program for two stations."""
+"""Commands for a shop on a program for two stations."""
 
 import json
 import shutil
@@ -22,7 +22,7 @@ def program(tmp_path: Path) -> Path:
     return Path(shutil.copy(TWO_PLATES, tmp_path))
 
 
-def test_parts_at_stations_are_good_and_the_first_is_that_of_a_single_part(grind: Grind) -> None:
+def test_parts_at_two_stations_are_good_and_the_first_matches_a_single_part(grind: Grind) -> None:
     assert grind("check", TWO_PLATES, "--job", TWO_PLATES.with_suffix(".toml"))[0] == 0
     found = json.loads(grind("run", TWO_PLATES, "--json")[1])
     single = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])["parts"][0]
@@ -35,7 +35,7 @@ def test_parts_at_stations_are_good_and_the_first_is_that_of_a_single_part(grind
 
 
 @pytest.mark.nightly
-def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path, grind: Grind) -> None:
+def test_a_log_of_two_stations_yields_the_true_constant(program: Path, grind: Grind) -> None:
     log = program.with_name("log.csv")
     log.write_text(sample_log(read_file(program), load_job(program.with_suffix(".toml"))))
     told = grind("calibrate", log, "--program", program, "--job", program.with_suffix(".toml"), "--json")[1]
@@ -58,7 +58,7 @@ def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> No
 
 
 @pytest.mark.nightly
-def test_the_other_tools_take_stations(program: Path, grind: Grind, tmp_path: Path) -> None:
+def test_sweep_report_environment_and_advise_accept_stations(program: Path, grind: Grind, tmp_path: Path) -> None:
     status, _, err = grind("sweep", program, "--E", "9000..12000", "--dress-every", "1..2", "--parts", "2", "--json")
     assert (status, err) == (0, "")
     report = tmp_path / "report.html"

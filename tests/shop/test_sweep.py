@@ -1,4 +1,4 @@
-"""`grind sweep`: every point costs what a program written so costs, and the valley is what it says."""
+"""`grind sweep`: every point costs the same as the program written out, and the valley is correct."""
 
 import csv
 import json
@@ -32,7 +32,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Sweep:
     return sweep(EXAMPLES / "plate_g82.nc", job, ranges, parts=PARTS)
 
 
-def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found: Sweep) -> None:
+def test_a_dress_every_third_part_costs_the_same_as_written_out(found: Sweep) -> None:
     job, every = load_job(EXAMPLES / "plate_g82.toml"), 3
     point = next(each for each in found.speeds if each.every == every and pytest.approx(12_000.0) == each.E)
     text = PLATE.replace("E15000.", "E12000.").replace("E9000.", "E7200.")
@@ -45,7 +45,7 @@ def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-9)
 
 
-def test_lines_are_told_apart_without_colour(found: Sweep) -> None:
+def test_lines_differ_by_dash_or_marker(found: Sweep) -> None:
     pytest.importorskip("matplotlib")
     from grind_env.shop.sweep.figure import LINES, draw_sweep
 
@@ -59,7 +59,7 @@ def test_lines_are_told_apart_without_colour(found: Sweep) -> None:
     assert several == 4
 
 
-def test_a_lead_costs_what_the_dress_program_written_so_costs(tmp_path: Path) -> None:
+def test_a_swept_lead_costs_the_same_as_a_dress_program_with_this_lead(tmp_path: Path) -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     turns = 60_000.0 * 30.0 / (3.141592653589793 * 300.0)
     feed = round(0.1 * turns)
@@ -69,7 +69,7 @@ def test_a_lead_costs_what_the_dress_program_written_so_costs(tmp_path: Path) ->
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-6)
 
 
-def test_the_valley_holds_the_best_interval_and_those_that_cost_little_more(found: Sweep) -> None:
+def test_the_valley_spans_the_intervals_within_2_percent_of_the_best(found: Sweep) -> None:
     first, last = found.valley
     best = cheapest(found.intervals)
     assert first <= best.every <= last
@@ -94,12 +94,12 @@ def test_a_point_that_exceeds_a_limit_on_new_lots_is_not_the_best(
     judged = sweep(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), ranges, parts=PARTS)
     best = cheapest([found.own, *found.speeds])
     again = next(each for each in judged.speeds if (each.E, each.every) == (best.E, best.every))
-    assert best.keeps_limits and again.cost == best.cost and not again.keeps_limits
+    assert best.keeps_limits and again.cost.value > best.cost.value - best.luck and not again.keeps_limits
     assert judged.best == judged.own
 
 
 @pytest.mark.nightly
-def test_the_best_point_is_as_safe_on_other_machines(tmp_path: Path) -> None:
+def test_the_risk_of_the_best_point_holds_on_other_machines(tmp_path: Path) -> None:
     program, job = EXAMPLES / "plate_g82.nc", load_job(EXAMPLES / "plate_g82.toml")
     safe = []
     for seed in range(1, 7):
@@ -117,7 +117,7 @@ def test_the_best_point_is_as_safe_on_other_machines(tmp_path: Path) -> None:
     assert sum(safe) >= 5
 
 
-def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> None:
+def test_the_command_writes_a_table_a_csv_file_json_and_a_figure(tmp_path: Path, grind: Grind) -> None:
     words = ("sweep", EXAMPLES / "plate_g82.nc", "--E", "12000..20000", "--dress-every", "1..3", "--parts", 3, "--plot")
     more = ("--csv", tmp_path / "sweep.csv"), ("--json",)
     (status, shown, _), (again, data, _) = (grind(*words, tmp_path / "sweep.png", *each) for each in more)
@@ -144,13 +144,13 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, grind: Grind) -> Non
         2,
     ),
 )
-def test_what_cannot_be_swept_is_told(program: str, ranges: SweepRanges, told: str) -> None:
+def test_impossible_sweeps_are_refused_with_the_reason(program: str, ranges: SweepRanges, told: str) -> None:
     with pytest.raises(SweepError, match=told):
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
 
 
 @pytest.mark.nightly
-def test_a_range_in_inches_a_minute_is_asked_about(tmp_path: Path) -> None:
+def test_an_E_range_in_inches_per_minute_is_refused_with_its_conversion(tmp_path: Path) -> None:
     program, job = tmp_path / "inch.nc", EXAMPLES / "plate_g82.toml"
     program.write_text(INCH, encoding="utf-8")
     told = r"400..800 does not come near the 15000 mm/min \(591 inch/min\) of inch.nc; .* write --E 10160..20320"
@@ -172,7 +172,7 @@ def test_a_range_that_begins_at_zero_is_refused(option: str, grind: Grind) -> No
     assert (status, said) == (2, f"grind: {option} begins at 0; begin above 0, for its values are swept by ratio\n")
 
 
-def test_a_limit_binds_where_a_cheaper_point_is_refused_because_of_it(found: Sweep) -> None:
+def test_a_limit_binds_if_it_refuses_a_cheaper_point(found: Sweep) -> None:
     assert found.refused == {}
     best, own = found.best, found.own
     cheaper = replace(best, cost=Interval(0.5, 0.4, 0.6), shares=(0.5, 0.2, 1.18, 0.9), lead=own.lead)
@@ -187,7 +187,7 @@ def test_a_limit_binds_where_a_cheaper_point_is_refused_because_of_it(found: Swe
     assert row[-1].text == "Ra 118 %"
 
 
-def test_the_figure_shows_what_hollow_points_are_beyond(found: Sweep) -> None:
+def test_the_legend_names_the_limit_that_hollow_points_exceed(found: Sweep) -> None:
     pytest.importorskip("matplotlib")
     from grind_env.shop.sweep.figure import draw_sweep
 

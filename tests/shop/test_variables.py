@@ -1,4 +1,4 @@
-"""Programs that count in variables from outside, and jumps: what a run keeps, the next one finds."""
+"""Programs with counters in common variables, which carry over from run to run, and with jumps."""
 
 import json
 import re
@@ -46,7 +46,7 @@ COUNTING = (
     + TAIL
     + DRESS
 )
-"""Dresses on every third part, as its counter says."""
+"""Program that dresses on every third part by its counter."""
 EVERY = 3
 STEPS = (
     HEAD
@@ -72,7 +72,7 @@ def job(variables: Mapping[int, float] = {}) -> Job:
 
 
 def by_hand(text: str, parts: int, variables: Mapping[int, float]) -> Iterator[tuple[float, float, float]]:
-    """E, D and depth of each cycle, the program being run anew for each part with the common variables of before."""
+    """Yield E, D and depth of each cycle of single runs, each with the common variables of the run before."""
     for _ in range(parts):
         execution = execute(read(text), Control(variables=variables))
         execution.set_wheel_radius(150.0)
@@ -89,14 +89,14 @@ def in_a_batch(text: str, parts: int, variables: Mapping[int, float]) -> list[tu
 
 
 @pytest.mark.parametrize("start", [0, 1, 2])
-def test_what_a_program_keeps_carries_over_from_part_to_part(start: int) -> None:
+def test_common_variables_carry_over_from_part_to_part(start: int) -> None:
     held = {500: float(start)}
     found = in_a_batch(COUNTING, 7, held)
     assert found == list(by_hand(COUNTING, 7, held))
     assert [part + 1 for part in range(7) if found[2 * part][1]] == list(range(EVERY - start, 8, EVERY))
 
 
-def test_a_batch_is_ground_as_its_runs_are_one_by_one() -> None:
+def test_a_batch_is_ground_like_its_single_runs() -> None:
     shop, held = job(), {500: 0.0}
     batch = grind(repeated(read(COUNTING), 4), replace(shop, variables=held))
     dresses = []
@@ -109,7 +109,7 @@ def test_a_batch_is_ground_as_its_runs_are_one_by_one() -> None:
     assert dresses == [np.sum(batch.dresses["part"] == part + 1) for part in range(4)] == [0, 0, 1, 0]
 
 
-def test_local_variables_begin_each_run_as_the_first() -> None:
+def test_local_variables_start_every_run_with_the_same_values() -> None:
     text = HEAD + "IF [#1 EQ #0] THEN #1=5\n#1=#1+1\n" + ROUGH.format("D[#1-5]") + TAIL + DRESS
     for held in ({}, {1: 6.0}):
         assert in_a_batch(text, 3, held) == list(by_hand(text, 1, held)) * 3
@@ -117,7 +117,7 @@ def test_local_variables_begin_each_run_as_the_first() -> None:
 
 @st.composite
 def jumping(draw: st.DrawFn) -> str:
-    """A program that loops by GOTO, skips blocks and may end early, by what it has counted."""
+    """Draw a program that loops by GOTO, skips blocks and may end early, depending on its counters."""
     steps, each = draw(st.integers(1, 3)), draw(st.integers(2, 4))
     early = draw(st.booleans())
     label = draw(st.sampled_from([45, 1, 9000, 99_999]))
@@ -146,7 +146,7 @@ def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
 
 @examples(8)
 @given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3), data=st.data())
-def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
+def test_varied_words_apply_to_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
     shop, lots = replace(job({500: float(start)}), uncertainty=CERTAIN), lots_of(1, LotUse.SEARCH, 2)
     asked = variation_of(
         read(text, "part.nc"), text_of(text.encode()), shop, options_of((*"EDL", "interval"), untried=True), parts, 1
@@ -159,7 +159,7 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
     assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
 
 
-def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
+def test_a_counting_program_costs_the_same_as_written_out() -> None:
     parts, shop = 6, job()
     straight = HEAD + ROUGH.format("D0") + FINISH + TAIL + DRESS
     lines = "\n".join(source.text for source in repeated(read(straight), parts).main.blocks).split("D0")
@@ -174,13 +174,13 @@ def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
     assert mine.Ra.mean() == pytest.approx(theirs.Ra.mean(), rel=1e-9)
 
 
-def test_intervals_take_the_place_of_what_the_program_counts(folder: Path) -> None:
+def test_a_swept_interval_replaces_the_counter_of_the_program(folder: Path) -> None:
     found = sweep(folder / "counting.nc", None, SweepRanges(every=(EVERY, EVERY)), parts=6, variables={500: 0.0})
     assert found.speeds[0].cost.value == pytest.approx(found.own.cost.value, rel=1e-12)
 
 
 @pytest.mark.nightly
-def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
+def test_optimise_accepts_a_counting_program(folder: Path) -> None:
     found = optimise(folder / "counting.nc", variables={500: 0.0}, parts=6, budget=1000, bounds={"E": (8000, 20_000)})
     record = grind(read(found.after), job({500: 0.0}))
     assert found.quantity("cost").expected[1] == pytest.approx(record.parts["total_cost"].sum(), rel=1e-9)
@@ -189,7 +189,7 @@ def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
     assert not any("#500 was given" in each for each in found.remarks)
 
 
-def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Path) -> None:
+def test_dress_intervals_apply_to_runs_with_different_blocks(folder: Path) -> None:
     text = COUNTING.replace(FINISH, "IF [#500 EQ 1] GOTO 80\n" + FINISH)
     (folder / "uneven.nc").write_text(text, encoding="utf-8")
     swept = SweepRanges(every=(1, 3))
@@ -200,7 +200,7 @@ def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Pa
 
 
 @pytest.mark.nightly
-def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_given_variable_that_is_never_read_is_reported(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     plate = folder / "plate.nc"
     told = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
     for words in (["sweep", "--E", "15000..16000"], ["optimise", "--budget", "1s"]):
@@ -215,7 +215,7 @@ def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.Captu
         gym.make("grind/Job-v0", program=str(plate), variables="#500=3")
 
 
-def test_the_environment_runs_a_program_that_counts(folder: Path) -> None:
+def test_the_environment_runs_a_counting_program(folder: Path) -> None:
     env = gym.make("grind/Job-v0", program=str(folder / "counting.nc"), parts=4, variables="#500=1, ")
     assert env.spec is not None
     again = gym.make(gym.spec(env.spec.id), **json.loads(json.dumps(env.spec.kwargs)))
@@ -228,7 +228,7 @@ def test_the_environment_runs_a_program_that_counts(folder: Path) -> None:
     assert record.strokes.tobytes() == made.record().strokes.tobytes()  # type: ignore[attr-defined]
 
 
-def test_values_that_cannot_be_taken_are_refused(folder: Path) -> None:
+def test_invalid_variables_are_refused(folder: Path) -> None:
     program = str(folder / "counting.nc")
     with pytest.raises(TaskError, match="must be a text such as '#500=0, #101=15000'"):
         gym.make("grind/Job-v0", program=program, variables={500: 0})
@@ -241,13 +241,13 @@ def test_values_that_cannot_be_taken_are_refused(folder: Path) -> None:
     assert status("advise", program, "--set", "nothing") == 2
 
 
-def test_a_mistake_is_told_with_the_line_of_the_file(folder: Path) -> None:
+def test_an_error_in_a_batch_names_the_line_of_the_file(folder: Path) -> None:
     line = COUNTING.splitlines().index("#500=#500+1") + 1
     with pytest.raises(ControlError, match=rf"counting.nc:{line}:6: #500 has no value"):
         sweep(folder / "counting.nc", parts=5)
 
 
-def test_a_jump_that_is_worked_out_is_refused_for_several_parts() -> None:
+def test_a_computed_jump_is_refused_for_several_parts() -> None:
     text = STEPS.replace("GOTO 45", "GOTO [40+5]")
     with pytest.raises(JobProgramError, match=r"GOTO leads to an N number that is worked out.*write the number there"):
         repeated(read(text), 2)

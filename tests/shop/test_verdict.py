@@ -1,4 +1,4 @@
-"""Whether a fitted model may be used: by hand, on tables of settings, and on machines that are not the model."""
+"""Verdict on the use of a fit: worked by hand, on tables of settings, and on out-of-model machines."""
 
 import json
 from pathlib import Path
@@ -24,8 +24,8 @@ from tests.shop.coverage import EXAMPLES
 PLATE = EXAMPLES / "plate_g82.nc"
 
 
-def judged(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> FitJudgement:
-    """What is said of one kind of measurement, each of a part of its own."""
+def judge_kind(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> FitJudgement:
+    """Return the judgement of a fit to one kind of measurement, one value per part."""
     count = len(value)
     each = (np.array(numbers, np.float64) for numbers in (value, nominal, held_out))
     measured, before, after = each
@@ -33,30 +33,30 @@ def judged(kind: str, value: list[float], nominal: list[float], held_out: list[f
     return judge(data, np.ones(count, np.bool_), before, after, after)
 
 
-def test_errors_are_those_of_the_unit_of_each_kind() -> None:
-    found = judged("size", [1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [4.0, 5.0, 6.0])
+def test_errors_are_absolute_for_size_relative_for_Ra_and_probabilities_for_burn() -> None:
+    found = judge_kind("size", [1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [4.0, 5.0, 6.0])
     assert found.errors["size"] == pytest.approx((3, 1.0, 3.0)) and found.worse == ("size",)
-    found = judged("Ra", [0.2, 0.2], [0.4, 0.4], [0.2, 0.2])
+    found = judge_kind("Ra", [0.2, 0.2], [0.4, 0.4], [0.2, 0.2])
     assert found.errors["Ra"] == pytest.approx((2, np.log(2.0), 0.0)) and not found.worse
-    found = judged("burn", [0.0, 0.0], [-3.0, -3.0], [3.0, 3.0])
+    found = judge_kind("burn", [0.0, 0.0], [-3.0, -3.0], [3.0, 3.0])
     assert found.errors["burn"][1:] == pytest.approx((1.0 / (1.0 + np.exp(3.0)), 1.0 / (1.0 + np.exp(-3.0))))
     assert found.worse == ("burn",)
-    assert judged("burn", [0.0, 0.0], [-9.0, -9.0], [-2.0, -2.0]).worse == ()  # not burnt, as is likely by either
+    assert judge_kind("burn", [0.0, 0.0], [-9.0, -9.0], [-2.0, -2.0]).worse == ()  # neither model expects burn
 
 
-def test_what_chance_between_parts_makes_is_not_worse() -> None:
-    assert judged("size", [0.0] * 4, [3.0] * 4, [0.0, 0.0, 0.0, 7.0]).worse == ()
-    assert judged("size", [0.0] * 4, [3.0] * 4, [5.0] * 4).worse == ("size",)
+def test_one_outlying_part_does_not_make_a_fit_worse() -> None:
+    assert judge_kind("size", [0.0] * 4, [3.0] * 4, [0.0, 0.0, 0.0, 7.0]).worse == ()
+    assert judge_kind("size", [0.0] * 4, [3.0] * 4, [5.0] * 4).worse == ("size",)
 
 
-def test_what_errors_of_measuring_make_is_not_worse() -> None:
+def test_a_deviation_within_the_measuring_error_does_not_make_a_fit_worse() -> None:
     data = Data(np.array([2.0]), np.array([2.0]), np.array(["size"]), np.array([1]))
     for off, worse in ((3.0, ()), (24.0, ("size",))):
         fit = np.array([2.0 + off])
         assert judge(data, np.ones(1, np.bool_), np.array([3.5]), fit, fit).worse == worse
 
 
-def test_the_verdict_says_what_the_model_is_for() -> None:
+def test_the_verdict_names_the_uses_of_the_fit() -> None:
     errors = {"power": (9, 0.2, 0.02), "size": (3, 4.0, 1.0)}
     found = FitJudgement(errors, errors, ()).verdict(tells_nothing=False)
     assert (found.level, found.uses) == ("good", ("E and dressing", "size"))
@@ -68,7 +68,7 @@ def test_the_verdict_says_what_the_model_is_for() -> None:
     assert FitJudgement(errors, errors, ()).verdict(tells_nothing=True).level == "bad"
 
 
-def test_constants_of_a_kind_that_the_model_does_not_follow_stay_as_the_catalogue_has_them(tmp_path: Path) -> None:
+def test_a_kind_the_model_does_not_follow_keeps_its_catalogue_constants(tmp_path: Path) -> None:
     lines = ["table_speed [m/min];downfeed [um];volume;Ft [N/mm];Ra [um]"]
     for k, (speed, feed) in enumerate((speed, feed) for speed in (8, 14, 20) for feed in (5, 15)):
         rig = Rig(load_catalogue()).fresh(
@@ -88,7 +88,7 @@ def test_constants_of_a_kind_that_the_model_does_not_follow_stay_as_the_catalogu
     assert "roughness" not in found["verdict"]["uses"]
 
 
-def test_the_share_of_the_heat_is_found_by_sizes(tmp_path: Path) -> None:
+def test_the_heat_factor_is_found_from_gauged_parts(tmp_path: Path) -> None:
     job = load_job(PLATE.with_suffix(".toml"))
     truth = with_entries(job, {"material": {"heat_factor": 0.3, "chip_energy": 20.0}})
     rng = np.random.default_rng(4)
@@ -102,10 +102,7 @@ def test_the_share_of_the_heat_is_found_by_sizes(tmp_path: Path) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
-def test_a_fit_to_a_foreign_machine_predicts_other_parts_of_it_better_than_the_catalogue(
-    shop: Shop, tmp_path: Path
-) -> None:
-    """By parts of another shift, which the fit has not seen."""
+def test_a_fit_predicts_new_parts_of_a_foreign_machine_better_than_the_catalogue(shop: Shop, tmp_path: Path) -> None:
     job = shop.write(tmp_path)
     found = calibrate(tmp_path / "log.csv", tmp_path / "varied.nc", job, gauge=tmp_path / "gauge.csv")
     assert found.verdict.level == "good" and not found.judged.worse

@@ -1,4 +1,4 @@
-"""What is compiled ahead of time is what is then loaded."""
+"""`grind warm-up` compiles every kernel that later commands load."""
 
 import os
 import subprocess
@@ -25,18 +25,18 @@ SMALL = (
 )
 
 
-def of_one(name: str, call: Callable[[], object]) -> Callable[[], list[warm_up.Use]]:
+def single_use(name: str, call: Callable[[], object]) -> Callable[[], list[warm_up.Use]]:
     return lambda: [warm_up.Use(name, call)]
 
 
-def test_every_id_and_every_example_is_among_it() -> None:
+def test_warm_up_covers_every_environment_id_and_example() -> None:
     names = {use.name for use in warm_up.uses()}
     assert {name for name in gym.registry if name.startswith("grind/")} < names
     assert {f"grind run {name}" for name in examples.names()} < names
     assert any(name.startswith("grind optimise ") for name in names)
 
 
-def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
+def test_warm_up_covers_calibrated_jobs(tmp_path: Path) -> None:
     written = "".join(f"material.{each}\n" for each in EXPONENTS).split()
     job = tmp_path / "job.toml"
     job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [0.1, 0.1, 0.1]\n{UNRELATED}\n")
@@ -48,7 +48,7 @@ def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
+def test_warmed_up_code_runs_without_the_compiler(tmp_path: Path) -> None:
     def run(code: str) -> str:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
         command = [sys.executable, "-c", code]
@@ -67,19 +67,19 @@ def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
     assert sorted((tmp_path / "kernels").glob("*.nbc")) == made
 
 
-def test_an_extra_that_is_missing_is_told(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_warm_up_reports_a_missing_extra(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     def search() -> None:
         raise MissingExtra("the search needs SciPy")
 
-    monkeypatch.setattr(warm_up, "uses", of_one("grind optimise", search))
+    monkeypatch.setattr(warm_up, "uses", single_use("grind optimise", search))
     monkeypatch.setattr(warm_up, "kernels", lambda: 3)
     status, out, _ = grind("warm-up")
     assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':40} the search needs SciPy")
 
 
-def test_a_folder_that_keeps_nothing_is_refused(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_warm_up_fails_if_the_cache_stays_empty(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(warm_up, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(warm_up, "uses", of_one("nothing", lambda: None))
+    monkeypatch.setattr(warm_up, "uses", single_use("nothing", lambda: None))
     status, _, err = grind("warm-up")
     assert status == 2 and str(tmp_path) in err and "NUMBA_CACHE_DIR" in err
     with pytest.raises(GrindError):

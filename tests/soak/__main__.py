@@ -1,8 +1,8 @@
-"""Hostile and random cases against everything, for as long as one likes: `python -m tests.soak --minutes 60`.
+"""Attack the package with hostile and random cases: `python -m tests.soak --minutes 60`.
 
-Parts take turns; each draws case k from seed k, tries it, and has it accepted, refused in a sentence, or fallen. The
-counts are kept in a file of the commit, and every further run adds to them, also where it was interrupted. A case is
-repeated by `--part NAME --seed K`. Exit status 1 tells that something has fallen, 130 of an interruption.
+The parts take turns. Each draws case k from seed k and tries it; the case is accepted, refused with an error sentence,
+or it fails. The results of a commit are in one file; later runs add to it, also after an interruption.
+`--part NAME --seed K` repeats a case. Exit status: 1 if a case failed, 130 after an interruption.
 """
 
 import argparse
@@ -20,30 +20,30 @@ from tests.soak.turns import run
 
 MODULES = {"texts": "tests.control.fuzz_examine"}
 NAMES = ["programs", "texts", "files", "calls", "kills", "surroundings"]
-"""Modules beside this one, but for those of `MODULES`."""
+"""Names of the parts, which are modules of this folder unless `MODULES` names another."""
 INTERRUPTED = 130
 
 
 def part_of(name: str) -> Part:
-    """The part by that name."""
+    """Return the part with a name."""
     found: Part = import_module(MODULES.get(name, f"tests.soak.{name}")).PART
     return found
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run, and report all that the file of the commit holds."""
+    """Run the parts and report all results of the commit; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--part", nargs="+", choices=NAMES, default=NAMES, metavar="NAME", help=", ".join(NAMES))
-    parser.add_argument("--seed", type=int, help="try this case alone, here, and show how it ends")
+    parser.add_argument("--seed", type=int, help="try only this case, in this process, and print its result")
     parser.add_argument("--jobs", type=int, default=2, help="processes side by side")
-    parser.add_argument("--out", type=Path, default=Path("build/soak"), help="folder of the counts")
+    parser.add_argument("--out", type=Path, default=Path("build/soak"), help="folder of the results")
     options = parser.parse_args(words)
     parts, console = [part_of(name) for name in options.part], Console(stderr=True, markup=False, highlight=False)
     if options.seed is not None:
         return _repeat(parts, options.seed, console)
     log = log_in(options.out)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # what it has begun ends with it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # ends its processes, too
     run(parts, log, 60.0 * options.minutes, options.jobs)
     report(log, console)
     return int(any(count.falls for count in log.counts().values()))
@@ -59,7 +59,7 @@ def _repeat(parts: list[Part], seed: int, console: Console) -> int:
 
 
 def report(log: Log, console: Console) -> None:
-    """Print what has been tried, how it ended, what was counted on the way, and what has fallen."""
+    """Print the sums, the numbers of results and the failures of each part."""
     counts = log.counts()
     for name, count in counts.items():
         table = Table("counted", "sum", title=name)
@@ -68,7 +68,7 @@ def report(log: Log, console: Console) -> None:
         for each, value in count.most.items():
             table.add_row(f"most: {each}", f"{value:.3g}")
         console.print(table)
-    table = Table("part", *("tried", "accepted", "refused", "fallen", "hours"))
+    table = Table("part", *("tried", "accepted", "refused", "failed", "hours"))
     for name, count in counts.items():
         ends = [f"{count.ends[end]:,}" for end in ("accepted", "refused", "fallen")]
         table.add_row(name, f"{len(count.ended):,}", *ends, f"{count.seconds / 3600.0:.2f}")
@@ -77,12 +77,12 @@ def report(log: Log, console: Console) -> None:
         for kind, falls in count.falls.items():
             console.rule(f"{name}: {kind}, {len(falls)} times, seeds {[seed for seed, _ in falls[:5]]}")
             console.print(falls[0][1])
-    console.print(f"cases in {log.path}")
+    console.print(f"results in {log.path}")
 
 
 if __name__ == "__main__":
     try:
         sys.exit(main())
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here", file=sys.stderr)
+        print("interrupted; the same command resumes the run", file=sys.stderr)
         sys.exit(INTERRUPTED)

@@ -1,4 +1,4 @@
-"""Writes the blocks of random programs: the way to a part, cycles, what stands beside and behind them, grooves."""
+"""Blocks of random programs: approach to a part, cycles, blocks during and after cycles, grooves."""
 
 import math
 import random
@@ -12,11 +12,11 @@ DRESSER = 9100
 
 @dataclass
 class Table:
-    """What the program has said to the table.
+    """State of the table as programmed so far.
 
     Attributes:
-        runs: whether it reciprocates.
-        known: letters that a later cycle may leave out.
+        runs: whether the table reciprocates.
+        known: words in force, which a later cycle may omit.
     """
 
     runs: bool = False
@@ -24,32 +24,32 @@ class Table:
 
 
 class BlockWriter:
-    """Writes blocks, most of them such as shops write.
+    """Writer of random blocks, most of them like the blocks of shops.
 
     Attributes:
-        job: what is ground on.
-        plane: as G19; the next ones are the letters of its axes.
-        along: letter of the table.
-        down: letter of the plunge.
-        across: letter of the crossover.
+        job: job that the program is ground on.
+        plane: G17, G18 or G19.
+        along: letter of the table axis.
+        down: letter of the plunge axis.
+        across: letter of the crossover axis.
         inch: whether the program is in inches.
-        unsettled: whether there may be what leaves no script of the program.
+        unsettled: whether the program may have blocks that cannot be compiled to a script.
         dress: whether wheels are dressed.
-        start: of the part along the table, mm.
-        surface: of the part in depth, mm.
-        begin: where the table stands before a part, mm.
-        edge: where the edge of the wheel stands across, mm.
+        start: start of the part on the table axis, mm.
+        surface: top of the part on the plunge axis, mm.
+        begin: position of the table before a part, mm.
+        edge: position of the wheel edge on the crossover axis, mm.
     """
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
         self.table = Table()
-        self.depth = 0.0  # to which the program has led on the part, mm
-        self.height = 20.0  # where the wheel stands, mm
-        self.way, self.goal, self.pick = 0.0, 0.0, 0.0  # of the last plunge, mm
-        self.lift = ""  # block before the coming cycle
-        self.gone = 0  # loops so far
-        self.shift = (0.0, 0.0, 0.0)  # of the coordinates in force: along the table, in depth, across
+        self.depth = 0.0  # programmed depth on the part so far, mm
+        self.height = 20.0  # position of the wheel on the plunge axis, mm
+        self.travel, self.goal, self.pick = 0.0, 0.0, 0.0  # travel, target and pick of the last plunge, mm
+        self.lift = ""  # block to write before the next cycle
+        self.loops = 0  # number of loops so far
+        self.shift = (0.0, 0.0, 0.0)  # offset in force: table, plunge, crossover, mm
 
     def _one(self, *values: Any) -> Any:
         return self.rng.choice(values)
@@ -58,7 +58,7 @@ class BlockWriter:
         return self.rng.random() < share
 
     def _odd(self, share: float) -> bool:
-        """Chance of what leaves no script of the program, in those that may have it."""
+        """Return True with probability `share` if the program need not compile to a script."""
         return self.unsettled and self._chance(share)
 
     def _uniform(self, low: float, high: float) -> float:
@@ -67,7 +67,7 @@ class BlockWriter:
     # --------------------------------------------------------------------------------------------- words
 
     def _length(self, mm: float, decimals: int = 3) -> str:
-        """A number of a word for so many mm."""
+        """Return the number of a word for a length in mm, in the unit of the program."""
         text = f"{mm / INCH:.4f}" if self.inch else f"{mm:.{decimals}f}"
         text = text.rstrip("0")
         if text.startswith(("0.", "-0.")) and text not in ("0.", "-0."):
@@ -75,7 +75,7 @@ class BlockWriter:
         return text if text not in ("-0.", "0.") else "0"
 
     def _at(self, letter: str, mm: float) -> str:
-        """A word for a coordinate of the machine, in those that are in force."""
+        """Return the word for a machine coordinate, in the coordinate system in force."""
         role = (self.along, self.down, self.across).index(letter)
         return letter + self._length(mm - self.shift[role])
 
@@ -87,7 +87,7 @@ class BlockWriter:
         size = max(abs(mm), least) if mm else 0.0
         return letter + self._length(math.copysign(size, mm))
 
-    # --------------------------------------------------------------------------------------------- the way to a part
+    # --------------------------------------------------------------------------------------------- approach to a part
 
     def _approach(self) -> list[str]:
         lines = [f"G00 {self._at(self.down, self.surface + 20.0)}"] if self._chance(0.8) else []
@@ -107,7 +107,7 @@ class BlockWriter:
         return lines
 
     def _edge(self) -> float:
-        """Where the edge of the wheel stands across."""
+        """Choose the position of the wheel edge on the crossover axis, mm."""
         part, wheel = self.job.part, self.job.setup.wheel
         cover = part.across - 0.5 * (wheel.width - part.width)
         kind = self.rng.random()
@@ -140,7 +140,7 @@ class BlockWriter:
         lines.append(f"{code}{'.1' if pre else ''} {' '.join(each for each in words if each)}")
         self.table.runs = True
         if code == "G81":
-            lines += self._fed() if self._chance(0.85) else []
+            lines += self._infeeds() if self._chance(0.85) else []
         return lines
 
     def _table_words(self) -> list[str]:
@@ -196,13 +196,13 @@ class BlockWriter:
                 self.lift, self.height = f"G00 {self._at(self.down, self.surface + 0.5)}", self.surface + 0.5
                 target = self.surface + 0.3
             words.append(self._at(self.down, target))
-            self.depth, self.way = max(self.depth, self.surface - target), self.height - target
+            self.depth, self.travel = max(self.depth, self.surface - target), self.height - target
             self.height = self.goal = target
         else:
-            self.way = self.height - self.goal
+            self.travel = self.height - self.goal
             self.height = self.goal
-        if "J" not in known or self.way > 14.0 * self.pick or self._chance(0.8):
-            self.pick = max(self._one(0.01, 0.01, 0.005, 0.017, 0.02, 0.05, 0.08), self.way / 14.0)
+        if "J" not in known or self.travel > 14.0 * self.pick or self._chance(0.8):
+            self.pick = max(self._one(0.01, 0.01, 0.005, 0.017, 0.02, 0.05, 0.08), self.travel / 14.0)
             if self._chance(0.05):
                 self.pick = 0.5
             words.append(self._pick(INTEGRANDS[self.down], -self.pick))
@@ -239,9 +239,9 @@ class BlockWriter:
         return words
 
     def _loop_of_cycles(self) -> list[str]:
-        """Cycles that go deeper in a loop within a part, by whichever way there is."""
-        self.gone += 1
-        count, step, variable = self._one(2, 3), self._one(0.01, 0.02), 130 + self.gone
+        """Write a loop of ever deeper cycles on one part, with WHILE or GOTO."""
+        self.loops += 1
+        count, step, variable = self._one(2, 3), self._one(0.01, 0.02), 130 + self.loops
         words = [each for each in self._table_words() if each]
         self.table.known |= {"along", "E"}
         goal = f"{self.down}[{self._length(self.surface - self.shift[1] - self.depth, 4)}"
@@ -271,7 +271,7 @@ class BlockWriter:
                 *body,
                 "END 2",
             ]
-        label = 100 + self.gone
+        label = 100 + self.loops
         return [
             *lines,
             f"#{variable}=0",
@@ -280,16 +280,16 @@ class BlockWriter:
             f"IF [#{variable} LT {count}] GOTO {label}",
         ]
 
-    # --------------------------------------------------------------------------------------------- beside the table
+    # --------------------------------------------------------------------------------------------- during reciprocation
 
-    def _fed(self) -> list[str]:
-        """Infeeds, dwells and moves of the program beside the table."""
+    def _infeeds(self) -> list[str]:
+        """Write infeeds, dwells and moves during reciprocation."""
         lines = []
         if self.height > self.surface + 1.0:
             self.height = self.surface - self.depth
             lines.append(f"G00 {self._at(self.down, self.height)}")
         if self._chance(0.2):
-            return lines + self._fed_by_loop()
+            return lines + self._infeeds_by_loop()
         for _ in range(self._one(1, 1, 2, 3, 4)):
             kind = self.rng.random()
             if kind < 0.55:
@@ -307,9 +307,9 @@ class BlockWriter:
                 lines.append(self._redirected())
         return lines
 
-    def _fed_by_loop(self) -> list[str]:
-        self.gone += 1
-        variable, count, step = 150 + self.gone, self._one(2, 3, 4), self._one(0.004, 0.01)
+    def _infeeds_by_loop(self) -> list[str]:
+        self.loops += 1
+        variable, count, step = 150 + self.loops, self._one(2, 3, 4), self._one(0.004, 0.01)
         goal = f"{self.down}[{self._length(self.surface - self.shift[1] - self.depth, 4)}"
         goal += f"-#{variable}*{self._length(step, 4)}]"
         self.depth += step * count
@@ -320,12 +320,12 @@ class BlockWriter:
         if self._chance(0.6):
             lines = [f"#{variable}=0", f"WHILE [#{variable} LT {count}] DO 1", f"#{variable}=#{variable}+1"]
             return [*lines, move, wait, "END 1"]
-        label = 200 + self.gone
+        label = 200 + self.loops
         lines = [f"#{variable}=0", f"N{label} #{variable}=#{variable}+1", move, wait]
         return [*lines, f"IF [#{variable} LT {count}] GOTO {label}"]
 
     def _redirected(self) -> str:
-        """Another reversal point or speed for the table under way."""
+        """Write another reversal point or speed for the moving table."""
         self.table.known.discard("along")
         kind = self.rng.random()
         if kind < 0.4:
@@ -334,7 +334,7 @@ class BlockWriter:
         return secondary if kind < 0.7 else self._at(self.along, self.start + self.job.part.length + 40.0)
 
     def _after_cycle(self) -> list[str]:
-        """What comes after a cycle, with the table running or not."""
+        """Write blocks after a cycle, with the table moving or not."""
         lines: list[str] = []
         for _ in range(self._one(0, 1, 1, 1, 2)):
             lines += self._one_after()
@@ -359,7 +359,7 @@ class BlockWriter:
             self.height = self.surface + self._one(0.3, 5.0, 20.0)
             return [f"G00 {self._at(self.down, self.height)}"]
         if kind < 0.76 and runs:
-            return self._fed()
+            return self._infeeds()
         if kind < 0.82:
             self.table.runs = False
             return ["G80", "M01"]
@@ -375,7 +375,7 @@ class BlockWriter:
         return []
 
     def _by_feed_moves(self) -> list[str]:
-        """Strokes by the program itself, from beside the part."""
+        """Write strokes as G01 moves, with their infeeds outside the part."""
         part, self.height = self.job.part, self.surface + 20.0
         near, far = self.start - 30.0, self.start + part.length + 30.0
         lines = [f"G00 {self._at(self.down, self.height)}", f"G00 {self._at(self.along, near)}"]

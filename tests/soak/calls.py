@@ -1,7 +1,7 @@
-"""Hostile calls of an environment beside a twin that is spared them: what is refused in a sentence changes nothing.
+"""Hostile calls of an environment: a call that is refused with an error sentence changes nothing.
 
-What is not refused is done to the twin, too, with the same result; now and then one of the two becomes a deep copy of
-the other, and a stranger of the same id is played in between.
+Accepted calls are repeated on a twin and have to give the same result. Now and then one of the two is replaced by a
+deep copy of the other, and a third environment of the same id is stepped in between.
 """
 
 import inspect
@@ -25,15 +25,15 @@ NUMBERS: tuple[Any, ...] = (
     *(True, None, "0", b"0", "", "\x1b[31m", 1j, [], {}, (), object(), np.datetime64("nat"), np.float16("inf")),
 )
 SMALL = 0, -1, 1, 2.5, "2", None, True, [2], float("nan")
-"""Numbers of environments; of a great one the memory is the caller's."""
+"""Numbers of environments; large ones are left out, because they only need memory."""
 MADE = 0.3
-"""Share of cases in which an environment is made of odd arguments."""
+"""Share of cases that make an environment with odd arguments."""
 SEEDS: tuple[Any, ...] = (-1, 0.5, "one", True, 2**40, 10**30, [], [1], [1, -1], {}, np.array(3), np.array([1.5]), 7, 8)
 SPLITS: tuple[Any, ...] = ("all", "inner", "interpolation", "extrapolation", "exam", "", None, 3, ["all"])
 
 
 def attempt(seed: int) -> Tried:
-    """Call the environment of a seed."""
+    """Make hostile calls of the environment of a seed."""
     ids, rng = every_id(), random.Random(seed)
     env_id = ids[seed % len(ids)]
     if rng.random() < MADE:
@@ -49,7 +49,7 @@ def attempt(seed: int) -> Tried:
 
 
 def _made(env_id: str, rng: random.Random) -> Tried:
-    """Make an environment with arguments that are wrong, as a rule."""
+    """Make an environment with arguments that are usually wrong."""
     spec, vector = gym.spec(env_id), rng.random() < 0.5
     create = load_env_creator(spec.vector_entry_point if vector else spec.entry_point)
     names = list(inspect.signature(load_env_creator(spec.entry_point)).parameters)
@@ -72,7 +72,7 @@ def _made(env_id: str, rng: random.Random) -> Tried:
 
 
 class _Play:
-    """An environment, its twin and a stranger."""
+    """Hostile calls of an environment, with its twin and a third environment."""
 
     def __init__(self, rng: random.Random, env_id: str, count: int, env: Any, twin: Any, stranger: Any) -> None:
         self.rng, self.id, self.count = rng, env_id, count
@@ -117,7 +117,7 @@ class _Play:
         assert_same(found, getattr(self.twin, name)(*arguments, **keywords))
 
     def _drawn(self) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
-        """A call: its method and arguments."""
+        """Draw a call; return its method and arguments."""
         rng = self.rng
         kind = rng.random()
         if kind < 0.4:
@@ -133,7 +133,7 @@ class _Play:
         return "reset", (), {"options": self._options()}
 
     def _hostile(self, action: Any) -> Any:
-        """An action with something wrong, as a rule."""
+        """Return an action that is usually invalid."""
         rng = self.rng
         kind = rng.random()
         if kind < 0.2:

@@ -1,4 +1,4 @@
-"""What must hold of a program and its job: however it is run, the same comes of it, or one sentence says why not."""
+"""Checks of a program and its job: all ways of running it give equal results, or one sentence says why not."""
 
 import math
 import random
@@ -36,29 +36,29 @@ from tests.soak.part import fallen
 from tests.soak.writer import Case
 
 SLOW = 5.0
-"""s of processor time that a program may take on each of its ways."""
+"""Processor time that a program may take in each way of running it, s."""
 FINISH, ENDS_PART = (BlockRow._fields.index(name) for name in ("finish", "ends_part"))
 QUICK = 1e-3
-"""The same for each motion of a longer one, each time that it is run."""
+"""Processor time that a longer program may take for each motion and run, s."""
 SUM = 1e-9
-"""Share by which sums over a run may differ, and what comes of them."""
+"""Relative tolerance of sums over a run, and of results that depend on such sums."""
 NAME = "campaign.nc"
 SHARED = " at once, which is not simulated"
-"""Of what is told of strokes that meet two stations."""
+"""Part of the message about strokes that meet two stations."""
 UNCONDITIONED = " grinds more parts than the "
-"""Of what is told of a run that has more parts than conditions."""
+"""Part of the error about a run with more parts than conditions."""
 SLOWED = 1.001
-"""Torque over that at the power limit from which on the spindle has slowed."""
+"""Multiple of the torque at the power limit above which the spindle counts as slowed."""
 STEPPED_BY_CONTROL = 4
-"""Of how many programs without a script one is stepped by the control, which runs it seven times."""
+"""One in this many programs without a script is stepped by the control, which runs the program seven times."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What must not happen.
+    """Fault that a program has shown.
 
     Attributes:
-        kind: the same for every program that shows it.
+        kind: short text, equal for all programs with the fault.
         details: traceback or numbers.
     """
 
@@ -68,15 +68,15 @@ class Finding:
 
 @dataclass(slots=True)
 class Examined:
-    """How a program ended.
+    """Results of a program in all ways of running it.
 
     Attributes:
-        end: "ground", or the name of the error that refuses it.
-        replay: "script", why there is none, or why it is not stepped at all.
-        happened: what shows only when it is ground, by name.
-        strokes: that it made.
-        exact: wheels after a block that were those of the machine to the bit, and how many were compared.
-        findings: what must not happen.
+        end: "ground", or the name of the error that refuses the program.
+        replay: "script", or why the program has no script or is not stepped.
+        happened: names of the events during grinding.
+        strokes: number of strokes.
+        exact: numbers of values of wheels after a block that equal the machine's to the bit, and that were compared.
+        findings: faults.
     """
 
     end: str = ""
@@ -87,12 +87,12 @@ class Examined:
     findings: list[Finding] = field(default_factory=list)
 
     def differ(self, kind: str, found: object, expected: object) -> None:
-        """Note down a difference."""
-        self.findings.append(Finding(kind, f"{found!r} and not {expected!r}"))
+        """Record a difference."""
+        self.findings.append(Finding(kind, f"{found!r} instead of {expected!r}"))
 
 
 def examine(case: Case, seconds: float = SLOW) -> Examined:
-    """Run a program on all its ways."""
+    """Run a program in all ways and compare the results."""
     examined = Examined()
     ways = (("check", _check, 1), ("run", _run, 2), ("replay", _replay, 10))
     known: dict[str, Any] = {}
@@ -132,7 +132,7 @@ def _check(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
 
 
 def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
-    """Grind it at once and stroke by stroke."""
+    """Grind the program as a whole and stroke by stroke, and compare the records."""
     programs, job = known["programs"], case.job
     whole = _record(lambda: grind(programs, job))
     # the control announces every stroke
@@ -146,13 +146,13 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         if _counts_otherwise(whole, stepped):
             return False
         if str(whole) != str(stepped):
-            examined.differ("run: refused on one way", str(whole)[:300], str(stepped)[:300])
+            examined.differ("run: refused in one way", str(whole)[:300], str(stepped)[:300])
         known["refused"] = str(error)
         return True
     examined.end, examined.strokes = "ground", int(whole.strokes.size)
     if known["checked"] is not None:
-        examined.differ("check: refuses what is ground", known["checked"], "ground")
-    _see(whole, examined)
+        examined.differ("check: refuses a program that is ground", known["checked"], "ground")
+    _record_events(whole, examined)
     known["record"] = whole
     if examined.happened & {"stations met at once"}:
         _compare_shared(whole, stepped, examined)
@@ -173,23 +173,23 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
 
 
 def _counts_otherwise(*ways: GrindingRecord | GrindError) -> bool:
-    """Whether one way has parts without conditions, and the other shares strokes, where that is a matter of the way."""
+    """Return whether strokes that meet two stations explain that only one way has parts without conditions."""
     refused = any(isinstance(way, GrindError) and UNCONDITIONED in str(way) for way in ways)
     return refused and any(isinstance(way, GrindingRecord) and _shares(way) for way in ways)
 
 
 def _shares(record: GrindingRecord) -> bool:
-    """Whether strokes of a record have met two stations."""
+    """Return whether a stroke of a record meets two stations."""
     return any(SHARED in each.why for found in record.unjudged for each in found)
 
 
 def _compare_shared(whole: GrindingRecord, stepped: GrindingRecord, examined: Examined) -> None:
-    """Strokes that meet two stations at once: a cycle is one part's as a whole, a stroke that of the first it meets."""
+    """Compare runs with strokes that meet two stations: one way assigns cycles to parts, the other single strokes."""
     for name in ("seconds", "line", "E"):
         found, expected = whole.strokes[name], stepped.strokes[name]
         if not np.array_equal(found, expected):
             examined.differ(f"run: strokes stroke by stroke, shared: {name}", found, expected)
-    # which parts these are depends on the way, where a table comes to rest after M00 and meets another station
+    # which parts are not judged depends on the way: after M00 the table may come to rest at another station
     if not (any(whole.unjudged) and any(stepped.unjudged)):
         examined.differ("run: not judged stroke by stroke, shared", whole.unjudged, stepped.unjudged)
 
@@ -201,8 +201,8 @@ def _record(run: Callable[[], GrindingRecord]) -> GrindingRecord | GrindError:
         return error
 
 
-def _see(record: GrindingRecord, examined: Examined) -> None:
-    """Note down what has happened."""
+def _record_events(record: GrindingRecord, examined: Examined) -> None:
+    """Record the events of a run."""
     strokes = record.strokes
     table = strokes[strokes["groove"] == 0]
     p = record.job.parameters
@@ -221,7 +221,7 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
 
 
 def _compare_tables(kind: str, found: Array, expected: Array, loosely: bool, examined: Examined) -> None:
-    """To the bit; nearly, where dresses that are not executed anew have other times in their last bits."""
+    """Compare tables to the bit; `loosely` if the times of repeated dresses may differ in their last bits."""
     if found.shape != expected.shape:
         examined.differ(f"{kind}: number", found.shape, expected.shape)
         return
@@ -233,18 +233,18 @@ def _compare_tables(kind: str, found: Array, expected: Array, loosely: bool, exa
         if not same:
             k = int(np.flatnonzero(one != other)[0])
             examined.differ(f"{kind}: {name}", one[k].item(), other[k].item())
-            return  # what follows from it is no news
+            return  # later differences follow from this one
 
 
 def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
-    """Step it block by block; what is refused because nobody can judge its parts moves its wheel as it does, too."""
+    """Step the program block by block, also if some of its parts cannot be judged."""
     record = known.get("record")
     try:
         refuse_unjudged(known["programs"], case.job)
     except UnjudgedError as error:
         _require_sentence(error, examined)
         if record is None or not any(record.unjudged):
-            examined.differ("replay: refuses what is judged", str(error)[:300], "judged")
+            examined.differ("replay: refuses parts that are judged", str(error)[:300], "judged")
     except JobError as error:
         if str(error) != known.get("refused"):
             examined.differ("replay: refused for its job", str(error)[:300], str(known.get("refused"))[:300])
@@ -252,9 +252,9 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         return False
     else:
         if record is not None and any(record.unjudged):
-            examined.differ("replay: grinds what is not judged", "judged", str(record.unjudged)[:300])
+            examined.differ("replay: grinds parts that are not judged", "judged", str(record.unjudged)[:300])
     if record is not None and _shares(record) and case.job.parts:
-        # a run takes the conditions of all parts that strokes meet, a replay those of the ones whose stations it names
+        # a run uses the conditions of all parts that strokes meet, a replay only those of parts at named stations
         examined.replay = "conditions of parts that share strokes"
         return False
     with patch.object(script, "refuse_unjudged"):
@@ -262,7 +262,7 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
 
 
 def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
-    """With its own words: compiled if it has a script, by the control some of the others."""
+    """Step the program with its own E and D: compiled if it has a script, otherwise sometimes by the control."""
     programs, job, record = known["programs"], case.job, known.get("record")
     try:
         if case.seed % STEPPED_BY_CONTROL:
@@ -272,25 +272,25 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.replay = _reason(str(why))
         return False
     except GrindError:
-        pass  # which the simulation has to refuse, too
+        pass  # the simulation has to refuse the program, too
     try:
         simulation = JobSimulation(programs, job, 0.0)
     except GrindError as error:
         _require_sentence(error, examined)
         if record is not None and not isinstance(error, JobProgramError | PassageError):
-            examined.differ("replay: refuses what is ground", str(error)[:300], "ground")
+            examined.differ("replay: refuses a program that is ground", str(error)[:300], "ground")
         examined.replay = f"refused: {type(error).__name__}"
         return False
     if record is None:
         examined.replay = "ground"
-        examined.differ("replay: grinds what is refused", "ground", known["refused"][:300])
+        examined.differ("replay: grinds a program that is refused", "ground", known["refused"][:300])
         return False
     examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
     episode, wheels = ProgramEpisode(programs, job), []
     while episode.block is not None:
         mount, changes = episode.run.mount, episode.run.mount.changes
         episode.step({})
-        # a script lets the way from a stop up to the unloading pass before it changes the wheel, and not after that
+        # the own state is not comparable after a wheel change: a script counts the time until the unloading before it
         own = {} if mount.changes > changes else dict(zip(job.process.own._fields, mount.own[0].tolist(), strict=True))
         wheels.append({**mount.present(job.parameters)._asdict(), **own})
     _compare_tables("step: strokes", episode.run.record().strokes, record.strokes, True, examined)
@@ -300,19 +300,19 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.differ(f"{way}: blocks", len(found.outcomes), len(wheels))
         return False
     _compare_wheels(way, simulation, found.wheels, wheels, examined)
-    if any(record.unjudged):  # it is charged for as scrap
+    if any(record.unjudged):  # unjudged parts are charged as scrap
         return True
     _compare_sums(way, found, record, examined)
     if not _by_blocks(simulation, record):
         return True
     _compare_parts(way, simulation, found, record, examined)
     if simulation.script is not None:
-        _choose(case, simulation, examined)
+        _compare_chosen(case, simulation, examined)
     return True
 
 
-def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
-    """Step it with other E and D, and grind the program in which they stand."""
+def _compare_chosen(case: Case, simulation: JobSimulation, examined: Examined) -> None:
+    """Step the program with other E and D, and compare with the ground program that contains them."""
     rng, blocks = random.Random(case.seed), simulation.blocks
     by_line = {block.plan.line: (float(rng.randint(3000, 30_000)), rng.randint(0, 3)) for block in blocks}
     choices = [by_line[block.plan.line] for block in blocks]
@@ -321,7 +321,7 @@ def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
         text = with_words_chosen(simulation.programs, list(zip((block.block for block in blocks), words, strict=True)))
         record = grind(read(text, NAME), case.job)
     except GrindError as error:
-        _require_sentence(error, examined)  # a macro may say in one place what two blocks do
+        _require_sentence(error, examined)  # a macro may set two blocks in one place
         return
     if any(record.unjudged):
         return
@@ -329,7 +329,7 @@ def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
     last = simulation.tables.blocks[simulation.tables.blocks[:, ENDS_PART] > 0.0, FINISH]
     deepest = [record.strokes["Z"][record.strokes["part"] == part].max(initial=0.0) for part in record.parts["part"]]
     if len(last) != len(deepest) or not np.allclose(last, deepest, rtol=0.0, atol=SUM):
-        return  # what heat counts is known to the stroke that another E lets lie elsewhere beside a later infeed
+        return  # with another E, later infeeds meet other strokes
     _compare_sums("chosen", found, record, examined)
     if _by_blocks(simulation, record):
         _compare_parts("chosen", simulation, found, record, examined)
@@ -337,12 +337,12 @@ def _choose(case: Case, simulation: JobSimulation, examined: Examined) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """What the blocks of a program have come to.
+    """Results of the blocks of a program.
 
     Attributes:
-        outcomes: by name, each of shape (blocks,).
-        tallies: likewise.
-        wheels: after each block, with what the process remembers, shape (blocks, fields of `WheelState` and `own`).
+        outcomes: shape (blocks, fields of `Outcome`).
+        tallies: shape (blocks, fields of `Tally`).
+        wheels: wheel after each block with the own state of the process, shape (blocks, fields of both).
     """
 
     outcomes: Array
@@ -350,16 +350,16 @@ class Stepped:
     wheels: Array
 
     def outcome(self, name: str) -> Array:
-        """A column."""
+        """Return a column of the outcomes."""
         return self.outcomes[:, Outcome._fields.index(name)]
 
     def tally(self, name: str) -> Array:
-        """A column."""
+        """Return a column of the tallies."""
         return self.tallies[:, Tally._fields.index(name)]
 
 
 def _stepped_blocks(simulation: JobSimulation, choices: Sequence[tuple[float, int]]) -> Stepped:
-    """The blocks with those E, mm/min, and D."""
+    """Step the blocks with the chosen E, mm/min, and D."""
     episodes = simulation.start([np.random.default_rng(0)])
     rows: tuple[list[Array], list[Array], list[Array]] = [], [], []
     for E, D in choices:
@@ -372,11 +372,11 @@ def _stepped_blocks(simulation: JobSimulation, choices: Sequence[tuple[float, in
 def _compare_wheels(
     way: str, simulation: JobSimulation, found: Array, expected: Sequence[dict[str, float]], examined: Examined
 ) -> None:
-    """After each block; its wear since it was gauged is known at a stop here, with the next block there.
+    """Compare the wheels after each block, without the wear since gauging, which the ways count in different blocks.
 
-    To the bit as long as no infeed beside the table hangs on the clock, on parts that are one zone of a script: strips
-    joined to zones are counted at once, and stations at places that round otherwise. A script counts the way to where
-    the next block takes over as of the block before.
+    Wheels equal to the bit if the script has one zone and no stations, until an infeed during reciprocation, whose
+    strokes depend on the clock. Otherwise sums are rounded differently. A block whose last stroke leads to the next
+    block is left out: a script counts that stroke with the earlier block.
     """
     exact, compared, odd, by_clock = 0, 0, None, False
     script, stations = simulation.script, simulation.job.stations
@@ -425,13 +425,13 @@ def _compare_sums(way: str, found: Stepped, record: GrindingRecord, examined: Ex
 
 
 def _worn_away(record: GrindingRecord) -> bool:
-    """Whether more has come off the wheel than there was: that is known less well, by where a block begins."""
+    """Return whether more than the whole wheel has worn off; the cost then depends on where a block begins."""
     parts = record.parts
     return bool((record.job.rates.wheel * (parts["worn"] + parts["dressed_off"]) > 1.0001 * parts["wheel_cost"]).any())
 
 
 def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:
-    """Whether each part is taken off after its last block; the control may take one off after the next one begins."""
+    """Return whether each part is unloaded with its last block; the control may unload it during the next block."""
     finished = [(block.part, block.finished) for block in simulation.blocks]
     return [part for part, count in finished if count] == list(range(len(record.parts)))
 
@@ -439,7 +439,7 @@ def _by_blocks(simulation: JobSimulation, record: GrindingRecord) -> bool:
 def _compare_parts(
     way: str, simulation: JobSimulation, found: Stepped, record: GrindingRecord, examined: Examined
 ) -> None:
-    """Peaks, and what is gauged in the end, part by part."""
+    """Compare the peaks and gauged values of each part."""
     finished, first = [block.finished for block in simulation.blocks], 0
     own = found.outcome("cost").sum() - found.outcome("handover_cost").sum()
     if not _worn_away(record):
@@ -462,7 +462,7 @@ def _compare_parts(
 
 
 def _reason(sentence: str) -> str:
-    """Why there is no script, without place and numbers."""
+    """Return the reason why there is no script, without place and numbers."""
     words = sentence.split("there is no script of this program: ")[-1].split(";")[0].split(",")[0]
     return "".join("#" if letter.isdigit() else letter for letter in words)
 

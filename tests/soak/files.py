@@ -1,7 +1,7 @@
-"""Files from a stranger, for every reader: read, or refused in a sentence.
+"""Hostile files for every reader: each is read, or refused with an error sentence.
 
-None of them has anything read or written elsewhere, runs code, hangs, fills memory, or reaches a terminal, a page or a
-table otherwise than as text.
+No file makes a reader read or write elsewhere, run code, hang or fill memory. Its content reaches terminals, pages and
+tables only as text.
 """
 
 import csv
@@ -23,7 +23,7 @@ from tests.soak.readers import NAME, READS, Read, call, copied, good_folder
 from tests.test_printable import CONTROLS
 
 ROOM = 1 << 30
-"""Bytes that a file may make a process grow by."""
+"""Growth of the process that a file may cause, bytes."""
 TOKEN = "canary-5c19"
 RAN = "ran.txt"
 MODULE = f"""
@@ -35,19 +35,19 @@ def __getattr__(name):
     Path("{RAN}").write_text(name)
     raise AttributeError(name)
 """
-"""Leaves a file behind where its code is run."""
+"""Module that leaves a file behind if its code is run."""
 STATUSES = (0, 1, 3, 4)
-"""Of a command that has done its work."""
+"""Exit statuses of a command that has done its work."""
 SECRETS = {"secret_txt": f"{TOKEN}\n", "secret_toml": f'[login]\npassword = "{TOKEN}"\n'}
-"""What lies beside the good files, and nobody may read or write."""
+"""Files beside the valid files, which no command may read or write."""
 LAID = 0.08
-"""Share of names under which no file lies."""
+"""Share of cases with a pipe, folder, link or the like in place of a file."""
 WARM: set[Read] = set()
-"""What has read a good file in this process, so that what it needs is compiled."""
+"""Reads of a valid file in this process, after which all their code is compiled."""
 
 
 def prepare() -> None:
-    """Write good files."""
+    """Write valid files and the module that leaves a trace."""
     good_folder()
     modules = tempfile.mkdtemp(prefix="soak-modules-")
     Path(modules, f"{CANARY}.py").write_text(MODULE)
@@ -55,7 +55,7 @@ def prepare() -> None:
 
 
 def attempt(seed: int) -> Tried:
-    """Have the file of a seed read."""
+    """Read the hostile file of a seed."""
     rng = random.Random(seed)
     (read,) = rng.choices(READS, [each.weight for each in READS])
     if read not in WARM:
@@ -91,7 +91,7 @@ def attempt(seed: int) -> Tried:
 
 
 def _read(read: Read, inside: Path) -> Tried:
-    """Have a file read."""
+    """Read a file with a command or function; return the result."""
     if not isinstance(read.words, str):
         try:
             read.words(inside / read.file)
@@ -116,7 +116,7 @@ def _read(read: Read, inside: Path) -> Tried:
 
 
 def _written(inside: Path) -> tuple[str, str] | None:
-    """What is wrong with what was written, if anything."""
+    """Return the fault of the written files and its details, or None."""
     beside = sorted(path.name for path in inside.parent.iterdir())
     if beside != ["inside", "secret.toml", "secret.txt"] or TOKEN not in (inside.parent / "secret.txt").read_text():
         return "writes elsewhere", str(beside)
@@ -132,7 +132,7 @@ def _written(inside: Path) -> tuple[str, str] | None:
 
 
 def _is_json(out: str) -> bool:
-    """Whether each line is JSON that any reader takes, which knows neither NaN nor Infinity."""
+    """Return whether each line is standard JSON, without NaN and Infinity."""
 
     def refuse(constant: str) -> None:
         raise ValueError(constant)

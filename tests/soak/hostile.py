@@ -1,4 +1,4 @@
-"""What a stranger may have done to a file: its bytes, numbers, words and lines, and what lies under its name."""
+"""Hostile changes of a file: of its bytes, numbers, words and lines, or of the kind of file."""
 
 import json
 import os
@@ -23,21 +23,21 @@ WORDS = (
 NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+")
 WORD = re.compile(r'"[^"\n]*"')
 MACHINE = re.compile(r"[a-z-]+:\d+")
-"""The name of a plant."""
+"""Pattern of the name of a plant."""
 SEEDS = (
     *("0", "4294967295", "4294967296", "-1", "1.5", "1e3", "0x7", "\u0663", "", " 7", "7\n"),
     *("9" * 5000, "0" * 5000 + "7"),
 )
 CANARY = "canary_5c19"
-"""A module that can be imported, and tells of it if it is."""
+"""Name of a module that leaves a trace when it is imported."""
 LONG = 1_000_000
-"""Bytes beyond which no more is done to a file."""
+"""Size beyond which a file is not changed any further, bytes."""
 SPARSE = 70_000_000
-"""Bytes of a file that is nothing but a hole."""
+"""Size of a sparse file without content, bytes."""
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:
-    """The bytes of a good file, with something done to them, often more than once."""
+    """Return the bytes of a valid file with one or more random changes."""
     for _ in range(rng.choice((1, 1, 1, 2, 3, 8))):
         if len(data) > LONG:
             break
@@ -64,7 +64,7 @@ def _replaced(data: bytes, pattern: "re.Pattern[str]", new: Callable[[], str], r
 
 
 def _piece(data: bytes, rng: random.Random) -> bytes:
-    """A cell, a word or a key, as what stands between marks, in place of which comes another."""
+    """Replace a piece between separators, such as a cell, word or key."""
     pieces = re.split(rb"([\s,;=\[\]{}:]+)", data)
     pieces[rng.randrange(0, len(pieces), 2)] = rng.choice((*NUMBERS, *WORDS)).encode("utf-8", "surrogateescape")
     return b"".join(pieces)
@@ -138,7 +138,7 @@ RAW = (_flipped, _cut, _inserted, _coded, _replaced_whole)
 
 
 def tensors(data: bytes, rng: random.Random) -> bytes:
-    """A file of tensors with something done to its description, the shapes in it, or where they lie."""
+    """Return a file of tensors with changes of its header, shapes, offsets or values."""
     if rng.random() < 0.25:
         return mutated(data, rng)
     size = struct.unpack("<Q", data[:8])[0]
@@ -170,7 +170,7 @@ def tensors(data: bytes, rng: random.Random) -> bytes:
 
 
 def named(data: bytes, rng: random.Random) -> bytes:
-    """A file in which the name of a plant stands, with another: of the same family, or of none that there is."""
+    """Return a file with another name of a plant: of the same family, of another one or of none."""
     if rng.random() < 0.2:
         return mutated(data, rng)
     good = MACHINE.search(data.decode())
@@ -193,7 +193,7 @@ def named(data: bytes, rng: random.Random) -> bytes:
 
 
 def lay(path: Path, rng: random.Random) -> None:
-    """Put something under a name that is no file with a text."""
+    """Put a pipe, folder, link, socket, sparse file, empty file or nothing in place of a file."""
     path.unlink(missing_ok=True)
     kind = rng.randrange(9)
     if kind == 0:
@@ -206,7 +206,7 @@ def lay(path: Path, rng: random.Random) -> None:
         path.symlink_to(rng.choice(("/dev/zero", "/dev/random", "/dev/null", "/dev/full", "/proc/self/mem")))
     elif kind == 4:
         with socket.socket(socket.AF_UNIX) as made:
-            made.bind(path.name)  # in the folder that one is in, for long names are refused
+            made.bind(path.name)  # a relative name, because long names are refused
     elif kind == 5:
         with path.open("wb") as file:
             file.truncate(SPARSE)

@@ -1,7 +1,7 @@
-"""Kills at every write of every command: no file is lost or half written, and the same command ends as if unkilled.
+"""Kills at every write of every command: no file is lost or half written, and the repeated command ends as usual.
 
-A command is killed before it opens a file to write, renames, makes or removes one, each of them in its turn; or in the
-middle of a file, when that has come to so many bytes.
+A command is killed before it opens, renames, makes or removes a file, at each of these moments in turn; or while it
+writes, when a file reaches a number of bytes.
 """
 
 import os
@@ -18,9 +18,9 @@ from tests.soak.part import Part, Tried, broken
 from tests.soak.readers import call, contents, copied, good_folder
 
 MOMENTS = re.compile(rb"\d{4}-\d\d-\d\d[T ]?\d\d:\d\d(:\d\d(\.\d+)?)?|D:\d{14}|[0-9a-f]{10,}")
-"""What differs from run to run: times, and names that are drawn."""
+"""Pattern of texts that differ from run to run: times and random names."""
 SMALL = "--vary E --bounds E=8000..12000 --budget 60s"
-"""A search that ends by itself: what the time ends may be another one when it is run again."""
+"""Options of a search that ends before its time is up, so that a repetition gives the same result."""
 COMMANDS = (
     "run part.nc --record out.csv",
     "run part.nc --record out.parquet --plot out.png",
@@ -37,27 +37,27 @@ COMMANDS = (
     "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )
 STATUSES = (0, 3)
-"""3 tells that no better program was found, and none is written."""
+"""Exit statuses of success; 3: no better program was found, and none is written."""
 BLOCK = 8
-"""Cases of a command in a row: each process runs it whole before it kills it."""
+"""Number of successive cases with one command: each process first runs the command without a kill."""
 WRITING = os.O_WRONLY | os.O_RDWR
 CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"}
 LITTER = ".grind-"
-"""What a killed command may leave behind, which no other reads."""
+"""Part of the names of temporary files, which a killed command may leave behind."""
 
 
 @dataclass(slots=True)
 class Watch:
-    """Events of a command that change something on the disk; the process is killed before the one numbered `kill`."""
+    """Audit hook that counts changes of the disk, and kills the process before the change numbered `kill`."""
 
     count: int = 0
     kill: int = 0
     on: bool = False
     put: list[tuple[str, bytes]] = field(default_factory=list)
-    """Names of files that were put in place, and what was in them; of a command that is not killed."""
+    """Names and contents of files that a command renamed into place, if it is not killed."""
 
     def hear(self, event: str, arguments: tuple[object, ...]) -> None:
-        """As `sys.addaudithook` calls it."""
+        """Count an audit event; kill the process if its number is reached."""
         if not self.on or not (event in CHANGES or (event == "open" and _writes(arguments))):
             return
         if event == "os.rename" and not self.kill:
@@ -69,8 +69,8 @@ class Watch:
 
 
 @dataclass(frozen=True, slots=True)
-class Whole:
-    """What a command does that is not killed: its status, its writes, what the folder holds then and held before."""
+class UnkilledRun:
+    """Run without a kill: exit status, number of writes, files in the end, and files that were renamed into place."""
 
     status: int
     writes: int
@@ -79,50 +79,50 @@ class Whole:
 
 
 WATCH = Watch()
-WHOLE: dict[str, Whole] = {}
+UNKILLED: dict[str, UnkilledRun] = {}
 
 
 def prepare() -> None:
-    """Write good files."""
+    """Install the audit hook and write valid files."""
     sys.addaudithook(WATCH.hear)
     os.environ["SOURCE_DATE_EPOCH"] = "0"
     good_folder()
 
 
 def attempt(seed: int) -> Tried:
-    """Kill the command of a seed, and run it once more."""
+    """Kill the command of a seed, and run the command again."""
     row, place = divmod(seed, BLOCK * len(COMMANDS))
     words, turn = COMMANDS[place // BLOCK], BLOCK * row + place % BLOCK
-    whole, rng = _whole(words), random.Random(seed)
-    if whole.status not in STATUSES:
-        return broken(f"{words}: status {whole.status}", "")
+    unkilled, rng = _unkilled(words), random.Random(seed)
+    if unkilled.status not in STATUSES:
+        return broken(f"{words}: status {unkilled.status}", "")
     with copied() as folder:
-        if turn % 2 and not words.startswith(("init", "advise")):  # these go on, or replace nothing
+        if turn % 2 and not words.startswith(("init", "advise")):  # init and advise resume, or replace nothing
             _run(words)
         before = contents(folder)
-        step, most = 1 + turn // 2 % max(whole.writes, 1), 0
+        step, most = 1 + turn // 2 % max(unkilled.writes, 1), 0
         if turn % 4 == 3:
             good = contents(good_folder())
-            largest = max(len(data) for name, data in whole.files.items() if data and name not in good)
+            largest = max(len(data) for name, data in unkilled.files.items() if data and name not in good)
             step, most = 0, rng.randrange(1, largest)
         status = _killed(words, step, most)
-        how = f"{words}, killed at write {step} of {whole.writes}, or beyond {most} bytes: {status}"
+        how = f"{words}, killed at write {step} of {unkilled.writes}, or beyond {most} bytes: {status}"
         killed = contents(folder)
         for name, data in killed.items():
-            if LITTER in name or data in (before.get(name, b""), whole.files.get(name, b"")):
+            if LITTER in name or data in (before.get(name, b""), unkilled.files.get(name, b"")):
                 continue
-            on_its_way = [content for place, content in whole.put if Path(name).name == place]
-            if any(_alike(words, data, content) for content in (whole.files.get(name), *on_its_way)):
+            on_its_way = [content for place, content in unkilled.put if Path(name).name == place]
+            if any(_alike(words, data, content) for content in (unkilled.files.get(name), *on_its_way)):
                 continue
-            return broken(f"{words}: a file is neither as before nor whole", f"{how}: {name}\n{(data or b'')[:2000]!r}")
+            return broken(f"{words}: a file is neither old nor complete", f"{how}: {name}\n{(data or b'')[:2000]!r}")
         if lost := set(before) - set(killed):
             return broken(f"{words}: a file is lost", f"{how}: {lost}")
         again = _run(words)
-        if again != whole.status and not (words.startswith("init") and again == 2 and set(killed) - set(before)):
+        if again != unkilled.status and not (words.startswith("init") and again == 2 and set(killed) - set(before)):
             return broken(f"{words}: status {again} after a kill", how)
         after = {name: data for name, data in contents(folder).items() if LITTER not in name}
-        if again == whole.status:
-            for name, data in whole.files.items():
+        if again == unkilled.status:
+            for name, data in unkilled.files.items():
                 if not _alike(words, found := after.get(name), data):
                     return broken(f"{words}: another result after a kill", f"{how}: {name}\n{(found or b'')[:2000]!r}")
         litter = any(LITTER in name for name in killed)
@@ -130,26 +130,26 @@ def attempt(seed: int) -> Tried:
     return Tried("accepted", sums={f"killed: {words}": int(dead), "kills": int(dead), "left litter": int(litter)})
 
 
-def _whole(words: str) -> Whole:
-    """The run that is not killed, once in each process; it loads here what the killed ones need."""
-    if words not in WHOLE:
+def _unkilled(words: str) -> UnkilledRun:
+    """Return the run without a kill, once in each process; it loads all code of the killed runs."""
+    if words not in UNKILLED:
         with copied() as folder:
-            _run(words)  # what is imported and compiled writes, too
+            _run(words)  # importing and compiling write files, too
         with copied() as folder:
             WATCH.count, WATCH.kill, WATCH.on, WATCH.put = 0, 0, True, []
             status = _run(words)
             WATCH.on = False
-            WHOLE[words] = Whole(status, WATCH.count, contents(folder), tuple(WATCH.put))
-    return WHOLE[words]
+            UNKILLED[words] = UnkilledRun(status, WATCH.count, contents(folder), tuple(WATCH.put))
+    return UNKILLED[words]
 
 
 def _run(words: str) -> int:
-    """Run a command here."""
+    """Run a command in this process; return its exit status."""
     return call(words).status
 
 
 def _killed(words: str, step: int, most: int) -> int:
-    """Run a command in a process that is killed before a write, or at a write beyond so many bytes; its exit status."""
+    """Run a command that is killed before a write, or at a write beyond `most` bytes; return its exit status."""
     process = os.fork()
     if process:
         return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
@@ -172,7 +172,7 @@ def _writes(arguments: tuple[object, ...]) -> bool:
 
 
 def _alike(words: str, found: bytes | None, expected: bytes | None) -> bool:
-    """Whether two files are the same but for moments and names that are drawn; a search is as long as its time."""
+    """Return whether two files agree apart from times and random names; a search may have other numbers."""
     if found is None or expected is None:
         return found is expected
     if words.startswith("optimise"):

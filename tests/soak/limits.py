@@ -1,4 +1,4 @@
-"""Limits of what a case may take: processor time and memory."""
+"""Limits of the processor time and memory of a case."""
 
 import resource
 import signal
@@ -9,12 +9,12 @@ from types import FrameType
 
 
 class TooSlowError(BaseException):
-    """A case has used up its time; no handler of ordinary exceptions may stop this."""
+    """Timeout of a case; no handler of ordinary exceptions catches it."""
 
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raise `TooSlowError` after so much processor time."""
+    """Raise `TooSlowError` after `seconds` of processor time."""
 
     def stop(signum: int, frame: FrameType | None) -> None:
         raise TooSlowError
@@ -30,7 +30,7 @@ def limited(seconds: float) -> Iterator[None]:
 
 @contextmanager
 def room(size: int) -> Iterator[None]:
-    """Let the process have so many bytes more than it has."""
+    """Limit the growth of the process to `size` bytes."""
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     before = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + size, before[1]))

@@ -1,4 +1,4 @@
-"""What a soak has come to so far, in a file of the commit: a line for each case that begins and each that ends."""
+"""Log of a soak in one file for a commit: a line when a case begins, and a line when it ends."""
 
 import json
 import subprocess
@@ -15,14 +15,15 @@ from tests.soak.part import Tried
 
 @dataclass(slots=True)
 class Count:
-    """Cases of a part.
+    """Results of the cases of a part.
 
     Attributes:
-        begun, ended: seeds.
-        ends: cases by how they ended.
-        falls: seeds and details of those that have fallen, by kind.
-        seconds: of the cases.
-        sums, most: of `Tried`.
+        begun: start time by seed.
+        ended: seeds.
+        ends: numbers of cases by result.
+        falls: seeds and details of failed cases, by kind.
+        seconds: duration of the cases.
+        sums, most: as in `Tried`, over all cases.
     """
 
     begun: dict[int, float] = field(default_factory=dict)
@@ -34,12 +35,12 @@ class Count:
     most: dict[str, float] = field(default_factory=dict)
 
     def add(self, line: dict[str, Any]) -> None:
-        """Count a line of the file."""
+        """Add a line of the file."""
         seed = line["seed"]
         if "end" not in line:
             self.begun[seed] = line["moment"]
             return
-        if seed not in self.ended:  # what a process says of its memory is no further case
+        if seed not in self.ended:  # a message about memory is not a new case
             self.ended.add(seed)
             self.ends[line["end"]] += 1
             self.seconds += line["moment"] - self.begun.get(seed, line["moment"])
@@ -50,30 +51,30 @@ class Count:
 
 
 def _fields(tried: Tried) -> dict[str, object]:
-    # `asdict` makes a Counter of pairs out of a Counter
+    # `asdict` would make a Counter of pairs from a Counter
     return {each.name: getattr(tried, each.name) for each in fields(tried)}
 
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """The file.
+    """Log file of a commit.
 
     Attributes:
-        path: of the file.
-        origin: the first seed of each part, so that every commit tries other cases.
+        path: path of the file.
+        origin: first seed of each part, which differs between commits so that each tries other cases.
     """
 
     path: Path
     origin: int = 0
 
     def write(self, part: str, seed: int, tried: Tried | None = None) -> None:
-        """Tell that a case begins, or how it has ended."""
+        """Write that a case begins, or how it ended."""
         line = {"part": part, "seed": seed, "moment": time.time(), **(_fields(tried) if tried else {})}
         with self.path.open("ab", buffering=0) as file:
             file.write(f"\n{json.dumps(line)}".encode())
 
     def counts(self) -> dict[str, Count]:
-        """The cases of each part, by name."""
+        """Return the results of each part, by its name."""
         counts: dict[str, Count] = {}
         for line in self.path.read_text("utf-8").splitlines() if self.path.exists() else ():
             try:
@@ -84,19 +85,19 @@ class Log:
         return counts
 
     def cut_off(self, part: str, slot: int, jobs: int) -> list[int]:
-        """The seeds of every `jobs`th case from `slot` on that has begun and not ended."""
+        """Return the seeds of begun but not ended cases, among every `jobs`th case from `slot` on."""
         found = self.counts().get(part, Count())
         return [seed for seed in found.begun if seed not in found.ended and (seed - self.origin) % jobs == slot]
 
     def seeds(self, part: str, slot: int, jobs: int) -> Iterator[int]:
-        """Those seeds, and then the ones that have not begun."""
+        """Yield the seeds of `cut_off`, then the seeds of cases that have not begun."""
         begun = self.counts().get(part, Count()).begun
         yield from self.cut_off(part, slot, jobs)
         yield from (seed for seed in count(self.origin + slot, jobs) if seed not in begun)
 
 
 def log_in(folder: Path) -> Log:
-    """The file of the commit of the working tree, which is marked if there are changes."""
+    """Return the log of the current commit; its name ends in -dirty if the working tree has changes."""
     folder.mkdir(parents=True, exist_ok=True)
     words = ("git", "describe", "--always", "--dirty", "--abbrev=8", "--exclude=*")
     name = subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,7 +1,7 @@
-"""Kills a node of a Ray cluster in the middle of a benchmark: `python -m tests.soak.nodes [EPISODES]`.
+"""Kill a node of a Ray cluster during a benchmark: `python -m tests.soak.nodes [EPISODES]`.
 
-Two nodes of one processor each are started on this machine. Every trial ends exactly once, and the table is that of
-processes without a cluster, but for seconds. Needs `pip install '.[ray]'`.
+The script starts two nodes of one processor each on this machine. It checks that every trial ends exactly once, and
+that the table equals the table without a cluster, apart from times. Needs `pip install '.[ray]'`.
 """
 
 import os
@@ -27,37 +27,37 @@ ROOT = Path(__file__).parents[2]
 WORK = ["benchmark", "--tasks", "oracle6", "--kinds=", "--policies", "constant,interval,handbook,random,hindsight"]
 TIMES = ("train_seconds", "decision_ms")
 STARTS = 10
-"""How often a node is started: one whose agent takes 15 s to begin, as on a busy machine, gives up."""
+"""Attempts to start a node: on a busy machine, a node gives up if its agent takes 15 s to start."""
 STARTED = "Ray runtime started"
 ENDED = 2
 """Trials that end before the node is killed."""
 
 
 def with_token(folder):
-    """A cluster of this process answers to whoever has a token of its own; Ray reads where it is as it is imported."""
+    """Protect the cluster with a new token; call this before the import of Ray, which reads these variables."""
     token = folder / "token"
     token.write_text(secrets.token_hex(32), encoding="utf-8")
     os.environ.update(RAY_AUTH_MODE="token", RAY_AUTH_TOKEN_PATH=str(token), RAY_USAGE_STATS_ENABLED="0")
 
 
 def free_port():
-    """A port that nobody listens at."""
+    """Return a free port."""
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         return listening.getsockname()[1]
 
 
 @contextmanager
-def node(said, *arguments):
-    """A node of one processor that has started; what it says goes to a file."""
+def node(output, *arguments):
+    """Start a node of one processor, whose output goes to the file `output`; yield its process."""
     start = [sys.executable, "-m", "ray.scripts.scripts", "start", "--block", "--num-cpus=1"]
     command = [*start, "--object-store-memory=100000000", *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     for _ in range(STARTS):
-        with said.open("w") as file:
+        with output.open("w") as file:
             process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, start_new_session=True)
         try:
-            wait_until(lambda: process.poll() is not None or STARTED in said.read_text())  # noqa: B023
+            wait_until(lambda: process.poll() is not None or STARTED in output.read_text())  # noqa: B023
             if process.poll() is None:
                 yield process
                 return
@@ -65,16 +65,16 @@ def node(said, *arguments):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-    raise TimeoutError(said.read_text())
+    raise TimeoutError(output.read_text())
 
 
 @contextmanager
 def two_nodes(folder):
-    """The address of a cluster, and what kills its second node."""
+    """Start a cluster of two nodes; yield its address and a function that kills the second node."""
     address = f"127.0.0.1:{free_port()}"
     head = ["--head", f"--port={address.rpartition(':')[2]}", "--node-ip-address=127.0.0.1"]
     with node(folder / "head", *head, "--include-dashboard=false", "--no-monitor"):
-        # before there is a second node on this machine, of which it could be a part
+        # join before the second node exists, or this process could join the second node
         ray = _joined(address, 1)
         with node(folder / "second", f"--address={address}") as second:
             wait_until(lambda: ray.cluster_resources().get("CPU") == 2)
@@ -83,7 +83,7 @@ def two_nodes(folder):
 
 
 def raylet(parent):
-    """Number of the process that is a node for Ray."""
+    """Return the id of the raylet process whose parent is `parent`."""
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             name, _, rest = (folder / "stat").read_text().partition("(")[2].rpartition(")")
@@ -95,14 +95,14 @@ def raylet(parent):
 
 
 def rows(folder):
-    """The table in a folder, seconds left out, with the costs of every episode."""
+    """Return the results in a folder without times, and the costs of every episode."""
     found = [[getattr(each, name) for name in COLUMNS if name not in TIMES] for each in read_results(folder)]
     costs = [[getattr(each, name).tobytes() for name in EPISODES] for each in read_results(folder)]
     return found, costs
 
 
 def main(episodes):
-    """Run the benchmark with a node that is killed and without a cluster, and compare."""
+    """Run the benchmark on a cluster that loses a node, and without a cluster; compare the results."""
     ended, cache = Counter(), Study.cache
 
     def counted(study, trial, found, runs):
@@ -133,6 +133,6 @@ def main(episodes):
 
 
 if __name__ == "__main__":
-    # whatever ends it, the nodes end with it
+    # SIGTERM ends the nodes, too
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     main(int(sys.argv[1]) if len(sys.argv) > 1 else 640)

@@ -1,4 +1,4 @@
-"""What a part of the soak is: case k is drawn from seed k and tried, and Tried says how it ended."""
+"""Parts of the soak: a part draws case k from seed k and tries it; `Tried` is the result."""
 
 import os
 import resource
@@ -20,14 +20,14 @@ PACKAGES = ("grind_env", "agents")
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """How a case ended.
+    """Result of a case.
 
     Attributes:
-        end: refused is one by a sentence.
-        kind: the same for all that have fallen in the same way.
-        details: what is needed to see why it fell.
-        sums: what is counted over all cases, by name.
-        most: of what the largest is kept.
+        end: `refused` if an error sentence refused the case, `fallen` if it failed.
+        kind: short text, equal for all failures of one kind.
+        details: text that helps to find the cause of a failure.
+        sums: numbers that are added over all cases, by name.
+        most: numbers whose maximum over all cases is reported, by name.
     """
 
     end: End
@@ -39,15 +39,15 @@ class Tried:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """One kind of trial.
+    """Kind of cases.
 
     Attributes:
-        name: on the command line and in tables.
-        attempt: tries the case of a seed.
-        prepare: is called once in each process, for what no case should wait for.
-        share: of the time, beside the shares of the other parts.
-        seconds: after which a case hangs, and its process is ended.
-        growth: MB of memory that a process may grow by after its first quarter; None if that is not judged.
+        name: name on the command line and in tables.
+        attempt: function that tries the case of a seed.
+        prepare: function that prepares each process once, before its cases.
+        share: share of the time, relative to the other parts.
+        seconds: duration after which a case counts as a hang, and its process ends.
+        growth: MB by which a process may grow after the first quarter of its time; None for no limit.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Part:
 
 
 def attempted(part: Part, seed: int) -> Tried:
-    """The case of a seed; whatever it raises has made it fall."""
+    """Try the case of a seed; every exception is a failure."""
     try:
         return part.attempt(seed)
     except BaseException as error:
@@ -67,7 +67,7 @@ def attempted(part: Part, seed: int) -> Tried:
 
 
 def fallen(error: BaseException, input_: str = "") -> Tried:
-    """What has ended with an error that it should not have ended with."""
+    """Return the result of a case that failed with an unexpected exception."""
     frames = traceback.extract_tb(error.__traceback__)
     own = (each for each in reversed(frames) if any(f"/{name}/" in each.filename for name in PACKAGES))
     last = next(own, frames[-1] if frames else None)
@@ -77,12 +77,12 @@ def fallen(error: BaseException, input_: str = "") -> Tried:
 
 
 def broken(kind: str, details: object) -> Tried:
-    """What has not kept a promise."""
+    """Return the result of a case that broke a promise."""
     return Tried("fallen", kind, str(details))
 
 
 def refused(error: GrindError) -> Tried:
-    """What was refused; in no sentence, it has fallen."""
+    """Return the result of a refused case; an error without a printable sentence is a failure."""
     said = str(error)
     if not said or not said.isprintable():
         return broken("no sentence", f"{type(error).__name__}: {said!r}")
@@ -90,7 +90,7 @@ def refused(error: GrindError) -> Tried:
 
 
 def memory() -> float:
-    """Memory of this process, MB; where the system does not tell, the most it has had."""
+    """Return the memory of this process, MB; its maximum so far on systems without /proc."""
     status = Path("/proc/self/statm")
     if status.exists():
         return int(status.read_text().split()[1]) * resource.getpagesize() / MEGABYTE
@@ -98,6 +98,6 @@ def memory() -> float:
 
 
 def clean(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """An environment for commands, in which this checkout is imported."""
+    """Return environment variables for commands that import this checkout."""
     root = str(Path(__file__).parents[2])
     return {**environment, "PYTHONPATH": os.pathsep.join([root, environment.get("PYTHONPATH", "")])}

@@ -1,7 +1,7 @@
-"""Random programs that grind, on all their ways.
+"""Random programs that grind, run in all ways.
 
-What `check` passes, `machine.grind` grinds or refuses in one sentence; stroke by stroke the same comes of it to the bit
-and so it does block by block, compiled or not: wheels to the bit, sums over a run to 1e-9.
+`machine.grind` grinds a program that `check` accepts, or refuses it with one sentence. Stroke by stroke, the record is
+equal to the bit. Block by block, compiled or not, wheels are equal to the bit and sums over a run to 1e-9.
 """
 
 import time
@@ -13,17 +13,17 @@ from tests.soak.part import Part, Tried
 from tests.soak.writer import case
 
 WARM = 60
-"""Programs after which what they need has been compiled."""
+"""Number of programs after which all code is compiled."""
 
 
 def warm_up() -> None:
-    """Let numba compile what the limit of time is not for."""
+    """Run programs without a time limit, so that numba compiles the code."""
     for seed in range(WARM):
         examine(case(seed), seconds=600.0)
 
 
 def attempt(seed: int) -> Tried:
-    """Grind the program of a seed on all its ways."""
+    """Grind the program of a seed in all ways."""
     began = time.process_time()
     drawn = case(seed)
     examined = examine(drawn)

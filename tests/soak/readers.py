@@ -1,4 +1,4 @@
-"""Every file that a command or a public function reads, with a good one of its kind, and how to have it read."""
+"""Commands and public functions that read files, with a valid file of every kind."""
 
 import functools
 import io
@@ -39,23 +39,23 @@ MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\nscale = 1.05\n[gauge]\
 TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]\nfiles = ["shop.toml"]\n'
 PLANT = "meter:7"
 NAME = "plant.txt"
-"""A file of the name that stands in a command line where its own name does."""
+"""File whose content replaces its name in a command line."""
 PARTS = "\n[[parts]]\nstock = 0.11\n[parts.factors]\nkA = 1.1\n"
 LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
-"""A key of the job that `grind init` writes with its default."""
+"""Pattern of a commented-out key in the job file of `grind init`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A way in which a file is read.
+    """Command or function that reads a file.
 
     Attributes:
-        file: its name in the folder of `good_files`.
-        words: of the command, or a function of its path.
-        seconds: of processor time that it may take.
-        change: what a stranger does to it.
-        weight: how often it is drawn.
-        typed: the file that standard input is.
+        file: name of the file in the folder of `good_files`.
+        words: words of the command, or a function of the path.
+        seconds: limit of the processor time, s.
+        change: function that makes the file hostile.
+        weight: relative frequency.
+        typed: name of the file that is the standard input.
     """
 
     file: str
@@ -147,7 +147,7 @@ READS = (
         for name, read in READERS.items()
     ),
 )
-"""Everything that reads a file; the readers of `tests.test_files` are those of the functions."""
+"""All commands and functions that read a file; the functions are listed in `tests.test_files`."""
 
 
 def _tuned(folder: Path) -> object:
@@ -155,7 +155,7 @@ def _tuned(folder: Path) -> object:
 
 
 def good_files(folder: Path) -> None:
-    """Write a good file of every kind."""
+    """Write a valid file of every kind."""
     os.chdir(folder)
     call(f"init {folder}")
     for path in (TWO_PLATES, TWO_PLATES.with_suffix(".toml")):
@@ -197,7 +197,7 @@ def good_files(folder: Path) -> None:
 
 @functools.cache
 def good_folder() -> Path:
-    """The folder with the good files of this process."""
+    """Return the folder with the valid files of this process."""
     before, folder = Path.cwd(), Path(tempfile.mkdtemp(prefix="soak-good-"))
     good_files(folder)
     os.chdir(before)
@@ -206,7 +206,7 @@ def good_folder() -> Path:
 
 @contextmanager
 def copied(**beside: str) -> Iterator[Path]:
-    """A copy of the good files, in which one is; beside it lie texts by the stems of their names."""
+    """Change into a copy of the valid files; `secret_txt="a"` writes a file secret.txt next to the copy."""
     before = Path.cwd()
     with tempfile.TemporaryDirectory(prefix="soak-copy-") as base:
         for stem, text in beside.items():
@@ -238,15 +238,15 @@ def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """What a command ended with and printed."""
+class CommandResult:
+    """Exit status and output of a command."""
 
     status: int
     out: str
     error: str
 
 
-def call(words: str, typed: bytes = b"") -> Said:
+def call(words: str, typed: bytes = b"") -> CommandResult:
     """Run a command of `grind` in this process."""
     name = Path(NAME)
     typed_words = [name.read_text("utf-8", "surrogateescape") if each == NAME else each for each in words.split()]
@@ -256,12 +256,12 @@ def call(words: str, typed: bytes = b"") -> Said:
         with redirect_stdout(out), redirect_stderr(error), patch.object(sys, "stdin", stdin):
             main(typed_words)
     except SystemExit as end:
-        return Said(int(end.code or 0), out.getvalue(), error.getvalue())
+        return CommandResult(int(end.code or 0), out.getvalue(), error.getvalue())
     raise AssertionError("a command ends by SystemExit")
 
 
 def contents(folder: Path) -> Mapping[str, bytes | None]:
-    """All files below a folder; None of what is none."""
+    """Return the contents of all files below a folder by their paths; None for links, folders and the like."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() and not path.is_symlink() else None
         for path in sorted(folder.rglob("*"))

@@ -1,6 +1,6 @@
-"""Commands in odd surroundings: no room, no streams, no words but ASCII, nothing that may be written, Ctrl-C.
+"""Commands in odd surroundings: full disk, closed streams, ASCII only, read-only folders, Ctrl-C.
 
-Whatever it is, a command ends by itself with a status of its own and at most one sentence, and leaves no half file.
+A command always ends by itself with a status of its own and at most one sentence, and leaves no partial file.
 """
 
 import ctypes
@@ -33,26 +33,26 @@ COMMANDS = (
 )
 STATUSES = {0, 1, 2, 3, 130, 141}
 LATEST = 3.0
-"""s after which an interrupt comes at the latest."""
+"""Latest time of an interrupt, s."""
 PATIENCE = 240.0
-"""s after which a command hangs."""
+"""Duration after which a command counts as a hang, s."""
 WRONG = "Traceback (most", "Exception ignored", "Error in sys.", "Fatal Python", "object address", "Warning:"
 CAPABILITY, DROP = 1, 24
-"""That of root to write where it may not (CAP_DAC_OVERRIDE), and what drops it (PR_CAPBSET_DROP)."""
+"""CAP_DAC_OVERRIDE, which lets root write read-only files, and PR_CAPBSET_DROP, which drops it."""
 
 
 @dataclass(slots=True)
 class Surroundings:
-    """Where a command runs.
+    """Surroundings of a command.
 
     Attributes:
-        name: in tables.
-        begin: is called in its process.
-        environment: beside the usual one; None for what is not set.
-        out, error: where it prints to; None for a pipe.
-        signal: that it gets after a while.
-        reads_on: whether somebody reads what it prints.
-        gone: whether the folder that it is in is gone.
+        name: name in tables.
+        begin: function that the process of the command calls first.
+        environment: changes of the environment variables; None unsets one.
+        out, error: paths for output and errors; None for a pipe.
+        signal: signal that is sent after a while.
+        reads_on: whether the output is read.
+        gone: whether the working folder is removed.
     """
 
     name: str
@@ -79,18 +79,18 @@ def _no_room(most: int) -> Callable[[], object]:
 
 
 def may_not_write() -> None:
-    """Let root write only where a mode says that it may, as anyone else."""
+    """Make read-only modes apply to root, too."""
     ctypes.CDLL(None).prctl(DROP, CAPABILITY, 0, 0, 0)
 
 
 FULL = "a full disk"
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LANG": None}
 NOWHERE = "/dev/null/at/all"
-"""Cannot be made, by root either."""
+"""Path that nobody can create, not even root."""
 
 
 def _drawn(rng: random.Random, folder: Path, installed: Path) -> Surroundings:
-    """Surroundings; `installed` is a package that may only be read."""
+    """Draw surroundings; `installed` is a read-only copy of the package."""
     streams = rng.choice(((0,), (1,), (2,), (0, 1), (1, 2), (0, 1, 2)))
     read_only = {"PYTHONPATH": str(installed.parent), "HOME": NOWHERE, "XDG_CACHE_HOME": str(installed)}
     return rng.choice(
@@ -125,7 +125,7 @@ FOLDER: list[Path] = []
 
 
 def prepare() -> None:
-    """Write good files, and install the package where it is only read."""
+    """Write valid files and a read-only copy of the package."""
     good_folder()
     FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-around-")))
     (FOLDER[0] / "grind").write_text("from grind_env.__main__ import main\nmain()\n")
@@ -159,7 +159,7 @@ def attempt(seed: int) -> Tried:
 
 
 def _run(words: str, around: Surroundings, folder: Path, moment: float) -> tuple[int, str, str]:
-    """Status, output and errors."""
+    """Run a command; return its exit status, output and errors."""
     environment = clean({**os.environ, "PYTHONWARNINGS": "default::ResourceWarning"})
     for name, value in around.environment.items():
         environment.pop(name, None)
@@ -198,7 +198,7 @@ def _run(words: str, around: Surroundings, folder: Path, moment: float) -> tuple
 
 
 def _wrong(words: str, around: Surroundings, status: int, out: str, error: str) -> str | None:
-    """What is wrong with how it ended and what it said."""
+    """Return what is wrong with the status and output of a command, or None."""
     started = "grind_env" in error  # Python itself may be interrupted before that
     if started and (found := next((each for each in WRONG if each in error), None)):
         return found
@@ -213,7 +213,7 @@ def _wrong(words: str, around: Surroundings, status: int, out: str, error: str) 
 
 
 def _files(before: Mapping[str, bytes | None], folder: Path, status: int, around: Surroundings) -> str | None:
-    """What is wrong with the files; where only the output has no room, they are whole."""
+    """Return what is wrong with the files in the folder, or None."""
     after = contents(folder)
     if changed := [name for name in before if after.get(name) != before[name]]:
         return f"changes {changed}"

@@ -1,4 +1,4 @@
-"""A short run, proof that it sees what it looks for, and programs that have shown faults."""
+"""Random programs of the soak, tests of its checks, and programs that once failed."""
 
 import re
 from collections import Counter
@@ -20,19 +20,19 @@ from tests.soak.writer import Case, case
 
 PROGRAMS, FEW = 150, 30
 PATIENT = 300.0
-"""s of processor time for a way, with what numba compiles on it."""
+"""Processor time for one way of running a program, with compilation, s."""
 WORDS = """M00 M01 M98 G04 G65 G81 G82 G83 G8[123][.]1 G17 G18 G19 G76 G77 G70 G91 G52 G5[4-9] WHILE GOTO Q L[1-9]"""
 EVENTS = {"spindle slows", "stall", "air", "dresses", "several parts", "several stations ground"}
 
 
-def test_a_few_random_programs_come_to_the_same_on_all_their_ways() -> None:
+def test_a_few_random_programs_give_equal_results_in_all_ways_of_running() -> None:
     for seed in range(FEW):
         drawn = case(seed)
         assert examine(drawn, seconds=PATIENT).findings == [], f"seed {seed}\n{drawn.text}"
 
 
 @pytest.mark.nightly
-def test_random_programs_come_to_the_same_on_all_their_ways() -> None:
+def test_random_programs_with_all_words_give_equal_results_in_all_ways_of_running() -> None:
     seen, texts = Counter[str](), ""
     for seed in range(PROGRAMS):
         drawn = case(seed)
@@ -44,16 +44,16 @@ def test_random_programs_come_to_the_same_on_all_their_ways() -> None:
     assert EVENTS - set(seen) == {word for word in WORDS.split() if re.search(rf"\b{word}", texts) is None} == set()
 
 
-def test_a_case_follows_from_its_seed() -> None:
+def test_equal_seeds_give_equal_cases_and_other_seeds_give_other_programs() -> None:
     assert [case(seed) for seed in range(20)] == [case(seed) for seed in range(20)]
     assert len({case(seed).text for seed in range(200)}) == 200
 
 
-# --- it sees what it looks for ----------------------------------------------------------------------
+# --- the checks find faults -------------------------------------------------------------------------
 
 
-def of(text: str, shop: Job | None = None) -> Examined:
-    """What a program comes to on all its ways."""
+def examine_text(text: str, shop: Job | None = None) -> Examined:
+    """Run a program with its dress program in all ways."""
     return examine(Case(0, text + DRESS, shop or job(stock=0.03, tolerance=30.0)), seconds=PATIENT)
 
 
@@ -74,24 +74,24 @@ def kinds(examined: Examined) -> set[str]:
         ("strokes", "A", "run: strokes stroke by stroke: A"),
     ],
 )
-def test_differences_are_seen(name: str, field: str, expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_checks_find_changed_results(name: str, field: str, expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def other(*arguments: Any, **keywords: Any) -> GrindingRecord:
         record = grind(*arguments, **keywords)
         rows = getattr(record, name).copy()
         rows[field] *= 1.0 + 1e-8
         return replace(record, **{name: rows})
 
-    assert kinds(of(PLAIN)) == set()
+    assert kinds(examine_text(PLAIN)) == set()
     monkeypatch.setattr(ways, "grind", other)
-    assert expected in kinds(of(PLAIN))
+    assert expected in kinds(examine_text(PLAIN))
 
 
-def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_checks_find_crashes_and_hangs(monkeypatch: pytest.MonkeyPatch) -> None:
     def falls(run: GrindingRun) -> None:
         raise ZeroDivisionError
 
     monkeypatch.setattr(GrindingRun, "take_pending_part_off", falls)
-    (found,) = of(PLAIN).findings
+    (found,) = examine_text(PLAIN).findings
     assert found.kind == "run: ZeroDivisionError in event_consumer.py:_begin" and "Traceback" in found.details
 
     def hangs(*arguments: Any, **keywords: Any) -> None:
@@ -103,7 +103,7 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert slow.kind == "run: slow"
 
 
-def test_what_is_needed_to_repeat_a_program_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_case_reports_its_program_job_and_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         programs, "examine", lambda drawn: Examined(end="ground", findings=[Finding("odd", "1, not 2")])
     )
@@ -113,10 +113,10 @@ def test_what_is_needed_to_repeat_a_program_is_kept(monkeypatch: pytest.MonkeyPa
     assert tried.sums["end: ground"] == 1
 
 
-# --- what it has found ------------------------------------------------------------------------------
+# --- programs that once failed ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("text", "shop"), FOUND.values(), ids=list(FOUND))
-def test_what_has_fallen_stands(text: str, shop: Job) -> None:
-    examined = of(text, shop)
+def test_programs_that_once_failed_give_equal_results_in_all_ways_of_running(text: str, shop: Job) -> None:
+    examined = examine_text(text, shop)
     assert examined.findings == [] and examined.end == "ground"

@@ -1,4 +1,4 @@
-"""The soak itself: what falls is told, however it falls, and no case is lost or counted twice."""
+"""The soak reports every kind of failure, and loses or repeats no case."""
 
 import os
 import signal
@@ -19,21 +19,21 @@ from tests.soak.hostile import CANARY
 from tests.soak.kills import COMMANDS
 from tests.soak.log import Log
 from tests.soak.part import Part, Tried
-from tests.soak.readers import READS, Read, Said
+from tests.soak.readers import READS, CommandResult, Read
 from tests.soak.turns import run
 from tests.test_outputs import TREE
 
 
 @pytest.fixture(scope="module", autouse=True)
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Temporary files of what is killed here lie where pytest removes them."""
+def temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Put temporary files of killed processes into a folder that pytest removes."""
     before, tempfile.tempdir = tempfile.tempdir, str(tmp_path_factory.mktemp("soak"))
     yield
     tempfile.tempdir = before
 
 
 def odd(seed: int) -> Tried:
-    """Falls in several ways."""
+    """Fail in several ways."""
     if seed == 3:
         raise ZeroDivisionError
     if seed == 5:
@@ -55,7 +55,7 @@ def even(seed: int) -> Tried:
 EVEN = Part(name="even", attempt=even)
 
 
-def test_what_falls_is_told_however_it_falls(
+def test_the_soak_reports_exceptions_killed_processes_and_hangs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(soak, "part_of", {"texts": ODD}.get)
@@ -71,7 +71,7 @@ def test_what_falls_is_told_however_it_falls(
     assert soak.main([*words[:2], "--seed", "3"]) == 1 and soak.main([*words[:2], "--seed", "4"]) == 0
 
 
-def test_a_run_that_is_killed_goes_on_with_every_case_once(tmp_path: Path) -> None:
+def test_a_killed_run_resumes_and_counts_every_case_once(tmp_path: Path) -> None:
     log = Log(tmp_path / "log.jsonl", 40)
     process = os.fork()
     if process == 0:
@@ -93,7 +93,7 @@ def growing(seed: int, kept: list[bytes] = []) -> Tried:  # noqa: B006
     return Tried("accepted")
 
 
-def test_memory_that_grows_is_told(tmp_path: Path) -> None:
+def test_the_soak_reports_growing_memory(tmp_path: Path) -> None:
     log = Log(tmp_path / "log.jsonl")
     run([Part(name="growing", attempt=growing, growth=5.0), EVEN], log, 1.0)
     counts = log.counts()
@@ -103,19 +103,19 @@ def test_memory_that_grows_is_told(tmp_path: Path) -> None:
 # --- hostile files ------------------------------------------------------------------------------------
 
 
-def of_command(words: str) -> str:
-    """The name of a command in the tree of commands."""
+def command_name(words: str) -> str:
+    """Return the name of a command in the tree of commands."""
     first, *others = words.split()
     return f"grind {first} {others[0]}" if first == "figure" else f"grind {first}"
 
 
-def test_every_command_that_reads_or_writes_has_its_turn() -> None:
+def test_the_soak_covers_every_command_that_reads_or_writes_files() -> None:
     from grind_env.file_arguments import Keeps, Reads, Writes, roles_of
 
     roles = {name: set(map(type, roles_of(leaf.function).values())) for name, leaf in TREE.items()}
-    read = {of_command(read.words) for read in READS if isinstance(read.words, str)}
+    read = {command_name(read.words) for read in READS if isinstance(read.words, str)}
     assert {name for name in roles if Reads in roles[name] and name.startswith("grind")} == read
-    written = {of_command(words) for words in COMMANDS}
+    written = {command_name(words) for words in COMMANDS}
     assert {name for name in roles if {Writes, Keeps} & roles[name] and name.startswith("grind")} <= written
 
 
@@ -127,17 +127,17 @@ def prepared() -> None:
 @pytest.mark.parametrize(
     ("said", "kind"),
     [
-        (Said(0, "fine", ""), ""),
-        (Said(2, "", "grind: no"), ""),
-        (Said(0, "\x1b[31mfine", ""), "controls the terminal"),
-        (Said(0, f"password {files.TOKEN}", ""), "shows another file"),
-        (Said(1, "", "Traceback (most recent call last):"), "traceback"),
-        (Said(2, "", ""), "status 2"),
-        (Said(70, "", "what?"), "status 70"),
+        (CommandResult(0, "fine", ""), ""),
+        (CommandResult(2, "", "grind: no"), ""),
+        (CommandResult(0, "\x1b[31mfine", ""), "controls the terminal"),
+        (CommandResult(0, f"password {files.TOKEN}", ""), "shows another file"),
+        (CommandResult(1, "", "Traceback (most recent call last):"), "traceback"),
+        (CommandResult(2, "", ""), "status 2"),
+        (CommandResult(70, "", "what?"), "status 70"),
     ],
 )
-def test_what_a_command_may_not_say_is_seen(
-    said: Said, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
+def test_the_soak_reports_forbidden_output_of_a_command(
+    said: CommandResult, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(files, "READS", [Read("part.nc", "run part.nc")])
     monkeypatch.setattr(files, "call", lambda words, typed: said)
@@ -154,19 +154,19 @@ def test_what_a_command_may_not_say_is_seen(
         ("../out.nc", "G01", "writes elsewhere"),
     ],
 )
-def test_what_a_command_may_not_write_is_seen(
+def test_the_soak_reports_forbidden_files_of_a_command(
     name: str, text: str, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def call(words: str, typed: bytes) -> Said:
+    def call(words: str, typed: bytes) -> CommandResult:
         Path(name).write_text(text)
-        return Said(0, "", "")
+        return CommandResult(0, "", "")
 
     monkeypatch.setattr(files, "READS", [Read("part.nc", "run part.nc")])
     monkeypatch.setattr(files, "call", call)
     assert FILES.attempt(1).kind == kind
 
 
-def test_code_that_a_file_names_and_that_is_run_is_seen(prepared: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_soak_reports_a_reader_that_runs_code(prepared: None, monkeypatch: pytest.MonkeyPatch) -> None:
     def attempt(read: Read) -> str:
         monkeypatch.setattr(files, "READS", [read])
         return FILES.attempt(1).kind
@@ -186,7 +186,7 @@ def test_code_that_a_file_names_and_that_is_run_is_seen(prepared: None, monkeypa
         (lambda path: [None for _ in iter(int, 1)], "TooSlowError"),
     ],
 )
-def test_readers_that_fall_hang_or_fill_memory_are_seen(
+def test_the_soak_reports_readers_that_crash_hang_or_fill_memory(
     read: files.Read, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reader = Read("part.nc", read, seconds=0.2)
@@ -195,5 +195,5 @@ def test_readers_that_fall_hang_or_fill_memory_are_seen(
     assert FILES.attempt(1).kind.startswith(kind)
 
 
-def test_every_part_can_be_started() -> None:
+def test_every_part_is_found_by_its_name() -> None:
     assert [soak.part_of(name).name for name in soak.NAMES] == soak.NAMES

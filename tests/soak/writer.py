@@ -1,4 +1,4 @@
-"""Writes random programs that grind, each with the job that it is ground on, from the whole grammar that grinds."""
+"""Random programs that grind, with their jobs, from the whole grammar of grinding."""
 
 import math
 import random
@@ -10,18 +10,18 @@ from grind_env.process.catalogue import load_catalogue
 from tests.soak.blocks import DRESSER, INCH, BlockWriter
 
 PLANES = {"G19": "XYZ", "G17": "ZXY", "G18": "YZX"}
-"""The letters of the table, of the plunge and of the crossover."""
+"""Letters of the table, plunge and crossover axes."""
 SUBPROGRAM, MACRO, CALLED = 700, 800, 9190
 
 
 @dataclass(frozen=True)
 class Case:
-    """A program and its job.
+    """Program and its job.
 
     Attributes:
-        seed: from which both follow.
-        text: the program.
-        job: what it is ground on.
+        seed: seed of both.
+        text: text of the program.
+        job: job that the program is ground on.
     """
 
     seed: int
@@ -30,12 +30,12 @@ class Case:
 
 
 def case(seed: int) -> Case:
-    """The case of a seed."""
+    """Return the case of a seed."""
     return Writer(random.Random(seed)).case(seed)
 
 
 class Writer(BlockWriter):
-    """Writes one case; most of its blocks are such as shops write."""
+    """Writer of one case; most of its blocks are like the blocks of shops."""
 
     def __init__(self, rng: random.Random) -> None:
         super().__init__(rng)
@@ -150,14 +150,14 @@ class Writer(BlockWriter):
         )
 
     def _lay_out(self) -> None:
-        """Lay another part beside that of the job, so that each is at a station."""
+        """Put a second part on the table, so that each part has a station."""
         self.grooves = False
         one = self._one
         away = {
             self.along: one(20.0, 20.0, 20.0, -20.0, 8.5),
             self.down: one(0.0, 0.0, 1.0),
             self.across: one(0.0, 0.0, 0.5, 2.0),
-        }  # inches, to which the words of either unit lead
+        }  # inches, which words of both units express exactly
         x, y, z = (round(INCH * away[letter], 4) for letter in "XYZ")
         part = self.job.part
         other = replace(
@@ -220,7 +220,7 @@ class Writer(BlockWriter):
         return words
 
     def _shifted(self) -> list[str]:
-        """A work system, a shift or none."""
+        """Choose a work coordinate system, an offset or none; return its blocks."""
         kind = self.rng.random()
         if kind > 0.2:
             return []
@@ -266,19 +266,19 @@ class Writer(BlockWriter):
         return [f"G65 P{MACRO} A{self._length(self.job.part.length)} L{self.parts}"]
 
     def _part(self, last: bool) -> list[str]:
-        """What lies on the table, from the first approach to its end."""
+        """Write the grinding of all parts on the table, from the first approach to the end."""
         lines: list[str] = []
         for number, place in enumerate(self.places):
-            lines += [*(self._off_the_part() if number else []), place, *self._at_a_place()]
+            lines += [*(self._lift_off() if number else []), place, *self._station_blocks()]
         return lines + self._end_of_part(last)
 
-    def _off_the_part(self) -> list[str]:
-        """The wheel up, the table at rest."""
+    def _lift_off(self) -> list[str]:
+        """Stop the table and lift the wheel."""
         lines = ["G80"] if self.table.runs else []
         self.table.runs, self.height = False, self.surface + 60.0
         return [*lines, f"G00 {self._at(self.down, self.height)}"]
 
-    def _at_a_place(self) -> list[str]:
+    def _station_blocks(self) -> list[str]:
         self.depth = 0.0
         lines = self._approach()
         for number in range(self._one(1, 1, 2, 2, 3)):
@@ -323,7 +323,7 @@ class Writer(BlockWriter):
         return lines
 
     def _dresser(self) -> list[str]:
-        """A dress program, of one of the shapes that shops write."""
+        """Write a dress program in one of the shapes that shops use."""
         unit = "G70" if self.inch else "G71"
         down, across = self.down, self.across
         high, at = 20.0, 10.0
@@ -361,7 +361,7 @@ class Writer(BlockWriter):
         return lines
 
     def _damaged(self, text: str) -> str:
-        """The text with a block left out or said twice."""
+        """Return the text with a block left out or repeated."""
         lines: Sequence[str] = text.split("\n")
         here = self.rng.randrange(len(lines))
         kept = [*lines[:here], *lines[here + 1 :]] if self._chance(0.5) else [*lines[:here], lines[here], *lines[here:]]

@@ -1,4 +1,4 @@
-"""Speed, as ratios measured in one run: `make speed`, and with `--check` only those of `ratios.toml`, in a minute."""
+"""Measure speed as ratios: `make speed`. With `--check`, only the ratios of `ratios.toml`, in about a minute."""
 
 import sys
 
@@ -9,11 +9,11 @@ from tests.speed import kernel, ratios, starts
 from tests.speed.c_reference import compiler
 
 WIDTH = 120
-"""Of what is printed at least: in a log a line a measure."""
+"""Least width of the printed tables, so that a log has one line per measure."""
 
 
 def main(*arguments: str) -> int:
-    """Measure and print; with `--check`, 1 if a ratio is not as it may be."""
+    """Measure and print; with `--check`, return 1 if a ratio exceeds its limit."""
     console = Console(width=max(Console().width, WIDTH))
     ns = kernel.strokes()
     found = ratios.measured(ns)
@@ -22,9 +22,9 @@ def main(*arguments: str) -> int:
     if not compiler():
         console.print("No gcc here: the lines of C are left out.")
     if arguments == ("--check",):
-        beyond = ratios.beyond(found)
-        console.print("\n".join(beyond), highlight=False)
-        return 1 if beyond else 0
+        over_limits = ratios.over_limits(found)
+        console.print("\n".join(over_limits), highlight=False)
+        return 1 if over_limits else 0
     console.print(starts.table())
     console.print(speed_envs.table())
     return 0

@@ -1,7 +1,7 @@
-"""The G82 written by hand in C (`stroke.c`), compiled where there is a gcc: what the kernel is measured against.
+"""Hand-written C version of G82 (`stroke.c`), the reference for the speed of the kernel; needs gcc.
 
-It rounds as the kernel does: no fused multiply-add, nothing reassociated. What it may leave out is what no number of
-it shows: errno of a square root, floating-point traps.
+The C code rounds as the kernel does: no fused multiply-add, no reordered sums. It skips only what changes no result:
+errno of square roots and floating-point traps.
 """
 
 import ctypes
@@ -21,14 +21,14 @@ from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 
 SOURCE = Path(__file__).with_name("stroke.c")
 LANES = (8, 16)
-"""Machines side by side: the kernel's number, and twice as many."""
+"""Machines side by side: as many as in the kernel, and twice as many."""
 STRICT = ("-O3", "-march=native", "-ffp-contract=off")
 WIDEST = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
-"""Registers that there are are used."""
+"""Makes gcc use 512-bit vector registers."""
 PARALLEL = ("-fschedule-insns", "-fsched-pressure")
-"""As the kernel is scheduled: a tenth faster here."""
+"""Schedules instructions as the kernel does: 10 % faster."""
 NO_SIDE_EFFECTS = ("-fno-math-errno", "-fno-trapping-math")
-"""Without these gcc puts no square root into a vector register."""
+"""Lets gcc vectorize square roots."""
 RECORDS = {
     "Cycle": CYCLE.names,
     "Parameters": PARAMETERS.names,
@@ -38,19 +38,19 @@ RECORDS = {
     "Progress": PlungeProgress._fields,
     "Tally": TALLY.names,
 }
-"""Fields of the rows of the kernel's tables, and of what its lanes hold besides."""
+"""Fields of the C structures, one for each table of the kernel and for the constants and progress of a lane."""
 
 Loop = Callable[..., None]
-"""Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
+"""Function that grinds; its arguments are the tables of cycles, parameters, wheels, parts and tallies."""
 
 
 def compiler() -> str | None:
-    """The path of gcc, or None."""
+    """Return the path of gcc, or None."""
     return shutil.which("gcc")
 
 
 def records() -> str:
-    """`records.h`: the fields of every record, for the source to make structures of."""
+    """Return `records.h`, which lists the fields of the C structures."""
     lines = (
         f"#define {name}_FIELDS(X) {' '.join(f'X({field})' for field in fields or ())}\n"
         for name, fields in RECORDS.items()
@@ -59,7 +59,7 @@ def records() -> str:
 
 
 def compiled(folder: Path, lanes: int) -> Loop:
-    """Compile the source for so many lanes; bits are those of the kernel."""
+    """Compile the source for a number of lanes; the results equal those of the kernel bit by bit."""
     (folder / "records.h").write_text(records(), encoding="utf-8")
     library = folder / f"stroke_{lanes}.so"
     gcc = compiler()

@@ -1,4 +1,4 @@
-"""Speed of the compiled loops, in turns with the same written in C: part of `make speed`."""
+"""Speed of the compiled loops, measured in alternation with the C reference: part of `make speed`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,23 +29,23 @@ from tests.speed.turns import Ratios, in_turns, over
 from tests.speed_envs import seconds
 
 TURN = 2048
-"""Machines of one turn, about."""
+"""Number of machines in one measurement, about."""
 SECONDS = 8.0
-"""Measured of the loops, about, all of them together."""
+"""Duration of all measurements of the loops together, about, s."""
 
 FEW_ZONES, MANY_ZONES, CROSSOVER = 8, 64, 20.0
-"""Zones of a part, and from one end of the crossover to the other, mm."""
+"""Numbers of zones of a part, and length of the crossover, mm."""
 
 
 def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
-    """Machines as episodes of a task begin: parameters, wheels, parts."""
+    """Return parameters, wheels and parts of machines at the start of episodes of a task."""
     parameters = np.full(machines, np.array(tuple(task.parameters(task.kinds[0])), PARAMETERS))
     wheels = np.full(machines, np.array(cold(EpisodeGenerator(task).wheel(0.0)), WHEEL))
     return parameters, wheels, np.full(machines, np.array(tuple(PartState(0.0, 0.0, 1.6)), PART))
 
 
 def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
-    """Random G82 cycles, about 55 strokes each: arguments of `grind_cycles`."""
+    """Return random G82 cycles of about 55 strokes, with their machines: arguments of a `Loop`, without tallies."""
     rng = np.random.default_rng(seed)
     task = load_task("power_limited")
     kind = task.kinds[0]
@@ -68,14 +68,14 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
 
 
 def plunges(*tables: np.ndarray) -> None:
-    """G82 in lanes, with the sorting."""
+    """Grind G82 cycles in lanes, including the sorting."""
     order = np.empty(len(tables[0]), np.int64)
     longest_first_of(PlungeCycle)(tables[0], np.arange(len(tables[0])), order)
     PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
 
 
 def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop]:
-    """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
+    """Return tables of random G81 blocks, and a loop that grinds them with their table of feed motions."""
     rng = np.random.default_rng(seed)
     task = read_task("reciprocation")
     kind, rate, stroke = kind_row(task, task.kinds[0]), task.infeed / 60.0, task.stroke_length(task.kinds[0])
@@ -97,7 +97,7 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
 
 
 def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...], Loop]:
-    """G83 cycles over parts of so many strips of 1 mm, each a zone: tables, and lanes that lay the parts anew."""
+    """Return tables of G83 cycles over parts with `strips` zones of 1 mm, and a loop that grinds them on new parts."""
     cycle = TraverseCycle(
         depth=0.1,
         primary_pick=0.02,
@@ -131,7 +131,7 @@ compile_at_once()
 
 
 def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
-    """CPU time of a loop, ns per stroke, over as many calls as take a while."""
+    """Return the CPU time of a loop, ns per stroke, over enough calls for about `TURN` machines."""
     machines = len(tables[0])
     tallies, spent, strokes = np.empty(machines, TALLY), 0.0, 0.0
     for _ in range(-(-TURN // machines)):
@@ -142,13 +142,13 @@ def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
 
 
 def vector_width() -> str:
-    """Widest vector registers of this machine."""
+    """Return the name of the widest vector registers of this machine."""
     features = llvmlite.binding.get_host_cpu_features()
     return next((name for name, flag in (("AVX-512", "avx512f"), ("AVX2", "avx2")) if features.get(flag)), "SSE2")
 
 
 def strokes() -> dict[str, Array]:
-    """ns per stroke of every loop, a number a round."""
+    """Return the ns per stroke of every loop, one value per round."""
     fed, feeds = feedings(256)
     loops: dict[str, tuple[Loop, tuple[np.ndarray, ...]]] = {
         G82: (plunges, cycles(256)),
@@ -169,7 +169,7 @@ def strokes() -> dict[str, Array]:
 
 
 def ratios(ns: Mapping[str, Array]) -> Ratios:
-    """What a stroke in lanes costs over one of the others."""
+    """Return the ratios between the times per stroke of the loops, one value per round."""
     found = {
         f"stroke in lanes over that in C, {lanes} lanes": over(ns[G82], ns[name])
         for lanes in LANES

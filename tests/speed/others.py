@@ -1,4 +1,4 @@
-"""Speed of the environments beside those of others, in turns: part of `make speed`."""
+"""Speed of the environments compared with CartPole and with their own kernel: part of `make speed`."""
 
 from time import process_time
 
@@ -10,21 +10,21 @@ from tests.speed.turns import Ratios, in_turns, over
 from tests.speed_envs import over_kernel, seconds, single_step
 
 N, MANY = 256, 1024
-"""Environments beside each other, and those that are timed beside their kernel."""
+"""Numbers of environments in a vector: for the comparison with CartPole, and with the kernel."""
 SECONDS = 5.0
-"""Measured of the native ones, about, all of them together."""
+"""Duration of all measurements of vector environments together, about, s."""
 STEPS = 50
-"""Of a round; one after which episodes begin again costs more."""
+"""Steps of a round; a step that starts new episodes costs more."""
 
 OURS = "grind/PowerLimited-v0"
 CARTPOLE = "CartPole-v1"
-"""Gymnasium's own in numpy for all at once."""
+"""Gymnasium's own vector environment, written in numpy."""
 TIMES = 3
-"""So often the steps are measured over an empty one."""
+"""Repetitions of the comparison of a step with an empty step."""
 
 
 class Native:
-    """A vector environment of N, and random actions for it."""
+    """Vector environment of N environments, with random actions for it."""
 
     def __init__(self, env_id: str) -> None:
         assert grind_env.__version__
@@ -34,12 +34,12 @@ class Native:
         self.actions = [self.envs.action_space.sample() for _ in range(STEPS)]
 
     def step(self) -> float:
-        """CPU time of a step of one environment, s."""
+        """Return the CPU time of a step of one environment, s."""
         return seconds(process_time, lambda: [self.envs.step(action) for action in self.actions]) / (N * STEPS)
 
 
 def ratios() -> Ratios:
-    """What a native step costs over one of CartPole and over its kernel, and a single step over an empty one."""
+    """Return the time of a native step relative to CartPole and to its kernel, and of a single step to an empty one."""
     steps = in_turns({env_id: Native(env_id).step for env_id in (OURS, CARTPOLE)}, SECONDS)
     single, empty = np.transpose([single_step(OURS) for _ in range(TIMES)])
     return {

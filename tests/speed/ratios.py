@@ -1,6 +1,6 @@
-"""The ratios of one run beside `ratios.toml`: what each was, and what it may be.
+"""Comparison of measured speed ratios with the last values and limits in `ratios.toml`.
 
-Only ratios travel between machines.
+Only ratios can be compared between machines.
 """
 
 import math
@@ -20,29 +20,29 @@ FILE = Path(__file__).with_name("ratios.toml")
 
 
 @dataclass(frozen=True)
-class Known:
-    """What is known of a ratio."""
+class Reference:
+    """Entry of `ratios.toml` about a ratio."""
 
     last: float
-    """Median when the file was last brought up to date."""
+    """Median when the file was last updated."""
     aim: str = ""
-    """What is aimed at, as a text."""
+    """Target, as a text."""
     most: float = math.inf
-    """Of the median on any machine."""
+    """Largest permitted median, on any machine."""
 
 
-def known() -> dict[str, Known]:
-    """By the name of the ratio."""
-    return {name: Known(**values) for name, values in read_toml(FILE).items()}
+def known() -> dict[str, Reference]:
+    """Return the entries of the file by the name of the ratio."""
+    return {name: Reference(**values) for name, values in read_toml(FILE).items()}
 
 
 def measured(ns: Mapping[str, Array]) -> Ratios:
-    """All of them; `ns` are those of `kernel.strokes`."""
+    """Return all ratios; `ns` is the result of `kernel.strokes`."""
     return kernel.ratios(ns) | others.ratios()
 
 
-def beyond(ratios: Ratios) -> list[str]:
-    """What is not as it may be, a sentence each."""
+def over_limits(ratios: Ratios) -> list[str]:
+    """Return a sentence for each ratio above its limit."""
     found = []
     for name, about in known().items():
         median = float(np.median(ratios.get(name, about.last)))
@@ -52,7 +52,7 @@ def beyond(ratios: Ratios) -> list[str]:
 
 
 def ratio_table(ratios: Ratios) -> Table:
-    """Quartiles beside what is known; of what was not measured, only that."""
+    """Return a table of the quartiles, last values and targets; a ratio that was not measured is marked."""
     table = Table(title="Ratios of this run")
     for heading in ("measure", "lower", "median", "upper quartile", "last", "aim"):
         table.add_column(heading, justify="left" if heading == "measure" else "right")
@@ -63,7 +63,7 @@ def ratio_table(ratios: Ratios) -> Table:
 
 
 def stroke_table(ns: Mapping[str, Array]) -> Table:
-    """ns per stroke of every loop."""
+    """Return a table of the ns per stroke of every loop."""
     table = Table(title=f"ns per stroke ({kernel.vector_width()})")
     for heading in ("loop", "lower", "median", "upper quartile"):
         table.add_column(heading, justify="left" if heading == "loop" else "right")
@@ -73,5 +73,5 @@ def stroke_table(ns: Mapping[str, Array]) -> Table:
 
 
 def quartiles(values: Array) -> tuple[str, ...]:
-    """Lower one, median and upper one."""
+    """Return the lower quartile, median and upper quartile as texts."""
     return tuple(f"{each:.3g}" if each < 1000.0 else f"{each:,.0f}" for each in np.percentile(values, (25, 50, 75)))

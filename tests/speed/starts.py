@@ -1,4 +1,4 @@
-"""The time up to the first result, in fresh processes with an empty cache: part of `make speed`."""
+"""Time to the first result, in new processes with an empty cache: part of `make speed`."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ import grind_env
 
 
 def cold() -> dict[str, float]:
-    """CPU time of what a newcomer does first, s: a process each, with an empty cache; those that these start apart."""
+    """Return the CPU time of the first commands of a newcomer, s: each in a new process with an empty cache."""
     commands = {
         f"grind run {name}, cold: s": ["-m", "grind_env", "run", str(grind_env.examples.path(name))]
         for name in grind_env.examples.names()
@@ -31,7 +31,7 @@ def cold() -> dict[str, float]:
 
 
 def table() -> Table:
-    """CPU times beside what is aimed at."""
+    """Return a table of the CPU times and their targets."""
     result = Table(title="First results")
     for name in ("measure", "value", "target"):
         result.add_column(name, justify="left" if name == "measure" else "right")

@@ -1,9 +1,9 @@
-/* The G82 of the package's own process, by hand: what its compiled loops are measured against, and have the bits of.
+/* G82 with the package's own process, written by hand: the speed reference of the compiled loops, with equal bits.
  *
- * Stroke, exp and log, rules of the cycle and tally are those of process/stroke.py, kernel/elementary.py,
- * control/cycles/plunge.py and machine/loops/tally.py, term by term; LANES machines run side by side, and where the
- * cycle of one ends, the next comes into its lane. records.h lists the fields of the named tuples, which
- * c_reference.py writes, as it stands for LANES.
+ * Stroke, exp and log, rules of the cycle and tally are those of process/stroke.py, kernel/exp_log.py,
+ * control/cycles/plunge.py and machine/loops/stroke_totals.py, term by term. LANES machines run side by side; when the
+ * cycle of one ends, the next machine takes its lane. c_reference.py writes records.h, which lists the fields of
+ * the named tuples, and sets LANES.
  */
 #include <math.h>
 #include <stdint.h>
@@ -73,7 +73,7 @@ INLINE double exp_(double x) {
 
 INLINE double log_(double x) {
     int64_t bits = bits_of(x);
-    /* the arithmetic shift by 52, as one that AVX2 has */
+    /* arithmetic shift by 52 with instructions of AVX2 */
     int64_t exponent = (int64_t)(((uint64_t)(bits - SQRT_HALF_BITS) + (1ULL << 63)) >> 52) - 2048;
     double m = float_of(bits - (int64_t)((uint64_t)exponent << 52)), k = float_of(ROUND_BITS + exponent) - ROUND;
     double f = m - 1.0, s = f / (2.0 + f), z = s * s, z2 = z * z;
@@ -112,7 +112,7 @@ static Constants constants_of(const Parameters *p, double vw, double Lw) {
     return k;
 }
 
-/* A stroke at one speed: what it does, and the wheel after it. */
+/* Compute a stroke at one wheel speed, and the wheel after it. */
 typedef struct { double ae, load, torque, T, Br, worn, Ra, ds, A, lam, V, W, dT_1, dT_2, dT_3, dT_4; } Node;
 
 INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, double own_seconds, double S, double Rs,
@@ -134,7 +134,7 @@ INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, do
     double share = least(most(u / most(give * F0, NEARLY_NOTHING), 0.0), 1.0);
     double rubbing = sd * (x + share * K(sa)), Q = ae * K(vw);
 
-    /* what the spindle has */
+    /* available torque of the spindle */
     double has = most(K(power) - b * K(u_ch) * Q, 1e-6), asks = most(b * Kt * rubbing * speed, 1e-6);
     double per = 1.0 / (has * asks);
     double kept = least(most(has * has * per, K(rs)), 1.0), over = least(most(asks * asks * per, 1.0), 1.0 / K(rs));
@@ -191,7 +191,7 @@ INLINE Node node_of(const ConstantsLanes *held, int l, double b, double face, do
 #undef K
 }
 
-/* One stroke in every lane, and the pick at the reversal that ends it. */
+/* Compute one stroke in every lane, and the pick at the reversal after it. */
 static __attribute__((noinline)) void advance(Lanes *restrict rows) {
 #pragma GCC ivdep
     for (int l = 0; l < LANES; l++) {
@@ -206,7 +206,7 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         double reversal = rows->progress.reversal[l], depth = rows->progress.depth[l];
         double peak_torque = rows->tally.peak_torque[l];
 
-        /* where it lies, and its time */
+        /* position and time */
         double Z = depth >= C(depth) ? C(bottom) : (C(start) + depth) + C(surface);
         double seconds = reversal > 0.0 ? C(stroke_seconds) : C(first_seconds);
         double own_seconds = reversal > 0.0 ? C(stroke_seconds) : C(set_out);
@@ -258,7 +258,7 @@ static __attribute__((noinline)) void advance(Lanes *restrict rows) {
         T(worn) = T(worn) + MIX(worn);
 #undef T
 
-        /* the pick, and the dresses that fall due */
+        /* pick, and dresses that are due */
         int at_depth = depth >= C(depth);
         reversal = reversal + 1.0;
         double pick = reversal - 2.0 * floor(0.5 * reversal) == 1.0 ? C(primary_pick) : C(secondary_pick);
@@ -307,7 +307,7 @@ static void dress(const Cycle *c, const Parameters *p, Wheel *w, Tally *t) {
 
 static int finished(const Cycle *c, const Progress *p) { return (p->depth >= c->depth) & (p->left <= 0.0); }
 
-/* Run the machines of `order`; tables have a row a machine, with the fields of its record. */
+/* Run the machines in `order`; each table has one row per machine, with the fields of its record. */
 void run(const Cycle *cycles, const Parameters *parameters, Wheel *wheels, Part *parts, Tally *tallies,
          const int64_t *order, int64_t machines) {
     _Alignas(64) Lanes rows;
@@ -348,7 +348,7 @@ void run(const Cycle *cycles, const Parameters *parameters, Wheel *wheels, Part 
                 }
             }
             if (!started && machine[lane] < 0)
-                /* it repeats the first one: finite numbers that nobody reads */
+                /* an empty lane repeats the first machine: finite numbers that nobody reads */
                 for (double *row = (double *)&rows + lane; row < (double *)(&rows + 1); row += LANES) *row = row[-lane];
         }
         started = 1;

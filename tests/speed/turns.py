@@ -1,4 +1,4 @@
-"""Measuring in turns: what is compared runs one after the other and again, so that a busy machine slows all alike."""
+"""Measuring in turns: compared functions run in alternation, so that a busy machine slows all of them equally."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -10,11 +10,11 @@ from grind_env.arrays import Array
 from tests.speed_envs import rounds
 
 Ratios: TypeAlias = dict[str, Array]
-"""By name: a ratio a round."""
+"""Ratios by name, one value per round."""
 
 
 def in_turns(sides: Mapping[str, Callable[[], float]], seconds: float) -> dict[str, Array]:
-    """What each side gives, in turns for about so many s: a number a round, after one that does not count."""
+    """Call the functions in turns for about `seconds`; return their values, one per round, after a warm-up call."""
     for measure in sides.values():
         measure()
     found: dict[str, list[float]] = {name: [] for name in sides}
@@ -25,6 +25,6 @@ def in_turns(sides: Mapping[str, Callable[[], float]], seconds: float) -> dict[s
 
 
 def over(one: Sequence[float] | Array, other: Sequence[float] | Array) -> Array:
-    """One over the other round by round, of as many rounds as both have."""
+    """Return the ratio of two series round by round, for the rounds that both have."""
     count = min(len(one), len(other))
     return np.asarray(one[:count]) / np.asarray(other[:count])

@@ -39,8 +39,8 @@ PROBLEM = find_problem("oracle6")
 SMALL = Settings(steps=96, envs=4, rollout=8, minibatches=2, epochs=1, units=5, hidden=(7, 6))
 
 
-def filled(memory: Memory, entries: int, choices: tuple[int, ...] = (5, 3)) -> tuple[Agent, Standard, np.ndarray]:
-    """An agent whose decisions differ, the scale of its features, and these and two hidden entries behind them."""
+def random_agent(memory: Memory, entries: int, choices: tuple[int, ...] = (5, 3)) -> tuple[Agent, Standard, np.ndarray]:
+    """Return an agent with random weights, the scale of its features, and features with two hidden entries appended."""
     torch.manual_seed(3)
     agent = Agent(entries, 2, list(choices), replace(SMALL, memory=memory))
     with torch.no_grad():
@@ -52,15 +52,15 @@ def filled(memory: Memory, entries: int, choices: tuple[int, ...] = (5, 3)) -> t
 
 
 def standardised(features: np.ndarray, scale: Standard) -> torch.Tensor:
-    """As a training shows features and hidden entries."""
+    """Return features standardised as in a training, with unscaled hidden entries."""
     entries = len(scale.mean)
     scaled = (features[..., :entries] - scale.mean) / scale.deviation
     return torch.as_tensor(np.concatenate([scaled, features[..., entries:]], axis=-1)).float()
 
 
 @pytest.mark.parametrize("memory", ["gru", "none"])
-def test_torch_and_numpy_say_the_same(memory: Memory):
-    agent, scale, seen = filled(memory, 4)
+def test_torch_and_numpy_agents_give_the_same_probabilities(memory: Memory):
+    agent, scale, seen = random_agent(memory, 4)
     actor = acting_part(agent, scale)
     begun = torch.zeros(9, 6)
     begun[0] = 1.0
@@ -75,8 +75,8 @@ def test_torch_and_numpy_say_the_same(memory: Memory):
     assert (state != 0.0).any() == (memory == "gru")
 
 
-def test_episodes_that_begin_in_a_rollout_remember_nothing():
-    agent, scale, found = filled("gru", 4)
+def test_an_episode_that_begins_within_a_rollout_starts_with_an_empty_memory():
+    agent, scale, found = random_agent("gru", 4)
     seen = standardised(found, scale)
     begun = torch.zeros(9, 6)
     begun[0], begun[4, 2] = 1.0, 1.0
@@ -90,8 +90,8 @@ def test_episodes_that_begin_in_a_rollout_remember_nothing():
     assert torch.allclose(values[:, others], later[:, others], atol=1e-6)
 
 
-def test_what_is_hidden_shapes_what_is_remembered_and_no_decision():
-    agent, scale, found = filled("gru", 4)
+def test_hidden_entries_train_the_memory_but_change_no_decision():
+    agent, scale, found = random_agent("gru", 4)
     seen = standardised(found, scale)
     other = seen.clone()
     other[..., 4:] += 1.0
@@ -99,7 +99,7 @@ def test_what_is_hidden_shapes_what_is_remembered_and_no_decision():
     assert all(torch.equal(a, b) for a, b in zip(said[0], told[0], strict=True))
     assert torch.equal(said[1], told[1])
     assert said[2] != told[2]
-    # the critic does not shape what is remembered, and the guess does
+    # the critic does not train the memory, the guess of hidden entries does
     assert agent.gru is not None
     said[1].sum().backward(retain_graph=True)
     assert all(values.grad is None for values in agent.gru.parameters())
@@ -107,7 +107,7 @@ def test_what_is_hidden_shapes_what_is_remembered_and_no_decision():
     assert all(values.grad is not None and values.grad.any() for values in agent.gru.parameters())
 
 
-def test_the_worth_is_that_of_all_returns_together():
+def test_return_scale_gives_mean_and_deviation_of_all_returns():
     returns = torch.randn(300, 2, generator=torch.Generator().manual_seed(1)) * 2.0 + torch.tensor([5.0, -90.0])
     worth = ReturnScale(2)
     for part in returns.split([40, 130, 130]):
@@ -116,7 +116,7 @@ def test_the_worth_is_that_of_all_returns_together():
     assert worth.deviation.numpy() == pytest.approx(returns.numpy().std(axis=0), rel=1e-4)
 
 
-def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pytest.MonkeyPatch):
+def test_lateness_is_charged_as_it_grows_with_an_unchanged_total(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(gru_ppo, "ease_rewards", lambda charged: charged)
     episodes, slow, given = TrainingEnvs(find_problem("rush"), SMALL, 0), np.tile([8, 1], (SMALL.envs, 1)), []
     step = episodes.envs.step
@@ -129,11 +129,11 @@ def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pyt
     charged = np.array([episodes.step(slow)[0][:, 0] for _ in range(8)])
     rewards = np.array([each[1] for each in given])
     assert (rewards[-1] < -10.0).all() and (charged[-1] > 0.6 * rewards[-1]).all()
-    # of the next due date something may be late already
+    # part of the lateness of the next due date may be charged already
     assert charged.sum(axis=0) == pytest.approx(rewards.sum(axis=0) - episodes.late, rel=1e-5)
 
 
-def test_what_is_seen_is_what_is_measured_and_behind_it_what_is_hidden():
+def test_features_are_measured_entries_followed_by_hidden_entries():
     episodes = TrainingEnvs(PROBLEM, SMALL, 0)
     full = TrainingEnvs(shown(PROBLEM, "state"), replace(SMALL, memory="state"), 0)
     assert episodes.entries == len(PROBLEM.simulation().entries)
@@ -148,7 +148,7 @@ def test_what_is_seen_is_what_is_measured_and_behind_it_what_is_hidden():
 
 
 @pytest.mark.parametrize("memory", SEEN)
-def test_every_memory_learns_and_acts_the_same_from_its_file(memory: Memory, tmp_path: Path):
+def test_an_agent_with_any_memory_learns_and_acts_the_same_after_loading(memory: Memory, tmp_path: Path):
     problem, settings = shown(PROBLEM, memory), replace(SMALL, memory=memory)
     agent, scale = train(problem, settings, 0)
     untrained, _ = train(problem, replace(settings, learning_rate=0.0), 0)
@@ -165,7 +165,7 @@ def test_every_memory_learns_and_acts_the_same_from_its_file(memory: Memory, tmp
             load_policy(path)
 
 
-def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
+def test_an_agent_trained_on_out_of_model_machines_loads_for_the_task(tmp_path):
     task, machines = find_problem("power_limited"), on(find_problem("power_limited"), "public")
     few = replace(SMALL, rollout=4)
     there, here = TrainingEnvs(machines, few, 0), TrainingEnvs(task, few, 0)
@@ -177,7 +177,7 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     assert path != plain_agent(task, "robust", settings, 0, tmp_path)
 
 
-def test_a_machine_lasts_for_its_shifts_and_goes_on_where_it_was():
+def test_a_training_machine_keeps_its_state_for_all_its_shifts():
     count = 12
     episodes = TrainingEnvs(on(PROBLEM, "public"), replace(SMALL, envs=count, shifts=3), 0)
     fields = episodes.envs.simulation.plants.first.remembers._fields
@@ -197,13 +197,13 @@ def test_a_machine_lasts_for_its_shifts_and_goes_on_where_it_was():
     for i in range(count):
         changed = [k for k, (one, other) in enumerate(pairwise(drawn)) if one[i] != other[i]]
         assert changed == [k for k in range(5) if (i + k + 1) % 3 == 0]
-    # the constants to be guessed are those of the machine
+    # the agent guesses the constants of its own machine
     constants = episodes.seen[:, -episodes.machines.hidden.shape[1] :]
     assert torch.equal(constants, episodes.machines.hidden) and constants.shape[1] > 10
 
 
-def test_an_agent_begins_as_another_one_acts():
-    agent, scale, _ = filled("gru", 4)
+def test_take_over_makes_an_agent_act_like_another_one():
+    agent, scale, _ = random_agent("gru", 4)
     actor, other = acting_part(agent, scale), Agent(4, 2, [5, 3], SMALL)
     scale = Standard((1.0, 0.0, -2.0, 3.0), (0.5, 1.0, 2.0, 4.0))
     take_over(other, actor, scale)
@@ -211,7 +211,7 @@ def test_an_agent_begins_as_another_one_acts():
         np.testing.assert_allclose(values, actor.tensors[name], atol=1e-4)
 
 
-def test_the_critic_learns_first_where_that_is_asked():
+def test_critic_first_trains_the_critic_only():
     settings = replace(SMALL, critic_first=3, guess=0.0)
     first, _ = train(PROBLEM, replace(settings, learning_rate=0.0), 0)
     agent, _ = train(PROBLEM, settings, 0)
@@ -221,12 +221,12 @@ def test_the_critic_learns_first_where_that_is_asked():
 
 
 def weights(agent: Agent) -> list[np.ndarray]:
-    """Of all its layers."""
+    """Return the weights of all layers."""
     return [values.numpy() for values in agent.state_dict().values()]
 
 
 @pytest.mark.parametrize("budget", few((0.01, None)))
-def test_a_killed_training_goes_on_as_if_nothing_had_been(tmp_path: Path, budget: float | None):
+def test_a_killed_training_resumes_to_the_same_weights(tmp_path: Path, budget: float | None):
     problem, settings = shown(on(PROBLEM, "public"), "gru"), replace(SMALL, steps=320, budget=budget)
     whole, _ = train(problem, settings, 1)
     path = tmp_path / "part.checkpoint"
@@ -255,7 +255,7 @@ train(shown(on(find_problem("oracle6"), "public"), "gru"), {settings!r}, 1, adva
         np.testing.assert_array_equal(one, other)
 
 
-def test_a_damaged_checkpoint_is_told(tmp_path: Path):
+def test_a_damaged_checkpoint_gives_a_warning_and_a_fresh_start(tmp_path: Path):
     checkpoint = Checkpoint(tmp_path / "part.checkpoint")
     checkpoint.path.write_bytes(b"PK")
     with pytest.warns(GrindWarning, match="is damaged: the training begins anew"):

@@ -1,4 +1,4 @@
-"""`grind train`: an agent for a program of one's own, whose file then advises, evaluates and plays."""
+"""`grind train` makes an agent for the user's program; `grind advise` and `grind evaluate` take its file."""
 
 import re
 from dataclasses import replace
@@ -28,13 +28,13 @@ QUICK = ("--steps", 10_000, "--episodes", 2)
 
 @pytest.fixture
 def part(tmp_path: Path) -> Path:
-    """A program with its job."""
+    """Return a program with its job."""
     for suffix in (".nc", ".toml"):
         (tmp_path / f"part{suffix}").write_bytes((EXAMPLES / f"plate_g82{suffix}").read_bytes())
     return tmp_path / "part.nc"
 
 
-def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grind, part: Path, tmp_path: Path):
+def test_grind_train_writes_an_agent_for_advise_and_evaluate(grind: Grind, part: Path, tmp_path: Path):
     status, said, told = grind("train", part, "--parts", 3, *QUICK)
     agent = part.with_suffix(".safetensors")
     assert (status, told) == (3, "")
@@ -45,21 +45,21 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     rivals = ["adviser", "fixed plan: [0-9.]+ times E, a dress every (part|[24] parts)", "the program as it is"]
     for line, basis, name in zip(judged[::3], judged[2::3], ["ppo_gru", *rivals], strict=True):
         assert re.match(rf"{name} in part_x3 on held-out-laws", line) and "; sees measurements" in basis
-    # what it says of a policy is what `grind evaluate` says of it
+    # `grind evaluate` prints the same lines about a policy
     words = ("--program", part, "--parts", 3, "--plant", "held-out-laws", "--seeds", "validation", "--episodes", 2)
     assert grind("evaluate", *words, "--policy", agent)[1].splitlines() == judged[:3]
     readings = tmp_path / "readings.csv"
     readings.write_text("mean_power\n2600\n")
     advised = grind("advise", part, "--parts", 3, "--policy", agent, "--measurements", readings)
     assert advised[0] == 0 and re.search(r"\bE\d{4,5}\b", advised[1])
-    # an agent of three parts is none of thirty, and the sentence says what to do
+    # an agent for three parts is refused for thirty, and the error says what to do
     said = "number of parts is 30, but was 3: train another agent with `grind train`, or accept"
     assert said in grind("advise", part, "--policy", agent)[2]
 
 
-def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, part: Path, tmp_path: Path):
+def test_train_and_advise_take_program_variables_from_set(grind: Grind, part: Path, tmp_path: Path):
     part.write_text(re.sub(r"E\d+\.?", "E#101", part.read_text(), count=1))
-    # and a variable that nothing reads is told in one line
+    # an unused variable gives a warning of one line
     sentence = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
     first = ("--set", "#101=15000", "--set", "#500=1", "--parts", 2)
     assert grind("train", part, *first, *QUICK)[::2] == (3, f"grind: warning: {sentence}\n")
@@ -68,23 +68,23 @@ def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, 
     words = ("--policy", part.with_suffix(".safetensors"), "--measurements", readings)
     status, _, told = grind("advise", part, *first, *words)
     assert status == 0 and told.splitlines()[0] == sentence
-    # without its variable it is no program, and a task has none
+    # a missing variable is an error, and so is --set for a task
     assert grind("train", part, "--parts", 2, *QUICK)[0] == 2
     assert "grind: --set is of a part program" in grind("train", "oracle6", "--set", "#101=1", *QUICK)[2]
 
 
-def test_parts_are_those_of_advice(part: Path):
+def test_the_default_number_of_parts_is_30(part: Path):
     simulation: Any = _problem(str(part), None, None, None).simulation()
     assert len({block.part for block in simulation.blocks}) == 30
 
 
 @pytest.mark.nightly
-def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_agent_of_a_task_goes_to_the_current_folder(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     status, said, _ = grind("train", "oracle6", "--plant", "model", *QUICK)
     assert status == 3 and "trained on the model" in said
     assert "\nempirical_rule in oracle6 on" in said and "\nfixed plan: E" in said and "the program" not in said
-    # an agent is replaced, and nothing else
+    # an old agent is replaced, any other file is not
     assert grind("train", "oracle6", *QUICK)[0] == 3
     (tmp_path / "oracle6.safetensors").write_text("mine")
     status, said, told = grind("train", "oracle6", *QUICK)
@@ -93,7 +93,7 @@ def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path
 
 
 @pytest.mark.nightly
-def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_be_slow(
+def test_training_on_a_program_without_a_script_warns_that_it_is_slow(
     grind: Grind, part: Path, monkeypatch: pytest.MonkeyPatch
 ):
     part.write_text(part.read_text().replace("S1910 M03", "G96 S1800 M03"))
@@ -123,7 +123,7 @@ def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_b
         (("--episodes", "600000"), "600000 episodes are asked for, but there are 1 to 500000 validation seeds"),
     ],
 )
-def test_mistakes_are_told_before_any_work(grind: Grind, tmp_path: Path, words: tuple[str, ...], said: str):
+def test_bad_options_are_refused_before_any_work(grind: Grind, tmp_path: Path, words: tuple[str, ...], said: str):
     status, out, told = grind("train", "oracle6", *words, "-o", tmp_path / "agent.safetensors")
     assert (status, out) == (2, "") and told.startswith(f"grind: {said}") and told.count("\n") == 1
     assert not list(tmp_path.iterdir())
@@ -135,13 +135,13 @@ def test_an_agent_without_its_suffix_is_refused_before_the_training(grind: Grind
 
 
 def judged(costs: list[float], policy: str = "other") -> Judgement:
-    """Of a run with so many $ and one good part an episode."""
+    """Return the judgement of a run with these costs in $ and one good part an episode."""
     cost = np.array(costs)
     run = Evaluation(cost, np.ones_like(cost), np.ones_like(cost), np.ones((len(cost), 1)), np.ones((len(cost), 1)))
     return Judgement(policy, "measurements", "part", "validation", "all", run, None, False, "laws")
 
 
-def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance_and_dearer_than_nothing():
+def test_an_agent_is_recommended_only_if_significantly_cheaper_than_its_rivals():
     hard, easy = [8.0, 1.0] * 20, [4.0, 0.5] * 20
     less = "recommended: a good part costs 50 % less than with other (95 % CI 50 to 50) on machines of laws"
     assert _verdict(judged(easy), judged(hard)) == (True, less)
@@ -152,7 +152,7 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     assert _verdict(judged(hard), judged(hard)) == (False, told.format("4.50", "other", "4.50"))
     assert not _verdict(judged([20.0, *easy[1:-1], 150.0]), judged(hard))[0]
     assert "(may be chance)" in _verdict(judged([80.0, *easy[1:]]), judged(hard))[1]
-    # without a good part it costs what nobody can say
+    # without a good part the cost per good part is undefined
     spoilt = judged(easy)
     spoilt.evaluation.good[:] = 0.0
     none = "not recommended: a good part costs 4.50 $ with other, the agent makes none, on machines of laws"
@@ -162,7 +162,7 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     assert recommended and "100 % less" in said
 
 
-def test_a_fixed_plan_says_the_program_with_another_speed_and_other_dresses():
+def test_a_fixed_plan_scales_the_speeds_and_spaces_the_dresses_of_a_program():
     simulation = load_simulation(str(EXAMPLES / "plate_g82.nc"), None, 4, 1.0, "measured")
     said = np.array([(block.plan.feed, float(block.plan.dresses)) for block in simulation.blocks])
     plans = Programmed(), Programmed(0.8, 2)
@@ -179,7 +179,7 @@ def test_a_fixed_plan_says_the_program_with_another_speed_and_other_dresses():
 
 
 @pytest.mark.nightly
-def test_the_same_command_goes_on_with_a_training_that_was_stopped(
+def test_the_same_command_resumes_a_stopped_training(
     grind: Grind, part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     def stop(steps: int) -> None:
@@ -196,7 +196,7 @@ def test_the_same_command_goes_on_with_a_training_that_was_stopped(
     with monkeypatch.context() as patch:
         patch.setattr(gru_ppo, "train", stopped)
         assert grind(*words, resumed)[0] not in (0, 3)
-    # another seed and another machine begin anew
+    # another seed or another machine starts a new training
     assert grind(*words, other, "--seed", 1)[::2] == (3, "")
     job = part.with_suffix(".toml")
     told = job.read_text()

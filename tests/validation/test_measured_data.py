@@ -1,4 +1,4 @@
-"""The data that ship with the package, against what their README says of them and against themselves."""
+"""The measured data of the package, compared with their README, their formulas and each other."""
 
 import math
 import re
@@ -19,7 +19,7 @@ def test_the_readme_lists_every_file():
 
 
 @pytest.mark.parametrize("name", LISTED)
-def test_a_file_has_the_rows_that_the_readme_states_and_no_gaps(name):
+def test_each_file_has_the_stated_number_of_rows_and_no_gaps(name):
     found = measured_data.rows(name)
     assert len(found) == LISTED[name]
     assert all(None not in row and None not in row.values() for row in found)  # as many cells as columns
@@ -29,7 +29,7 @@ def test_a_file_has_the_rows_that_the_readme_states_and_no_gaps(name):
     "owner",
     ["Copyright (c) 2019 Ciniro Nametala", "Copyright (c) 2025 KSF Institute", "CC BY 4.0", "10.5281/zenodo.17873859"],
 )
-def test_who_owns_them_is_said(owner):
+def test_the_readme_names_the_owners_and_licences(owner):
     assert owner in README
     assert "The above copyright notice and this permission notice" in README
 
@@ -57,7 +57,7 @@ def test_the_rotary_exponents_follow_from_the_eight_runs():
     np.testing.assert_allclose(fitted, stated, atol=6e-4)
 
 
-def test_the_burn_grid_is_what_its_formula_gives():
+def test_the_burn_grid_follows_from_its_formula():
     for row in measured_data.rows("burn_threshold_grid"):
         diameter, depth, speed = float(row["De_mm"]), float(row["ae_um"]) / 1000.0, float(row["vw_m_min"])
         wanted = 6.2 + 1.76 * diameter**0.25 * depth**-0.75 / math.sqrt(speed)

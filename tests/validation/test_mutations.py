@@ -1,4 +1,4 @@
-"""Laws are changed one at a time, and the rows that notice them are counted."""
+"""Mutation tests: laws are changed one at a time, and the rows that notice the change are counted."""
 
 import os
 import subprocess
@@ -18,14 +18,14 @@ for law in LAWS[:2]:
 """
 
 
-def test_the_text_of_a_law_stands_once_in_its_function_and_the_change_compiles():
+def test_each_law_finds_its_text_once_and_its_change_compiles():
     for law in LAWS:
         compile(law.source(), law.function, "exec")
     with pytest.raises(GrindError, match=r"laws.csv: other: equations.dressing.severity has 'colour' 0 times"):
         Law("other", "equations.dressing.severity", "colour", "grey").source()
 
 
-def test_a_change_holds_for_a_while():
+def test_a_changed_law_holds_until_its_context_ends():
     plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     A = list(map(float, subprocess.check_output([sys.executable, "-c", FLATS], env=plain, text=True).split()))
     assert (A[0] / A[1], A[2] / A[3]) == pytest.approx((0.25 + 0.75 * 2**0.5, 1.75))  # of .25 + .75 s^(-1/2)
@@ -35,7 +35,7 @@ def test_a_change_holds_for_a_while():
     ("decides", "known", "rows", "status"),
     [("", "", 0, 0), ("E", "", 1, 1), ("E", "", 2, 0), ("E", "nobody has measured it", 1, 0), ("E", "so", 2, 1)],
 )
-def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows, status, monkeypatch, capsys):
+def test_mutate_exits_with_1_after_an_unexpected_result(decides, known, rows, status, monkeypatch, capsys):
     found = MutationResult(Law("changed", "", "", "", decides, known), ("flats", "energy")[:rows])
     monkeypatch.setattr(module, "mutate", lambda: [found])
     assert module.main(["--mutate"]) == status
@@ -44,5 +44,5 @@ def test_the_exit_status_says_whether_decisions_are_noticed(decides, known, rows
 
 
 @pytest.mark.nightly
-def test_every_decision_is_noticed():
+def test_every_changed_law_gives_the_expected_result():
     assert [each.law.name for each in mutate() if not each.is_expected] == []

@@ -1,4 +1,4 @@
-"""What is printed, written and returned."""
+"""The validation report: printed table, CSV file, page and exit status."""
 
 import csv
 import io
@@ -33,7 +33,7 @@ def page(rows: list[Row]) -> str:
     return validation_page(rows, "the caption")
 
 
-def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
+def test_a_failing_row_is_printed_with_its_value_and_reason():
     good, lacking = CHECKS[0], CHECKS[1]
     rows = [Row(good, 5.0), Row(lacking, float("nan"), "there is no wheel 'x'")]
     text = printed(rows)
@@ -54,12 +54,12 @@ def test_a_known_failure_is_printed_with_its_reason():
 def test_the_exit_status_says_whether_all_results_are_expected(rows, monkeypatch, capsys):
     monkeypatch.setattr(module, "validate", lambda: rows)
     assert module.main([]) == (0 if all(map(is_expected, rows)) else 1)
-    said = capsys.readouterr().out
-    assert all(title in said for title in GROUPS.values())
-    assert max(map(len, said.splitlines())) <= WIDTH == 120
+    output = capsys.readouterr().out
+    assert all(title in output for title in GROUPS.values())
+    assert max(map(len, output.splitlines())) <= WIDTH == 120
 
 
-def test_the_first_line_counts_what_the_rows_carry(rows):
+def test_the_first_line_counts_the_rows_by_evidence(rows):
     (first, *_) = printed(rows).splitlines()
     counts = [int(number) for number in re.findall(r"\d+", first)]
     kinds = Counter(check.basis.evidence for check in CHECKS)
@@ -68,7 +68,7 @@ def test_the_first_line_counts_what_the_rows_carry(rows):
     assert len(first) <= WIDTH
 
 
-def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
+def test_an_unexpected_result_gives_exit_status_1(monkeypatch, capsys):
     monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 0.5)])
     assert module.main([]) == 0
     monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 5.0)])
@@ -95,7 +95,7 @@ def test_the_rows_are_written_as_csv(rows, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["rows.csv"]
 
 
-def test_a_csv_without_a_number_has_an_empty_cell(tmp_path):
+def test_a_missing_number_is_an_empty_csv_cell(tmp_path):
     write_csv([Row(CHECKS[0], float("nan"), "there is no wheel 'x'")], tmp_path / "rows.csv")
     with (tmp_path / "rows.csv").open(newline="", encoding="utf-8") as file:
         (line,) = csv.DictReader(file)
@@ -103,14 +103,14 @@ def test_a_csv_without_a_number_has_an_empty_cell(tmp_path):
     assert line["reason"] == "there is no wheel 'x'"
 
 
-def test_a_csv_that_cannot_be_written_is_told_before_the_work():
+def test_an_unwritable_csv_path_is_refused_before_the_work():
     command = [sys.executable, "-m", "grind_env.validation", "--csv", "/nowhere/rows.csv"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "validation: /nowhere/rows.csv: there is no folder /nowhere; make it first\n"
 
 
-def test_the_page_has_every_row_and_what_the_model_must_not_be_used_for(page):
+def test_the_page_lists_every_row_known_failure_and_unfit_use(page):
     assert all(check.what.replace("|", "\\|") in page for check in CHECKS)
     assert all(f"{use}: {why}" in page for use, why in unfit_uses().items())
     assert all(why in page for why in known_failures().values())
@@ -119,7 +119,7 @@ def test_the_page_has_every_row_and_what_the_model_must_not_be_used_for(page):
 
 
 @pytest.mark.parametrize("use", ["Ti-6Al-4V", "absolute Ra", "Form and corner wear", "Chatter", "Creep feed"])
-def test_unfit_uses_name(use):
+def test_the_unfit_uses_include(use):
     assert any(use in name for name in unfit_uses())
 
 

@@ -1,4 +1,4 @@
-"""The rows: taken from the functions of the process, judged by their bands, and known to fail only with a reason."""
+"""Validation rows: values from the functions of the process, verdicts by bands, known failures with reasons."""
 
 import math
 from dataclasses import replace
@@ -30,14 +30,14 @@ COUNTS = (
     *("no stall", "stall", "stall is told", "stall is scrap"),
     "roughness scatter",
 )
-"""Rows whose number is a count or a limit that is reached, or one of a job, and stays."""
+"""Rows whose value is a count, a limit or a result of a job, and does not depend on the catalogue."""
 SHAPES = (
     *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
     *("flats of a coarse dress", "flats by depth", "flats by lead", "temperature factor of a fast table"),
     *("rubbing force", "power within the limit", "energy linear in flats"),
     *("texture after the lightest stroke", "temperature factor of a usual table"),
 )
-"""Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
+"""Rows whose value follows from geometry or the form of a relation, not from constants of the catalogue."""
 
 MEMORIES = {
     "expected_magnitudes": {Evidence.REMEMBERED},
@@ -48,7 +48,7 @@ MEMORIES = {
     "thermal_partition": {Evidence.REMEMBERED, Evidence.OWN},
     "dressing_overlap": {Evidence.DRAWN},
 }
-"""What may be made of a file whose numbers nobody measured for this package, by name of the file."""
+"""Permitted evidence of rows based on files of recalled or derived numbers, by name of the file."""
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def rows() -> dict[str, Row]:
 
 
 def scaled(entry: Entry, factor: float) -> Entry:
-    """An entry with every number multiplied, as far as ranges and the order of fields allow."""
+    """Return an entry with every number multiplied where ranges and the order of fields allow."""
     for name, quantity in quantities(type(entry)).items():
         value = getattr(entry, name)
         if isinstance(value, float) and quantity.allows(value * factor):
@@ -80,8 +80,8 @@ def other_catalogue() -> Catalogue:
     )
 
 
-def made(value: float, **changes) -> Check:
-    """A check whose number is given."""
+def check_of(value: float, **changes) -> Check:
+    """Return a check that measures a given value."""
     fields = {"name": "made up", "group": 1, "what": "a number", "at": "anywhere", "band": Band(1.0, 2.0), **changes}
     return Check(measure=lambda rig: value, **fields)
 
@@ -93,7 +93,7 @@ def test_names_are_unique_and_every_group_has_rows():
     assert all(check.what and check.at and check.basis.text for check in CHECKS)
 
 
-def test_every_number_comes_from_the_process(rows):
+def test_every_row_outside_counts_and_shapes_depends_on_the_catalogue(rows):
     moved = {row.check.name: row for row in validate(other_catalogue())}
     fixed = (*COUNTS, *SHAPES)
     still = [
@@ -102,12 +102,12 @@ def test_every_number_comes_from_the_process(rows):
     assert still == []
 
 
-def test_a_measured_number_may_lie_outside_the_band_of_its_row_only_where_the_band_is_of_the_trend(rows):
+def test_every_measured_reference_lies_within_the_band_of_its_row(rows):
     outside = {check.name for check in CHECKS if check.reference is not None and not check.band.holds(check.reference)}
     assert outside == set()
 
 
-def test_what_is_called_measured_has_its_number_and_is_no_file_of_the_memory():
+def test_the_evidence_of_a_row_matches_its_reference_and_file():
     for check in CHECKS:
         basis = check.basis
         assert basis.evidence is not Evidence.MEASURED or check.reference is not None, check.name
@@ -116,7 +116,7 @@ def test_what_is_called_measured_has_its_number_and_is_no_file_of_the_memory():
             assert name not in basis.text or basis.evidence in lines, f"{check.name}: {name}"
 
 
-def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
+def test_data_recalled_from_memory_are_marked_in_their_files():
     rows = measured_data.rows("specific_energy_ranges") + measured_data.rows("malkin_energy_wearflat")
     assert all("from memory" in row["provenance"] for row in rows)
     readme = (measured_data.DATA / "README.md").read_text(encoding="utf-8")
@@ -133,7 +133,7 @@ def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
         ("-1", (-1.0,), (1.0,)),
     ],
 )
-def test_bands(band, inside, outside):
+def test_a_band_holds_only_values_within_its_limits(band, inside, outside):
     read = band_of(band)
     assert all(map(read.holds, inside)) and str(read) == band
     assert not any(map(read.holds, (*outside, math.nan)))
@@ -147,36 +147,36 @@ def test_bands(band, inside, outside):
         ("dress width", "dressing_overlap_worked_example", "pitch_for_one_overlay", "value"),
     ],
 )
-def test_a_reference_is_the_number_of_its_file(rows, name, file, key, column):
+def test_a_reference_equals_the_number_in_its_file(rows, name, file, key, column):
     (found,) = (float(row[column]) for row in measured_data.rows(file) if key in (row.get("id"), row.get("quantity")))
     assert rows[name].check.reference == found
 
 
-def test_what_the_catalogue_lacks_is_a_row_that_fails_and_says_so():
+def test_a_row_fails_and_names_a_missing_catalogue_entry():
     def measure(rig: Rig) -> float:
         return rig.fresh(wheel="cardboard").wheel.A
 
-    row = row_of(replace(made(1.5), measure=measure), Rig(load_catalogue()))
+    row = row_of(replace(check_of(1.5), measure=measure), Rig(load_catalogue()))
     assert not row.passed and math.isnan(row.value)
     assert "cardboard" in row.missing
 
 
 @pytest.mark.parametrize("name", known_failures())
-def test_a_known_failure_is_a_row_with_a_reason_and_fails(rows, name):
+def test_a_known_failure_has_a_reason_and_fails(rows, name):
     assert len(known_failures()[name]) > 20
     assert not rows[name].passed, f"{name} passes: take it out of known_failures.toml"
 
 
-def test_a_row_is_expected():
+def test_a_row_is_expected_to_pass_unless_it_is_a_known_failure():
     rig = Rig(load_catalogue())
     failing = next(iter(known_failures()))
-    assert is_expected(row_of(made(1.5), rig))
-    assert not is_expected(row_of(made(3.0), rig))
-    assert is_expected(row_of(made(3.0, name=failing), rig))
-    assert not is_expected(row_of(made(1.5, name=failing), rig))
+    assert is_expected(row_of(check_of(1.5), rig))
+    assert not is_expected(row_of(check_of(3.0), rig))
+    assert is_expected(row_of(check_of(3.0, name=failing), rig))
+    assert not is_expected(row_of(check_of(1.5, name=failing), rig))
 
 
-def test_exponents_and_steps():
+def test_exponents_and_steps_are_recovered_from_series():
     x = [1.0, 2.0, 5.0]
     assert exponent(x, [3.0 * each**-1.1 for each in x]) == pytest.approx(-1.1)
     z = [2.0, 1.0, 7.0]
@@ -186,7 +186,7 @@ def test_exponents_and_steps():
     assert smallest_step([1.0, 2.0, 2.5]) == 1.25
 
 
-def test_a_field_that_does_nothing_is_found():
+def test_idle_fields_finds_a_field_without_effect():
     known = load_catalogue()
     assert "wheel.initial_wear_volume" not in idle_fields(Rig(known))
     firm = {name: replace(wheel, initial_wear=0.0) for name, wheel in known.wheels.items()}
@@ -207,7 +207,7 @@ def states(grinder: Grinder) -> tuple[float, ...]:
     return (*grinder.wheel, grinder.S, grinder.Rs, grinder.Z)
 
 
-def test_strokes_in_one_call_are_those_made_one_by_one(rig):
+def test_strokes_in_one_call_equal_single_strokes(rig):
     one, many = rig.fresh(), rig.fresh()
     for _ in range(7):
         one.grind()
@@ -216,7 +216,7 @@ def test_strokes_in_one_call_are_those_made_one_by_one(rig):
     assert one.worn == pytest.approx(many.worn, rel=1e-12)
 
 
-def test_stock_is_what_the_wheel_went_down_less_wear_and_what_is_left(rig):
+def test_the_next_cut_follows_from_downfeed_less_wear_and_removed_stock(rig):
     grinder = rig.fresh(changes=NO_GROWTH)
     grinder.grind(10)
     before, wear = grinder.S, grinder.wheel.W
@@ -227,11 +227,11 @@ def test_stock_is_what_the_wheel_went_down_less_wear_and_what_is_left(rig):
 
 
 @pytest.mark.parametrize("depth", [1e-4, 0.010, 0.080])
-def test_the_stroke_of_a_depth_is_found(rig, depth):
+def test_cut_reaches_the_requested_depth(rig, depth):
     assert rig.sharp(width=5.0).cut(depth).ae == pytest.approx(depth, rel=1e-6)
 
 
-def test_a_trial_changes_nothing(rig):
+def test_a_trial_stroke_changes_no_state(rig):
     grinder = rig.sharp()
     before = states(grinder)
     grinder.trial(0.02)
@@ -250,8 +250,8 @@ def test_a_field_that_an_entry_lacks_is_refused(rig):
         rig.fresh(changes={"wheel": {"colour": 1.0}})
 
 
-def taken(measure) -> Row:
-    return row_of(replace(made(0.0), measure=measure), Rig(load_catalogue()))
+def measured_row(measure) -> Row:
+    return row_of(replace(check_of(0.0), measure=measure), Rig(load_catalogue()))
 
 
 @pytest.mark.parametrize(
@@ -265,7 +265,7 @@ def taken(measure) -> Row:
         ({"width": 40.0}, ["width 40 mm (a60j: at most 25)"]),
         ({"table_speed": 1000.0}, ["table speed 60 m/min (default: at most 40)"]),
         ({"changes": {"wheel": {"maximum_speed": 50.0}}, "wheel_speed": 45.0}, []),
-        # a wheel that is worn keeps its revolutions, or its surface speed
+        # a worn wheel keeps its revolutions or its surface speed
         ({"wheel_speed": 40.0, "diameter": 250.0}, []),
         (
             {"wheel_speed": 36.0, "diameter": 250.0, "constant_surface_speed": True},
@@ -273,19 +273,19 @@ def taken(measure) -> Row:
         ),
     ],
 )
-def test_what_lies_beyond(setup, found):
-    assert [str(each) for each in taken(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
+def test_setups_outside_the_catalogue_are_listed(setup, found):
+    assert [str(each) for each in measured_row(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
 
 
 @pytest.mark.nightly
-def test_the_speed_of_a_spindle_follows_from_the_wheel():
+def test_the_spindle_speed_follows_from_wheel_speed_and_diameter():
     (row,) = (row for row in validate() if row.check.name == "valve cBN 80 Ra on removal rate")
     (only,) = row.outside
     assert only.what == "spindle speed"
     assert only.value == pytest.approx(80.0 * 60.0 / (math.pi * 0.3))
 
 
-def test_the_farthest_of_several_set_ups_is_kept_and_none_of_another_row():
+def test_a_row_keeps_only_its_farthest_value_outside_the_catalogue():
     rig = Rig(load_catalogue())
 
     def measure(own: Rig) -> float:
@@ -298,7 +298,7 @@ def test_the_farthest_of_several_set_ups_is_kept_and_none_of_another_row():
     assert rig.outside == {}
 
 
-def test_the_rows_that_a_wheel_of_35_m_per_s_is_asked_for_45_and_80_are_marked():
+def test_rows_above_the_wheel_speed_limit_are_marked():
     marked = {row.check.name: row.outside for row in validate() if row.outside}
     fast = {name for name, found in marked.items() if any(each.what == "wheel speed" for each in found)}
     valve = {

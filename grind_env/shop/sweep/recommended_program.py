@@ -38,7 +38,7 @@ class Recommended(NamedTuple):
     """Program with the words of the best point of a sweep."""
 
     data: bytes  # content of its file
-    cost: float  # $ a part, on the lots of the sweep
+    cost: float  # $ a part, as that of the best point
     keeps_limits: bool  # whether it keeps limits and permitted risk as written
 
 
@@ -70,7 +70,7 @@ def recommended(
     if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
         raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))
-    cost = float(measured.cost.mean())
+    cost = float(measured.cost.mean()) + best.luck
     if abs(cost - best.cost.value) > NEAR * best.cost.value:
         why = "; ".join(variation.choices.remarks) or "its words do not change its cycles as they say"
         raise SweepError(

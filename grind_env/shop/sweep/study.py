@@ -68,7 +68,8 @@ class SweepPoint:
         every: dress interval in runs of the program; 0 for the D words of the program, in every part.
         lead: lead of the dress, mm a revolution; 0 without a dress program.
         depth: depth of the dress, mm a pass; 0 without a dress program.
-        cost: cost of a part, $, with a 90 % interval for one machine.
+        cost: cost of a part, $, with a 90 % interval for one machine; if judged on new lots: cost of the unchanged
+            program less the saving on the new lots.
         seconds: time of a part, s.
         Ra: roughness, um.
         power: highest power, kW.
@@ -79,6 +80,7 @@ class SweepPoint:
         shares: shares of the limits power, rise, Ra and size that 95 of 100 parts keep, on any machine.
         risk: risk as in `trials.risk`, as a share of the permitted risk. Both are the higher ones of all lots and of
             new lots where a point was judged on those.
+        luck: cost of a judged point less its cost on the lots of the sweep, $.
     """
 
     E: float
@@ -95,6 +97,7 @@ class SweepPoint:
     scrap: float
     shares: tuple[float, ...]
     risk: float
+    luck: float = 0.0
 
     @property
     def keeps_limits(self) -> bool:
@@ -303,12 +306,16 @@ class _Study:
     def best_of(
         self, points: list[SweepPoint], settings: Sequence[_Setting], rivals: Sequence[SweepPoint]
     ) -> list[SweepPoint]:
-        """Return the points, judged here from the cheapest on until one keeps the limits, for its cost may be luck."""
-        judged = set[int]()
+        """Return the points, judged here from the cheapest on until one stays so, because its cost may be luck.
+
+        Its new cost is that of the unchanged program, `rivals[0]`, less what it saves here.
+        """
+        judged, (as_it_is,) = set[int](), self.trials.each_of_one(self.as_it_is.cost)
         while (best := cheapest([*rivals, *points])) in points and (k := points.index(best)) not in judged:
             (again,) = self.points("new lots", [settings[k]])
-            shares = tuple(map(max, best.shares, again.shares))
-            points[k] = replace(best, shares=shares, risk=max(best.risk, again.risk))
+            dearer = rivals[0].cost.value + again.cost.value - as_it_is.value - best.cost.value
+            cost, shares = Interval(*(each + dearer for each in best.cost)), tuple(map(max, best.shares, again.shares))
+            points[k] = replace(best, cost=cost, luck=dearer, shares=shares, risk=max(best.risk, again.risk))
             judged.add(k)
         return points
 

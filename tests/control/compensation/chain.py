@@ -1,4 +1,4 @@
-"""Elements worked out with complex numbers, apart from the code under test."""
+"""Elements computed with complex numbers, independently of the code under test."""
 
 import cmath
 import math
@@ -12,7 +12,7 @@ def lines(*points: Point) -> list[Element]:
 
 
 def swept(arc: PathArc) -> float:
-    """Angle of an arc, rad; a full circle if it ends where it starts."""
+    """Return the angle of an arc, rad; a full circle if it ends at its start."""
     start, end, centre = complex(*arc.start), complex(*arc.end), complex(*arc.centre)
     if abs(start - end) < 1e-9:
         return math.tau
@@ -20,7 +20,7 @@ def swept(arc: PathArc) -> float:
 
 
 def element_from(start: complex, heading: float, bend: float, size: float) -> Element:
-    """A line (bend 0) of length `size`, or an arc of radius `size` that turns by `bend` degrees from the heading."""
+    """Return a line of length `size` (bend 0), or an arc of radius `size` that turns by `bend` degrees."""
     direction = cmath.rect(1.0, heading)
     if bend == 0.0:
         return PathSegment(point(start), point(start + size * direction))

@@ -10,7 +10,7 @@ LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 
 
 def turned(first: Element, degrees: float, length: float = 50.0) -> PathSegment:
-    """A line that leaves the end of a first one along +u at an angle."""
+    """Return a line from the end of a first one at an angle to +u."""
     u, v = first.end
     angle = math.radians(degrees)
     return PathSegment((u, v), (u + length * math.cos(angle), v + length * math.sin(angle)))
@@ -20,7 +20,7 @@ EAST = PathSegment((0.0, 0.0), (10.0, 0.0))
 
 
 @pytest.mark.parametrize(("offset", "rotation"), [(LEFT, -1), (RIGHT, 1)])
-def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
+def test_a_reversal_is_joined_round_the_corner(offset: Offset, rotation: int) -> None:
     side, back = offset.side, PathSegment((10.0, 0.0), (0.0, 0.0))
     straight = corner(EAST, back, offset, False, 0.0)
     assert straight.end == pytest.approx((12.0, 2.0 * side))
@@ -51,9 +51,7 @@ def test_generated_blocks_at_arcs_run_along_the_tangents() -> None:
 
 @pytest.mark.parametrize("arc_radius", [3.0, 7.7, 10.0, 12.3])
 @pytest.mark.parametrize("radius", [0.3, 1.0, 1.7])
-def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the_line(
-    arc_radius: float, radius: float
-) -> None:
+def test_a_cusp_is_inside_where_the_arc_bends_over_the_line(arc_radius: float, radius: float) -> None:
     over = PathArc((10.0, 0.0), (10.0 - arc_radius, arc_radius), (10.0, arc_radius), -1)  # leaves along -u, bends to +v
     # The circle of radius R + r about (10, R) and the line v = r: u = 10 -+ sqrt((R + r)^2 - (R - r)^2).
     met = pytest.approx((10.0 - math.sqrt(4.0 * arc_radius * radius), radius))
@@ -85,7 +83,7 @@ def test_a_single_short_block_is_dropped_for_the_intersection(minimum: float) ->
         assert junction.end == pytest.approx((11.0, 1.0))
 
 
-def test_the_rule_of_the_minimum_looks_at_both_components() -> None:
+def test_a_block_is_dropped_only_if_both_components_are_below_the_minimum() -> None:
     second, length = turned(EAST, -100.0), 0.2465
     components = length * math.cos(math.radians(50.0)), length * math.sin(math.radians(50.0))
     kept = corner(EAST, second, Offset(1.0, 1), False, 0.5 * sum(components))
@@ -93,7 +91,7 @@ def test_the_rule_of_the_minimum_looks_at_both_components() -> None:
     assert corner(EAST, second, Offset(1.0, 1), False, max(components) + 1e-3).generated == ()
 
 
-def test_of_two_short_blocks_the_first_is_dropped_and_of_three_the_second() -> None:
+def test_the_first_of_two_or_second_of_three_short_blocks_is_dropped() -> None:
     arc = element_from(10.0 + 0j, math.radians(-100.0), -60.0, 20.0)
     two = corner(EAST, arc, Offset(1.0, 1), False, 0.0)
     assert len(two.generated) == 2
@@ -179,7 +177,7 @@ def test_a_line_that_just_fits_has_no_length() -> None:
 
 
 def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> PathArc:
-    """About the origin, from one direction to another in degrees."""
+    """Return an arc about the origin from one direction to another, degrees."""
     return PathArc(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
 
 
@@ -192,7 +190,7 @@ def on(degrees: float, radius: float) -> Point:
     ("programmed", "trimmed_start", "trimmed_end"),
     [(30, 10, 15), (30, -10, -15), (200, 100, 90), (330, 160, 160), (330, -10, -10), (360, 0, 0), (360, 50, 60)],
 )
-def test_arcs_are_trimmed_and_lengthened(
+def test_compensated_arcs_are_trimmed_or_lengthened(
     programmed: float, trimmed_start: float, trimmed_end: float, rotation: int
 ) -> None:
     arc = arc_between(20.0, 20.0 + rotation * programmed, rotation)
@@ -207,7 +205,9 @@ def test_arcs_are_trimmed_and_lengthened(
 
 @pytest.mark.parametrize("rotation", [1, -1])
 @pytest.mark.parametrize(("programmed", "trimmed"), [(20, 15), (200, 110), (330, 170)])
-def test_vectors_of_an_arc_that_cross_interfere(programmed: float, trimmed: float, rotation: int) -> None:
+def test_crossing_vectors_of_an_arc_are_refused_as_interference(
+    programmed: float, trimmed: float, rotation: int
+) -> None:
     arc = arc_between(0.0, rotation * programmed, rotation)
     radius = 10.0 - 2.0 * rotation
     start, end = on(rotation * trimmed, radius), on(rotation * (programmed - trimmed), radius)
@@ -267,7 +267,7 @@ def test_side_change_takes_the_nearest_of_two_crossings() -> None:
         assert junction.generated == ()
 
 
-def test_side_change_to_an_arc_whose_path_is_elsewhere_is_joined_straight() -> None:
+def test_side_change_to_an_arc_without_a_crossing_is_joined_straight() -> None:
     arc = PathArc((10.0, 0.0), (10.0, 10.0), (10.0, 5.0), 1)  # right half, centre outside it: below the line
     junction = side_change(EAST, arc, LEFT, RIGHT)
     assert junction.end == pytest.approx((10.0, 2.0))

@@ -1,4 +1,4 @@
-"""Elements that are no neighbours, between which the wheel does not fit."""
+"""Gouging: elements that are not neighbours and leave no room for the wheel."""
 
 import math
 
@@ -12,7 +12,7 @@ Point = tuple[float, float]
 
 
 def contour(points: list[Point], side: str = "G41", arcs: dict[int, str] | None = None) -> str:
-    """A program along some points, with a way in and out along its first and last element."""
+    """Return a program along some points, with an entry and an exit along the first and last element."""
     (x0, y0), (x1, y1), (xe, ye), (xd, yd) = points[0], points[1], points[-1], points[-2]
     lines = [
         f"G00 X{2 * x0 - x1 - 3 * (y1 - y0):.3f} Y{2 * y0 - y1 + 3 * (x1 - x0):.3f}",
@@ -24,13 +24,13 @@ def contour(points: list[Point], side: str = "G41", arcs: dict[int, str] | None 
 
 
 def turned(points: list[Point], degrees: float, mirrored: bool) -> list[Point]:
-    """The points turned about the origin, and mirrored before."""
+    """Return the points, first mirrored if asked and then turned about the origin."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     return [(c * x - s * y, s * x + c * y) for x, y in ((-x if mirrored else x, y) for x, y in points)]
 
 
 def neck(width: float, depth: float, left: float, right: float, bottom: float) -> list[Point]:
-    """A pocket behind a neck: over its left lip, down the neck, round the pocket, up the neck again."""
+    """Return a pocket behind a neck: over the left lip, down the neck, round the pocket, up the neck again."""
     return [
         (-40.0, 0.0),
         (0.0, 0.0),
@@ -63,7 +63,7 @@ def refused(text: str, radius: float) -> ControlError | None:
     st.floats(0.0, 360.0),
     st.booleans(),
 )
-def test_a_wheel_that_is_wider_than_a_neck_is_refused(
+def test_a_wheel_wider_than_a_neck_is_refused(
     width: float, depth: float, left: float, right: float, radius: float, degrees: float, mirrored: bool
 ) -> None:
     assume(abs(width - 2.0 * radius) > 0.01)
@@ -76,14 +76,14 @@ def test_a_wheel_that_is_wider_than_a_neck_is_refused(
         assert "there is no room for a wheel" in error.message and "in line" in error.message
 
 
-def test_both_blocks_are_named() -> None:
+def test_a_gouging_error_names_both_blocks() -> None:
     error = refused(contour(neck(4.0, 10.0, 20.0, 20.0, 30.0)), 3.0)
     assert error is not None
     assert (error.block, error.line) == (70, 10)
     assert "between block 70 and block 20 in line 5 there is no room for a wheel of radius 3.0000 mm" in error.message
 
 
-def test_arcs_are_seen_too() -> None:
+def test_a_wheel_wider_than_the_neck_of_a_round_pocket_is_refused() -> None:
     """A round pocket behind a neck: the arc of 300 degrees about (0, -30)."""
     reach = 20.0 * math.sin(math.radians(30.0))
     top = -30.0 + 20.0 * math.cos(math.radians(30.0))
@@ -98,7 +98,7 @@ def test_arcs_are_seen_too() -> None:
     "text",
     [
         contour(neck(4.0, 10.0, 20.0, 20.0, 30.0)).replace("G17", "G17 M800"),
-        # around a square three times, the third time further in: each lap is beside the one before
+        # three laps around a square, the third further in: each lap lies beside the one before
         "G17 F500. T1\nG00 X-20.\nG42 G01 X0 Y0\n"
         + "X40.\nY40.\nX0\nY0\n" * 2
         + "X2. Y2.\nX38.\nY38.\nX2.\nY2.\nG40 X-20. Y-20.",
@@ -108,11 +108,11 @@ def test_arcs_are_seen_too() -> None:
         "G17 F500. T1\nG00 X-20.\nG41 G01 X0 Y0\nX10.\nX20. Z-5.\nX20. Y-20.\nX5.\nY20.\nG40 X-20. Y30.",
     ],
 )
-def test_what_does_not_gouge_is_accepted(text: str) -> None:
+def test_contours_without_gouging_or_without_detection_are_accepted(text: str) -> None:
     assert refused(text, 3.0) is None
 
 
-def test_the_way_up_to_the_gouge_is_made() -> None:
+def test_the_motions_before_a_gouge_are_made() -> None:
     events = []
     with pytest.raises(ControlError):
         for event in execute(read(contour(neck(4.0, 10.0, 20.0, 20.0, 30.0))), Control(radius=3.0)):

@@ -20,7 +20,7 @@ from grind_env.control.compensation.intersections import Circle, StraightLine, c
         (Circle((1.0, 1.0), 5.0), Circle((1.0, 1.0), 5.0), []),
     ],
 )
-def test_crossings(
+def test_lines_and_circles_cross_at_the_known_points(
     first: StraightLine | Circle, second: StraightLine | Circle, expected: list[tuple[float, float]]
 ) -> None:
     """Pythagorean triples; 13, 14, 15 is the triangle of height 12."""

@@ -1,4 +1,4 @@
-"""What the compensation remembers from element to element changes nothing: compared with what remembers nothing."""
+"""Views and boxes kept from element to element give the same results as a compensation without them."""
 
 import random
 from collections import deque
@@ -25,7 +25,7 @@ BETWEEN = [
     "G40",
     "G42",
 ]
-"""Blocks between the motions, on which views end, or after which they may not go on."""
+"""Blocks between the motions that end a view or may forbid its continuation."""
 
 
 def program(seed: int) -> str:
@@ -50,7 +50,7 @@ def events(text: str) -> list[str]:
 
 
 @pytest.mark.nightly
-def test_a_view_that_goes_on_sees_what_a_new_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_continued_view_gives_the_same_events_as_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
     went_on, has_foreseen = [0], Lookout._has_foreseen
 
     def counted(lookout: Lookout, outlook: object) -> bool:
@@ -67,7 +67,7 @@ def test_a_view_that_goes_on_sees_what_a_new_one_does(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("seed", few(range(5)))
-def test_boxes_find_the_same_element_as_one_by_one(seed: int) -> None:
+def test_boxes_find_the_same_element_as_a_search_one_by_one(seed: int) -> None:
     rng, check = random.Random(seed), GougeCheck()
     passed, here, found = deque[Passed](maxlen=COMPARED), (0.0, 0.0), 0
     for number in range(3 * COMPARED):
