@@ -105,7 +105,7 @@ def test_changed_output_is_reported_unless_its_cell_varies(tmp_path):
     assert keep(executed, kept) == "" == compare(executed, kept)
     assert "compiling" not in kept.read_text()
     executed.write_text(json.dumps(notebook("2.47 $\n")))
-    assert compare(executed, kept) == "cell 0 shows\n2.47 $\n\nand not\n2.46 $\n"
+    assert compare(executed, kept) == "cell 0 shows\n2.47 $\n\ninstead of\n2.46 $\n"
     executed.write_text(json.dumps(notebook("in 3 s\n", tags=("varies",))))
     keep(executed, kept)
     executed.write_text(json.dumps(notebook("in 5 s\n", tags=("varies",))))

@@ -321,7 +321,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
         (BATCH.replace("35. F191.", "3. F191.").replace("P9100 D1", "P9100"), JOB, "O9100"),
         # only a dress would be one level too deep
         (NESTED, JOB, "nest at most 4 levels"),
-        (BATCH.replace("M30", "M99"), JOB, "without end; end it with M30"),
+        (BATCH.replace("M30", "M99"), JOB, "a second time; end it with M30"),
         (CALLED_3000_TIMES, JOB, "more than 2000 cycle blocks"),
         (BATCH, FREE, "costs nothing"),
         ("G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n", JOB, "no cycle block"),
