@@ -100,12 +100,8 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
         Column("room", lambda each: shown(each.room, False), right=True),
     )
     gains = [each.searched.value for each in found if each.searched is not None]
-    times = int(MORE_SEARCH.partition(AT)[2]) // hindsight.SWEEPS
-    said = (
-        [f"`{MORE_SEARCH}` ({times} times the search) scores at most {max(gains):.1f} points above 100."]
-        if gains
-        else []
-    )
+    rounds = f"{MORE_SEARCH.partition(AT)[2]} rounds of search, not {hindsight.SWEEPS}"
+    said = [f"`{MORE_SEARCH}` ({rounds}) scores at most {max(gains):.1f} points above 100."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 

@@ -214,7 +214,7 @@ def _scores(about: TaskSheet) -> str:
         for policy, mean in known.returns.items()
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
-    scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
+    scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the best of this table."
     listed = table_of(("policy", "return", heading), rows).markdown()
     return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n{listed}"
 
