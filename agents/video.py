@@ -42,17 +42,14 @@ def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str =
 
     On an out-of-model machine, the policy computes with the model.
     """
+    title = TRAINED if isinstance(policy, LearnedPolicy) else policy.name.replace("_", " ")
     view: EpisodePicture | None = None
     for env, _ in stepped(policy, problem, seed, split):
-        before, view = view, _titled(env.view(), policy)
+        before, shown = view, env.view()
+        view = replace(shown, extent=replace(shown.extent, title=title))
         if before is not None:
             yield from (_in_motion(before, view, k, frames) for k in range(frames - 1))
         yield view
-
-
-def _titled(view: EpisodePicture, policy: Policy) -> EpisodePicture:
-    title = TRAINED if isinstance(policy, LearnedPolicy) else policy.name.replace("_", " ")
-    return replace(view, extent=replace(view.extent, title=title))
 
 
 def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: int) -> EpisodePicture:

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 66_250,
-    ("tests/*.py",): 50_830,
+    ("tests/*.py",): 50_845,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

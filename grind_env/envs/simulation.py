@@ -144,7 +144,12 @@ class Simulation(ABC):
         self._generator.begin(episodes, rows, rngs, given)
         self.clear(episodes, rows)
         if self.plants is not None:
-            episodes.wheels[rows, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
+            episodes.wheels[rows, OWN_FROM:] = [self._begun(each.plant.first) for each in given if each.plant]
+
+    def _begun(self, plant: "Plant") -> tuple[float, ...]:
+        """Return the memory at the start of a shift on a machine; exponents of a calibrated job stay."""
+        begun = len(plant.of_process)
+        return (*plant.of_process, *self._extra_state[begun : len(self.process.own._fields)], *plant.own[begun:])
 
     def empty_episodes(self, n: int, *, full_tape: bool = True) -> Episodes:
         """Return arrays for N episodes that have not been drawn.

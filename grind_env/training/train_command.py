@@ -53,8 +53,8 @@ def train(
     """Train an agent for a task or a part program in about two minutes.
 
     The agent is trained on machines whose physics differs from the simulator, and evaluated on others
-    (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: not recommended, as
-    rules are as cheap.
+    (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: the agent is not
+    recommended.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.optional_libraries import needing

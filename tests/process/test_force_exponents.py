@@ -1,5 +1,6 @@
 """Calibrated corrections of the forces: a factor, and exponents of depth, speed and volume."""
 
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from grind_env.control import read_file
 from grind_env.envs.job.batch_program import repeated
+from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.simulation import advance
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.grind import grind
 from grind_env.machine.job import JobError, PartConditions
@@ -14,6 +17,7 @@ from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.plants import find_plants
 from grind_env.process.force_exponents import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
@@ -79,6 +83,18 @@ def test_a_job_file_preserves_factor_and_exponents(tmp_path):
     again = load_job(tmp_path / "job.toml")
     assert again.own == corrected.own
     assert again == corrected
+
+
+def test_a_copied_simulation_on_a_named_machine_keeps_the_exponents():
+    programs, job = read_file(EXAMPLES / f"{PLATE}.nc"), job_of(PLATE, power_speed_exponent=0.3)
+    here, there = (
+        JobSimulation(programs, job, 0.0),
+        copy.copy(JobSimulation(programs, job, 0.0, plants=find_plants("model"))),
+    )
+    found = [
+        advance(each, each.start([np.random.default_rng(0)]), np.full(1, 9000.0), np.ones(1)) for each in (here, there)
+    ]
+    np.testing.assert_array_equal(*(outcome for outcome, _ in found))
 
 
 def test_a_job_rejects_parts_with_different_exponents():

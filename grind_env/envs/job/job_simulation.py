@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -254,6 +254,10 @@ class JobSimulation(Simulation):
             job = self.job if each.plant is None else self.job.on(each.plant.first)
             job = replace(job, parts=self.conditions(episodes, i))
             episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, job, course_of(self.blocks))]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.process = self.job.process  # with the exponents of a calibrated job
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
         """Return the conditions of the parts of episode i."""

@@ -50,7 +50,7 @@ def meter_sentences(found: Calibration) -> list[str]:
     if idle is not None and idle.written and idle.full is None:
         left = grinding_power(found.job, idle)
         said += [
-            f"power_limit becomes {left + idle.mean:.0f} W with it; for a motor rated {left:.0f} W write {left:.0f}."
+            f"power_limit becomes {left + idle.mean:.0f} W, idle included; is the motor rated {left:.0f} W, write that."
         ]
     return said + [
         f"Scale of the {kind} meter: {value:.3f} ({low:.3f} to {high:.3f})."

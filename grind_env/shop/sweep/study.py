@@ -306,10 +306,7 @@ class _Study:
     def best_of(
         self, points: list[SweepPoint], settings: Sequence[_Setting], rivals: Sequence[SweepPoint]
     ) -> list[SweepPoint]:
-        """Return the points, judged here from the cheapest on until one stays so, because its cost may be luck.
-
-        Its new cost is that of the unchanged program, `rivals[0]`, less what it saves here.
-        """
+        """Return the points, the cheapest ones judged here: their cost is that of `rivals[0]` less the saving here."""
         judged, (as_it_is,) = set[int](), self.trials.each_of_one(self.as_it_is.cost)
         while (best := cheapest([*rivals, *points])) in points and (k := points.index(best)) not in judged:
             (again,) = self.points("new lots", [settings[k]])
