@@ -57,7 +57,7 @@ def node(output, *arguments):
         with output.open("w") as file:
             process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, start_new_session=True)
         try:
-            wait_until(lambda: process.poll() is not None or STARTED in output.read_text())  # noqa: B023
+            wait_until(lambda child=process: child.poll() is not None or STARTED in output.read_text())
             if process.poll() is None:
                 yield process
                 return
