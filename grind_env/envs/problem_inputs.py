@@ -77,7 +77,7 @@ def calibrated(simulation: Simulation, names: Sequence[str]) -> bool:
 
 
 def _said(inputs: Inputs, name: str) -> str:
-    return quoted(inputs[name]) if name in inputs else "left out"
+    return quoted(inputs[name]).removesuffix(".0") if name in inputs else "left out"
 
 
 def _tables_of(task: Task) -> Mapping[str, Any]:

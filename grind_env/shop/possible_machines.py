@@ -1,6 +1,6 @@
 """Possible machines of a job, drawn from its uncertainty, on which the unchanged program grinds good parts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from grind_env.machine.job.drawn_machines import draw_machine, uncertainty_of
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.plants import find_plant
 from grind_env.process.process import PROCESS
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
+from grind_env.shop.trials import LotUse, Measures, Trials
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
 """Number of machines on which programs are tried, for each use; fewer if there are fewer lots."""
@@ -93,14 +93,14 @@ def fleet_of(
         return None if job.uncertainty is None else every
     if untried:
         return every
-    evidence = _Evidence(trials, uncertainty, seed)
-    scrap = evidence.scrap_of([job], 0.0, 0)[0]
+    evidence = Evidence(trials, uncertainty, seed)
+    scrap = evidence.scrap_of({0: job}, 0.0, 0)[0]
     if uncertainty.is_certain and scrap >= CONDEMNED:
         raise CondemnedError(scrap)
     if uncertainty.is_certain:
         return every
     for spread in SPREADS:
-        evidence = _Evidence(trials.spread_by(spread), uncertainty, seed)
+        evidence = Evidence(trials.spread_by(spread), uncertainty, seed)
         agree, scraps = list[int](), dict[int, float]()
         while len(agree) < needed and len(scraps) < MOST_DRAWN and not (scraps and is_up()):
             numbers = range(len(scraps), len(scraps) + AT_ONCE)
@@ -122,7 +122,7 @@ def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
         raise CondemnedError(scrap)
 
 
-class _Evidence:
+class Evidence:
     """Likelihood of the good parts on a machine."""
 
     def __init__(self, trials: Trials, uncertainty: Uncertainty, seed: int) -> None:
@@ -139,7 +139,7 @@ class _Evidence:
         chances = {k: np.random.default_rng((self.seed, k, 1)).random() for k in numbers}
         likely = dict.fromkeys(numbers, 1.0)
         for number in range(ROUNDS):
-            scrap = self.scrap_of(list(left.values()), self.uncertainty.drift, number)
+            scrap = self.scrap_of(left, self.uncertainty.drift, number)
             for k, share in zip(list(left), scrap, strict=True):
                 scraps[k] = max(scraps.get(k, 0.0), share)
                 likely[k] *= (1.0 - share) ** (SEEN_GOOD / ROUNDS)
@@ -149,13 +149,15 @@ class _Evidence:
                 break
         return list(left)
 
-    def scrap_of(self, machines: list[Job], drift: float, number: int) -> list[float]:
-        """Return the share of scrap of the unchanged program on each machine, in a round with its own lots."""
-        lots = lots_of(self.seed, LotUse.BASE, (number + 1) * self.lots)[number * self.lots :]
-        seeds = [lot for lot in lots for _ in machines]
+    def scrap_of(self, machines: Mapping[int, Job], drift: float, number: int) -> list[float]:
+        """Return the share of scrap of the unchanged program on machines by their numbers, in a round.
+
+        Each machine has its own lots: with the same lots for all, the seed would decide how many machines agree.
+        """
+        seeds = [(self.seed, int(LotUse.BASE), number, k, lot) for lot in range(self.lots) for k in machines]
         if self.trials.simulation.job.parts:
             seeds = seeds[: len(machines)]
-        on = self.trials.with_lots(seeds, machines, drift)
+        on = self.trials.with_lots(seeds, [*machines.values()], drift)
         scrap: list[float] = on.by_machine(on.measure(on.own[None]).scrap)[0].tolist()
         return scrap
 

@@ -402,7 +402,7 @@ def _executions(trials: Trials) -> Array:
 
 def _values(ends: tuple[float, float] | None) -> Sequence[float | None]:
     """Return the values of a range, evenly by ratio; None alone for a value that is not swept."""
-    return [None] if ends is None else np.geomspace(*ends, POINTS).tolist()
+    return [None] if ends is None else np.geomspace(*ends, POINTS if ends[0] < ends[1] else 1).tolist()
 
 
 def _intervals(ends: tuple[int, int] | None) -> Sequence[int | None]:

@@ -71,7 +71,7 @@ def sentences(found: Sweep) -> list[str]:
     if found.plant:
         said.append(f"simulated on {printable(found.plant)}, an out-of-model machine")
     if found.calibration is None:
-        said.append("not calibrated: the machines are drawn from the uncertainty of the catalogue")
+        said.append("not calibrated: machines are drawn from the catalogue's uncertainty; try another --seed, too")
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=lambda each: each.cost, default=None)
         first, last = found.valley
@@ -91,6 +91,10 @@ def sentences(found: Sweep) -> list[str]:
             )
         else:
             said.append(f"the limit of {name} binds: {cost}, but parts reach {100.0 * share:.0f} % of it")
+    for name, setting in {"E": f"E{best.E:.0f}", "every": f"a dress every {best.every} {found.counted}s"}.items():
+        swept = {getattr(each, name) for each in found.speeds}
+        if len(swept) > 1 and getattr(best, name) == max(swept):
+            said.append(f"{setting} is the end of the range")
     if not best.keeps_limits:
         said.append("no point of the sweep keeps all limits without too much risk")
     saved = found.own.cost.value - best.cost.value
