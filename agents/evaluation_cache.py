@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from agents.provenance import ROOT
-from grind_env.envs.contexts import find_split
 from grind_env.envs.cost import Outcome
+from grind_env.envs.distribution_splits import EVERY, SPLITS
+from grind_env.envs.reset_options import find_split
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scripted.rules import Random
 
 RUNS = ROOT / "runs"
@@ -41,7 +41,7 @@ UNPROBED = (
     "grind_env.envs.learning_scales",
     "grind_env.envs.observation_memory",
     "grind_env.envs.filter_members",
-    "grind_env.envs.observation_spec",
+    "grind_env.envs.space_metadata",
     "grind_env.envs.simulation",
     "grind_env.envs.wrappers",
     "grind_env.kernel.network_layers",

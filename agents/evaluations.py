@@ -10,12 +10,12 @@ from typing import Any
 from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.evaluation_cache import CHUNK, cached_file, code_of, read_cached, write_cached
 from agents.study import Found, Study, StudyOptions
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 
 
 @dataclass(frozen=True)

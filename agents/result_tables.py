@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar, get_type_hints
 
 from grind_env.files import read_text
-from grind_env.output_files import FileKind, check_replaceable
+from grind_env.output_checks import FileKind, check_replaceable
 
 RowT = TypeVar("RowT")
 

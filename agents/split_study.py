@@ -9,13 +9,13 @@ from agents.evaluations import Evaluations, chunks, joined
 from agents.reference.table import best_plan
 from agents.study import Found, Study, StudyOptions
 from grind_env.data_table import NONE, table_of
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
 MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "plain_gru", "robust")

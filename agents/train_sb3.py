@@ -32,7 +32,7 @@ from grind_env.errors import GrindError, did_you_mean, printable, quoted, reason
 from grind_env.file_arguments import Application, Writes
 from grind_env.files import write_atomically
 from grind_env.policies.nominal_model import training_machines
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policy_commands import NamedProblem
 from grind_env.sb3 import SB3VecEnv
 from grind_env.terminal import command

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from agents.budgets import PICTURES
-from grind_env.control.cycle_rules import dresses_due
-from grind_env.envs.splits import EVERY
+from grind_env.control.cycle_formulas import dresses_due
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.played_episodes import stepped
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
-from grind_env.render.episode_picture import EpisodePicture, PictureInstant
+from grind_env.policies.problem_lookup import Problem
 from grind_env.render.frames import TALL, render
+from grind_env.render.picture_data import EpisodePicture, PictureInstant
 
 COLOURS = 128
 """Number of colours of an animation: a picture has few colours, and mixtures of them at its edges."""

@@ -180,7 +180,7 @@ def run(
     Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
     Exit status 1: a part is more likely scrap than good, or not judged.
     """
-    from grind_env.control.command_options import variables_of
+    from grind_env.control.cli_options import variables_of
     from grind_env.machine.grind import grind_file
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.record_tables import as_data, print_record
@@ -323,7 +323,7 @@ def _control(
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError
-    from grind_env.control.command_options import radii_of, variables_of
+    from grind_env.control.cli_options import radii_of, variables_of
     from grind_env.control.control_settings import WHEEL_RADIUS
 
     every, radii = radii_of(radius or ())

@@ -16,7 +16,7 @@ from typer.models import OptionInfo
 
 from grind_env.command_help import HelpfulCommand, HelpfulGroup
 from grind_env.files import beside, is_file
-from grind_env.output_files import FileKind, Target, check_targets
+from grind_env.output_checks import FileKind, Target, check_targets
 from grind_env.toml import files_named
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -130,7 +130,7 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[Path]:
     """Yield all files that a command reads; called programs and files named in a TOML file may be missing."""
-    from grind_env.control.command_options import interrupts_of
+    from grind_env.control.cli_options import interrupts_of
     from grind_env.control.program_reader import called_files
 
     given = _given(roles, arguments)

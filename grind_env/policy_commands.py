@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
-from grind_env.output_files import FileKind
+from grind_env.output_checks import FileKind
 from grind_env.shop.commands.arguments import CsvFile, OtherPart, Plant
 from grind_env.terminal import progress
 
@@ -76,9 +76,9 @@ def evaluate(
     from grind_env.errors import GrindError, printable
     from grind_env.files import write_csv
     from grind_env.policies.policy_lookup import usual_name
-    from grind_env.policies.problem import find_problem
-    from grind_env.policies.result_rows import policy_file, row_of, write_rows
+    from grind_env.policies.problem_lookup import find_problem
     from grind_env.policies.scoring import evaluate as judge
+    from grind_env.policies.submissions import policy_file, row_of, write_rows
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
@@ -128,8 +128,8 @@ def _evaluate_core(
     from grind_env.errors import printable
     from grind_env.files import write_csv
     from grind_env.policies.core_scores import AGENT, SAID, evaluate_core
-    from grind_env.policies.problem import find_problem
-    from grind_env.policies.result_rows import row_of, write_rows
+    from grind_env.policies.problem_lookup import find_problem
+    from grind_env.policies.submissions import row_of, write_rows
     from grind_env.score_scale import EPISODES
     from grind_env.terminal import table_console
 
@@ -171,9 +171,9 @@ def verify(
     """
     from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
-    from grind_env.policies.problem import find_problem
-    from grind_env.policies.result_rows import read_rows
-    from grind_env.policies.result_rows import verify as verified
+    from grind_env.policies.problem_lookup import find_problem
+    from grind_env.policies.submissions import read_rows
+    from grind_env.policies.submissions import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
@@ -217,7 +217,7 @@ def play(
     from grind_env.machine.job.job_writer import job_text
     from grind_env.policies.nominal_model import on
     from grind_env.policies.played_episodes import play as play_episode
-    from grind_env.policies.problem import find_problem
+    from grind_env.policies.problem_lookup import find_problem
 
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust, other_part)

@@ -6,19 +6,19 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control.cycles.plunge import PlungeCycle
-from grind_env.envs.feed_motions import Infeed
-from grind_env.kernel.columns import dtype_of
+from grind_env.envs.programmed_infeed import Infeed
+from grind_env.kernel.row_accessors import dtype_of
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.concurrent_strokes import FEED, FULL, Feeding
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.stroke_loops import loops_of, zoned_loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.loops.table_speed import pace_of
-from grind_env.process.process import PROCESS
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import PROCESS
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(CYCLE_KERNELS["G82"]), zoned_loops_of(CYCLE_KERNELS["G83"])
 """Compiled loops of the package's process."""

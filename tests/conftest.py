@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from grind_env.envs.task_names import environment_id, task_names
 from grind_env.kernel.dispatch import Entry
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise import variables, varied_program
+from grind_env.shop.optimise import search_problem, variables
 from grind_env.shop.possible_machines import fleet_of
 from grind_env.shop.sweep import study
 from tests.command import Grind, status
@@ -75,15 +75,15 @@ def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
 
     Stop drawing possible machines once one of them grinds good parts.
     """
-    monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
-    for module in (varied_program, study):
+    monkeypatch.setattr(search_problem, "USUAL_RUNS", 1)
+    for module in (search_problem, study):
         monkeypatch.setattr(module, "fleet_of", lambda *given, needed=0, **named: fleet_of(*given, needed=1, **named))
 
 
 @pytest.fixture
 def nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Compile nothing for a search, for tests that read its variables but never search."""
-    monkeypatch.setattr(varied_program, "compile_all", lambda _: None)
+    monkeypatch.setattr(search_problem, "compile_all", lambda _: None)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from rich.table import Table
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.blocks.task_simulation import NO_SETTINGS
 from grind_env.envs.task_gauges import GAUGE
@@ -18,7 +18,7 @@ from grind_env.envs.transition import Choices, EpisodeArrays, Scratch, Tables, s
 from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.stroke_totals import Tally
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from tests.batches import PLUNGES
 
 compile_at_once()

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from grind_env.data_table import Cell, Column, Table, table_of
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 
 
 class Found(NamedTuple):

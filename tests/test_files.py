@@ -21,7 +21,7 @@ from grind_env.errors import GrindError
 from grind_env.files import FileError, ReadError, check_target, open_file, read_bytes, read_text, write_atomically
 from grind_env.machine.job.job_file import load_job
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.tuned_parameters import read_tuned
 from grind_env.process.catalogue import load_catalogue
 from grind_env.score_scale import read_references

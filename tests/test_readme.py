@@ -8,7 +8,7 @@ import numpy as np
 
 import grind_env
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

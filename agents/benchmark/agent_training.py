@@ -17,10 +17,10 @@ from agents.benchmark.plan import LIMIT, PLAIN, PUBLIC, RECIPE, ROBUST, Benchmar
 from agents.evaluation_cache import RUNS, bare, sources
 from agents.provenance import commit, installed
 from agents.study import of_problem
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.nominal_model import machines_name, model_of, on, without_plant
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scoring import evaluate
 from grind_env.score_scale import find_reference
 from grind_env.training import gru_ppo
@@ -129,7 +129,7 @@ def code_of_training(cell: BenchmarkCell, request: Request) -> str:
     steps = cell.steps or request.steps or LIMIT
     if cell.base in PLAIN:
         return fingerprint(ground_by(cell), Settings(memory=PLAIN[cell.base], steps=steps), cell.seed)
-    modules = map(sources, (train_sb3.__name__, "grind_env.envs.wrappers", "grind_env.sb3.adapter"))
+    modules = map(sources, (train_sb3.__name__, "grind_env.envs.wrappers", "grind_env.sb3.vec_env"))
     libraries = map(installed, (*LIBRARIES, "gymnasium", "stable_baselines3"))
     return digest(*modules, of_problem(cell.problem), *libraries, cell.seed, steps)
 

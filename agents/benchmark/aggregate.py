@@ -8,9 +8,9 @@ from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.scoring import Sampled, is_ratio
 from agents.benchmark.summary import tasks_of
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.statistics import Interval, ScoredRuns, interquartile_mean, mean_score, resampled_runs
+from grind_env.policies.score_statistics import Interval, ScoredRuns, interquartile_mean, mean_score, resampled_runs
 
 SINGLE_KIND = {"constant_per_kind": "constant"}
 """Policy that replaces another in tasks with one kind of block, where both are equal."""

@@ -10,7 +10,7 @@ from agents.benchmark.plan import AT, HELD_OUT, BenchmarkCell, Request
 from agents.benchmark.policy_effort import decision_ms, model_of, tuned_on
 from agents.benchmark.results import Result, result_of
 from agents.evaluation_cache import CHUNK, cached_evaluation
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.nominal_model import on
 from grind_env.policies.planners.hindsight import Hindsight

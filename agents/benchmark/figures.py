@@ -14,7 +14,7 @@ from agents.benchmark.aggregate import MEASURES, aggregates, all_runs, scored_ta
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.files import write_atomically
-from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
+from grind_env.policies.score_statistics import CLIP, Interval, ScoredRuns
 
 WIDTH = 9.0
 """Width of the figures, inches; at `DPI` a little wider than a page of a repository."""

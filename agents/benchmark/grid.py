@@ -8,7 +8,7 @@ from agents.benchmark.policy_effort import EXACT
 from agents.evaluation_cache import CHUNK
 from grind_env.envs.task_names import CORE
 from grind_env.policies.planners import hindsight
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import REFERENCE
 
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 512, 256, 256

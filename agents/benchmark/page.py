@@ -13,7 +13,7 @@ from agents.benchmark.summary import KNOWLEDGE, UNTRAINED, best, brief, budget, 
 from grind_env.data_table import NONE, Column, table_of
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.statistics import CLIP, Interval, ScoredRuns
+from grind_env.policies.score_statistics import CLIP, Interval, ScoredRuns
 
 MEASUREMENTS, STATE, _ = KNOWLEDGE
 ON_STATE = "mpc"

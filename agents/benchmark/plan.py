@@ -10,7 +10,7 @@ from agents.evaluation_cache import RUNS
 from grind_env.envs.task_names import CORE, task_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned_parameters import ConfigError
 

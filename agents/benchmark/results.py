@@ -15,10 +15,10 @@ from pyarrow import parquet
 from agents.benchmark.plan import LONG, BenchmarkCell
 from agents.provenance import provenance, shown_seeds
 from agents.result_tables import csv_of
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
-from grind_env.output_files import FileKind
+from grind_env.output_checks import FileKind
 from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.policy import Sees
 from grind_env.policies.tuned_parameters import ConfigError, write_whole

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from agents.benchmark.results import PLANTS, PREFIXES, Result
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.task_names import environment_id
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
-from grind_env.policies.statistics import (
+from grind_env.policies.score_statistics import (
     RESAMPLES,
     Interval,
     percentile_interval,

@@ -10,7 +10,7 @@ from agents.benchmark.results import INTERPOLATION, PLANTS, Result
 from agents.benchmark.scoring import Sampled, is_ratio, over_runs, sampled
 from grind_env.data_table import NONE, Column, Table, table_of
 from grind_env.envs.task_names import CORE
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 
 KNOWLEDGE = ("measurements", "state", "future")
 """Information that policies see, from least to most; the order of the table."""

@@ -15,7 +15,7 @@ from agents.benchmark.plan import BenchmarkCell, Request
 from agents.benchmark.results import EPISODES, Result
 from agents.evaluation_cache import code_of
 from agents.study import Study, of_problem
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import make_policy
 
 

@@ -22,7 +22,7 @@ from agents.commands.options import Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
 from grind_env.errors import printable
-from grind_env.output_files import check_replaceable
+from grind_env.output_checks import check_replaceable
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION

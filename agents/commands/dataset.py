@@ -15,13 +15,13 @@ import typer
 from agents.evaluation_cache import RUNS
 from agents.provenance import provenance
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.splits import EVERY, SPLITS
+from grind_env.envs.distribution_splits import EVERY, SPLITS
 from grind_env.errors import GrindError, printable
 from grind_env.files import FileError
 from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
 from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policy_commands import Configs, JobFile, NamedPolicy, NamedProblem, Parts, Split
 from grind_env.score_scale import find_reference
 

@@ -109,7 +109,7 @@ COMMANDS = {
         steps=1_000_000,
     ),
     "recipe": StudyCommand(
-        "agents.recipe_study",
+        "agents.training_recipe_study",
         "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
@@ -169,7 +169,7 @@ COMMANDS = {
         without=("tasks", "job", "parts", "episodes", "seeds", "steps", "configs"),
     ),
     "replicate": StudyCommand(
-        "agents.benchmark.replications",
+        "agents.benchmark.replication_study",
         "Re-run published results of the benchmark on new seeds.\n\n"
         "The new mean costs must lie in the 95 % prediction intervals of the published rows.",
         "--task rush --first-seed 7000000 --episodes 64",

@@ -10,7 +10,7 @@ from agents.commands.options import going_on
 from agents.evaluation_cache import RUNS
 from agents.study import Fresh, Jobs, Ray, Runs
 from grind_env.file_arguments import Keeps
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.tuned_parameters import tuned_folder
 from grind_env.policy_commands import JobFile, NamedProblem, Parts
 

@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from agents.budgets import PICTURES
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.errors import printable
 from grind_env.file_arguments import FILE, Writes
 from grind_env.policies.evaluation import SEEDS
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policy_commands import Configs, JobFile, NamedProblem, Parts, Split
 
 

@@ -13,16 +13,16 @@ import numpy as np
 from agents.provenance import provenance
 from agents.result_tables import csv_of
 from agents.tuning.search import BestPoint, refine
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
-from grind_env.output_files import FileKind
+from grind_env.output_checks import FileKind
 from grind_env.policies.choices import speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import JOB, Problem
+from grind_env.policies.problem_lookup import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.process.equations import dress_width, overlap_ratio
 

@@ -15,11 +15,11 @@ from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file
-from grind_env.output_files import FileKind, check_replaceable
+from grind_env.output_checks import FileKind, check_replaceable
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import FALLBACK, named_policy, usual_name
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned_parameters import write_whole
 

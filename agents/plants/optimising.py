@@ -14,9 +14,9 @@ from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.job.uncertainty import CERTAIN
-from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.optimise.optimisation import find_words
-from grind_env.shop.optimise.outcome import Optimised
+from grind_env.shop.optimise.result import Optimised
 from grind_env.shop.possible_machines import CondemnedError
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.plants.study import Found, PlantsTrial
 from agents.plants.study_machines import KEPT_OUT
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.plants.plant_names import MODEL
 
 OWN_FAMILY = MODEL.name

@@ -10,7 +10,7 @@ from agents.plants.study_machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.nominal_model import on
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.rehearsal import BatchResult, advised
 from grind_env.training.gru_ppo import Settings

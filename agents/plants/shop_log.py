@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.plants.program_variants import batch, write
 from agents.plants.study_machines import StudyMachine
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import read_file
 from grind_env.control.program_reader import called_files
 from grind_env.machine.grind import grind

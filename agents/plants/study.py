@@ -42,7 +42,7 @@ def answer(cell: PlantsTrial) -> Found:
 
 def _answer(cell: PlantsTrial) -> Found:
     if cell.question == "calibrate":
-        from agents.plants.calibrating import calibrate_on
+        from agents.plants.calibration_errors import calibrate_on
 
         return calibrate_on(cell.machine)
     if cell.question == "optimise":

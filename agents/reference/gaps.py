@@ -12,13 +12,13 @@ from agents.evaluations import Evaluations, by_problem, chunks
 from agents.reference.scores import tune_missing
 from agents.reference.table import best_plan, flat, spread_names
 from agents.study import Found, Study, StudyOptions
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.data_table import NONE, Column, Table, table_of
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
-from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.score_statistics import Interval, bootstrap
 
 FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "fixed plan",

@@ -8,7 +8,7 @@ from grind_env.data_table import Column
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 
 COLUMNS = (
     Column("policy", "policy"),

@@ -20,7 +20,7 @@ from agents.safety.trials import (
 )
 from agents.study import Study, StudyOptions
 from grind_env.data_table import Column, table_of
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 
 STEP, EPISODE = 8e-5, 0.1
 """Measured CPU time of a training step, and of an episode of a rule, which looks ahead, s."""

@@ -10,18 +10,18 @@ import numpy as np
 
 from agents.benchmark.agent_training import plain_agent
 from agents.evaluation_cache import RUNS, sources
-from grind_env.arrays import Table
+from grind_env.array_types import Table
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.cost import Outcome
-from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import make_policy
-from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.score_statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings

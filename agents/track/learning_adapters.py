@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 
 from agents.benchmark.agent_training import plain_agent
 from agents.track.model_fit import CONSTANTS, changed, fitted
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.plants.plant_names import TRAINING
 from grind_env.policies.choices import Decision
-from grind_env.policies.forecast_guard import guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.mismatch_fallback import guarded
 from grind_env.policies.nominal_model import on
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.policy_lookup import named_policy, trained_file
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import SHIFTS, TrackShift
 from grind_env.training.gru_ppo import Settings

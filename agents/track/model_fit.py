@@ -12,11 +12,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.belief.filter_quantities import Belief
 from grind_env.envs.simulation import Simulation, with_start_of
 from grind_env.plants import Plant
-from grind_env.policies.forecast_alarms import Watch, WatchedReading
+from grind_env.policies.mismatch_alarms import Watch, WatchedReading
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.policies.track import TrackShift
 from grind_env.process.force_exponents import CORRECTED, CorrectedOwn

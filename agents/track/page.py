@@ -7,7 +7,7 @@ import numpy as np
 
 from agents.track.scale_anchors import PLAN, PLANNER, TRAINED
 from agents.track.scores import Anchors, Ground, points, summary
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.data_table import table_of
 from grind_env.policies.track import BASELINE, SHIFTS, TASK
 

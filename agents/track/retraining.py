@@ -11,11 +11,11 @@ from torch import Tensor
 from agents.track.learning_adapters import Trained
 from agents.track.model_fit import CONSTANTS, changed, fitted
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.observation_spec import Standard
+from grind_env.envs.space_metadata import Standard
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.choices import Decision
 from grind_env.policies.learned.network import LearnedPolicy, best_actions
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.track import TrackShift
 from grind_env.training.gru_ppo import Agent, Settings, acting_part, likelihood, policy_of, take_over, train
 

@@ -13,7 +13,7 @@ from agents.tuning.rule_tuning import Tuner, tune_policy
 from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import FIXED_PLANS, TUNED, policy_names
 from grind_env.policies.track import TASK, TrackRuns, run_shifts
 from grind_env.policies.tuned_parameters import arguments

@@ -9,8 +9,8 @@ import numpy as np
 
 from agents.result_tables import csv_of, csv_rows
 from agents.track.scale_anchors import PLAN, PLANNER, TRAINED, MachineRuns
-from grind_env.arrays import Array
-from grind_env.policies.statistics import Interval, percentile_interval, score_of_means
+from grind_env.array_types import Array
+from grind_env.policies.score_statistics import Interval, percentile_interval, score_of_means
 from grind_env.policies.track import BASELINE, TrackRuns
 from grind_env.policies.tuned_parameters import write_whole
 from grind_env.task_version import TASK_VERSION

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.evaluation_cache import RESULTS
 from agents.study import Found, Study, StudyOptions
-from agents.track.adapters import ADAPTERS, make_adapter
+from agents.track.adapter_registry import ADAPTERS, make_adapter
 from agents.track.page import COLUMNS, RUN, page, rows
 from agents.track.scale_anchors import SCALES, TRAINED, TRAININGS, MachineRuns
 from agents.track.scores import ANCHORS, Anchors, Ground, anchors_of, collected, read_anchors, write_anchors
@@ -17,9 +17,9 @@ from agents.track.track_trials import TrackTrial, decides, run
 from grind_env.errors import GrindError
 from grind_env.plants import find_plants
 from grind_env.policies.nominal_model import model_of
-from grind_env.policies.problem import find_problem
-from grind_env.policies.result_rows import track_row, write_rows
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import check_policy
+from grind_env.policies.submissions import track_row, write_rows
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 
 POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)

@@ -15,17 +15,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.evaluation_cache import RUNS, behaviour, sources
-from agents.runner import run_all
+from agents.parallel_trials import run_all
 from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
 from agents.tuning.tunable_parameters import RULES, from_vector, rounded, vector_size
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
-from grind_env.output_files import check_replaceable
+from grind_env.output_checks import check_replaceable
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
 from grind_env.policies.policy import Policy, Sees
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned_parameters import (

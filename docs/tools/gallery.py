@@ -14,7 +14,7 @@ from agents.video import watch
 from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.policy_lookup import named_policy, usual_name
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.render.frames import render
 
 ON_SHEET = (*CORE, "CBN")

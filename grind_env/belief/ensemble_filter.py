@@ -25,8 +25,8 @@ from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.row_io import read_parameters, read_tally, read_wheel, write_wheel
 from grind_env.machine.loops.stroke_totals import mean_first_power, mean_last_power
 from grind_env.process.cost import Limits, survival
-from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 SMALLEST_POWER = 1.0
 """Power that is added before a logarithm is taken, because a power may be 0, W."""

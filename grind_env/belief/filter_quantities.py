@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.row_accessors import column_reader, column_writer
 
 CUT = 1.8
 """Standard deviations at which log-normal factors are cut, so that every wheel keeps the limits at some E."""

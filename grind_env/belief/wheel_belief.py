@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers, Table
+from grind_env.array_types import Numbers, Table
 from grind_env.belief.ensemble_filter import DIAMETER, NEW_WHEEL, follow, write_factors
 from grind_env.belief.filter_quantities import FACTORS, Belief, Hidden, Judged, Signals
 from grind_env.errors import GrindError

@@ -13,11 +13,11 @@ from typing import Any
 
 from grind_env.control import events
 from grind_env.control.control_settings import Control
-from grind_env.control.cycle_rules import INSTANT, motion_time, pick_begin
+from grind_env.control.cycle_formulas import INSTANT, motion_time, pick_begin
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.execution_limits import BlockBudget
-from grind_env.control.geometry import Circular, Path, Straight
 from grind_env.control.motion_profile import ramp_time, travelled
+from grind_env.control.path_geometry import Circular, Path, Straight
 from grind_env.control.reciprocation import Reciprocation, Underway
 
 

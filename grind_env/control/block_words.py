@@ -8,7 +8,7 @@ from typing import NamedTuple
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.macro_formulas import LONGEST_NUMBER, NO_VARIABLE_NUMBER, FormulaFault
 from grind_env.control.macro_statements import BEGIN, Statement, statement
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.errors import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")

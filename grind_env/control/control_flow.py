@@ -14,7 +14,7 @@ from grind_env.control.macro_formulas import FormulaFault, Tree, VariableFault, 
 from grind_env.control.macro_statements import Assign, End, Goto, Then, While, end_of, label_of
 from grind_env.control.macro_variables import ALARM, Variables
 from grind_env.control.program_reader import Blocks, Program
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.control.word_evaluation import MORE_DIGITS, fault_in
 
 TEXT_END = "text end"

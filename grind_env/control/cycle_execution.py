@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from grind_env.control.axis_timeline import Timeline
-from grind_env.control.cycle_rules import motion_time, pick_begin
+from grind_env.control.cycle_formulas import motion_time, pick_begin
 from grind_env.control.cycles import RULES
 from grind_env.control.events import CyclePlan, CycleStrokes, Event, Position, placed
 from grind_env.control.interruptions import Interruptions

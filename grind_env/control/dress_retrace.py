@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from grind_env.control.events import Position
-from grind_env.control.geometry import Circular, Path
+from grind_env.control.path_geometry import Circular, Path
 
 REMEMBERED = 4
 """Default number of remembered linear moves; M900 to M904 change it."""

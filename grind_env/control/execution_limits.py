@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.control.command_options import CHECK_COMMANDS
+from grind_env.control.cli_options import CHECK_COMMANDS
 from grind_env.control.errors import ControlError, Place
 
 

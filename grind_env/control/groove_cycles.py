@@ -11,8 +11,8 @@ from typing import Literal, TypeAlias
 
 from grind_env.control import numbers
 from grind_env.control.block_decoding import Command
-from grind_env.control.command_options import CHECK_COMMANDS
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.control.cli_options import CHECK_COMMANDS
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.control.events import Position, placed
 from grind_env.control.modes import PLANES
 from grind_env.control.motion_paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate

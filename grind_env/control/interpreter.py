@@ -3,7 +3,6 @@
 from collections.abc import Generator, Iterator
 
 from grind_env.control import numbers
-from grind_env.control.axis_moves import Mover
 from grind_env.control.axis_timeline import Timeline
 from grind_env.control.block_decoding import Command, decode
 from grind_env.control.block_words import Block, Word, read_block
@@ -18,9 +17,10 @@ from grind_env.control.macro_calls import MacroCall, macro_call
 from grind_env.control.macro_variables import DEEPEST_MACRO, Variables
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
+from grind_env.control.move_execution import Mover
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program, Programs
+from grind_env.control.reciprocator import Reciprocator
 from grind_env.control.system_variables import SystemVariables
-from grind_env.control.table_motion import Reciprocator
 from grind_env.control.word_evaluation import evaluated
 from grind_env.control.word_rewriting import with_words
 

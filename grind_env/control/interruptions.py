@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from grind_env.control import events
-from grind_env.control.axis_moves import Mover, MoveSection
 from grind_env.control.control_flow import TEXT_END
 from grind_env.control.control_settings import Control
 from grind_env.control.dress_retrace import Recorder
 from grind_env.control.errors import Place
-from grind_env.control.geometry import split
 from grind_env.control.macro_variables import Notes, Variables
+from grind_env.control.move_execution import Mover, MoveSection
 from grind_env.control.operator_actions import Interrupt
+from grind_env.control.path_geometry import split
 from grind_env.control.program_reader import Program, Programs
 
 Execute: TypeAlias = Callable[[Program, Place], Generator[events.Event, None, str]]

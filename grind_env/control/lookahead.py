@@ -20,13 +20,13 @@ from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.cycles import RULES
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
-from grind_env.control.geometry import Path, Straight
 from grind_env.control.macro_calls import macro_call
 from grind_env.control.macro_variables import DEEPEST_MACRO, Foreseen, Variables
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motion_paths import arc_path, target
+from grind_env.control.path_geometry import Path, Straight
 from grind_env.control.program_reader import HIGHEST_PROGRAM, Program
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.control.word_evaluation import evaluated
 
 REFERENCE_MOVES = ("G28", "G29", "G30")

@@ -8,9 +8,9 @@ from grind_env.control.block_decoding import Command
 from grind_env.control.control_settings import Control
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
-from grind_env.control.geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import PLANES
+from grind_env.control.path_geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
 
 Missing: TypeAlias = Callable[[], ControlError]
 """Function that makes the error of a block without a necessary word."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from grind_env.control.block_decoding import decode
 from grind_env.control.block_words import Block
 from grind_env.control.control_settings import Control
-from grind_env.control.cycle_block import ModalWords
+from grind_env.control.cycle_planning import ModalWords
 from grind_env.control.errors import ControlError
 from grind_env.control.events import CyclePlan, Event, Motion, Position, placed
 from grind_env.control.interpreter import Interpreter

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from enum import Enum
 
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.control.errors import Place
 from grind_env.control.events import CyclePlan, Position
 from grind_env.control.execution_limits import Rounds

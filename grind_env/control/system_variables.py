@@ -6,12 +6,12 @@ depend on the wheel: `SystemVariables.dependent` is the first such variable read
 
 from decimal import Decimal
 
-from grind_env.control.axis_moves import Mover
 from grind_env.control.control_settings import WHEEL_RADIUS
 from grind_env.control.events import placed
 from grind_env.control.macro_formulas import VariableFault, rounded
 from grind_env.control.modes import WORK_SYSTEMS
 from grind_env.control.motion_paths import AXES, displaced
+from grind_env.control.move_execution import Mover
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 
 RADII = range(2001, 2100)

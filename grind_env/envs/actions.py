@@ -27,7 +27,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.arrays import Table
+from grind_env.array_types import Table
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError, GrindWarning, listed, quoted
 from grind_env.kernel import entry, exp, inlined, log

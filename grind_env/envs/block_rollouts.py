@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Numbers, Table
-from grind_env.control.cycle_rules import motion_time
+from grind_env.array_types import Numbers, Table
+from grind_env.control.cycle_formulas import motion_time
+from grind_env.envs.block_kind_rows import KindRow, kind_table, parameter_table
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.kind_tables import KindRow, kind_table, parameter_table
 from grind_env.envs.noise_tape import BLOCKS, DRAWN
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import KIND, MATERIAL, STOCK

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from grind_env.envs.kind_tables import KindRow
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.row_accessors import column_reader, column_writer
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.process.cost import NO_LIMIT, Rates, expenses, volume_left

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Table
-from grind_env.envs.contexts import Fixed, Given, distinct
+from grind_env.array_types import Table
+from grind_env.envs.distribution_splits import Draws, draws_of
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import (
     DrawnKind,
@@ -21,11 +21,11 @@ from grind_env.envs.noise_tape import (
     write_origin,
 )
 from grind_env.envs.random_numbers import ORDER, words_of
-from grind_env.envs.splits import Draws, draws_of
+from grind_env.envs.reset_options import Fixed, Given, distinct
 from grind_env.envs.tasks.unseen_entries import OtherWheel
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform
+from grind_env.kernel.row_accessors import column_reader
 
 DEALT = -1
 """Number in place of a kind for a block whose kind the random orders decide."""

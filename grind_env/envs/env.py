@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, check_render
-from grind_env.envs.contexts import Given, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
-from grind_env.envs.program_writer import Written
+from grind_env.envs.reset_options import Given, read_options, with_machines
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import shown_space
+from grind_env.envs.writer_interface import Written
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import frames, terminal_view
-from grind_env.render.episode_picture import EpisodePicture
+from grind_env.render.picture_data import EpisodePicture
 
 RENDER_MODES = ("rgb_array", "human", "ansi")
 METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
@@ -62,7 +62,7 @@ class EpisodeLength:
 
 
 class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
-    """Single environment of a simulation; `grind_env.envs.task_env` and the modules of `grind_env.envs.ids` make it.
+    """Single environment of a simulation, made by `envs.task_env_factory` or a module of `envs.ids`.
 
     Args:
         simulation: dynamics, actions and observations.
@@ -159,7 +159,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
 
         Args:
             seed: seed of the generator; without one the generator continues.
-            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until changed.
+            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.reset_options`; they hold until changed.
 
         Returns:
             The observation; and an info with the name of the machine if the environment was made with a plant.

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Table
+from grind_env.array_types import Table
 from grind_env.envs.disturbances import DEALT, Disturbances, read_fixed
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import KEY_0, KEY_1, DrawnKind, Sigmas, read_sigmas
@@ -14,11 +14,11 @@ from grind_env.envs.random_numbers import EPISODE, unless, words_of
 from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.unseen_entries import OtherWheel, other_materials, other_wheels
 from grind_env.kernel import entry
-from grind_env.kernel.columns import replacer
 from grind_env.kernel.random import uniform
+from grind_env.kernel.row_accessors import replacer
 from grind_env.machine.loops.row_io import read_parameters, write_wheel
-from grind_env.process.state import WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import WheelState
 
 used = replacer(WheelState, "A", "V")
 

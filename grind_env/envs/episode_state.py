@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.arrays import Numbers, Table
+from grind_env.array_types import Numbers, Table
 from grind_env.envs.noise_tape import BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.transition import KIND, EpisodeArrays
 from grind_env.errors import GrindError
 from grind_env.machine.loops.row_io import OWN_FROM
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 

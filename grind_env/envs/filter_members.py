@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grind_env.arrays import Numbers, Table
+from grind_env.array_types import Numbers, Table
 from grind_env.belief.filter_quantities import FACTORS, Hidden, Judged
 from grind_env.belief.wheel_belief import BeliefError
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.simulation import Simulation, without_wheel_changes
 from grind_env.machine.loops.block_change import entries_of

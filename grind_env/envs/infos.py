@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.arguments import is_full
 from grind_env.envs.cost import Outcome, reward_terms
 from grind_env.envs.simulation import Simulation

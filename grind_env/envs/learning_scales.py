@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.cost import Outcome
-from grind_env.envs.observation_spec import MemoryForm, Standard, memories_of, remembered
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import MemoryForm, Standard, memories_of, remembered
 
 REWARD = Outcome._fields.index("reward")
 WORST_REWARD = -10.0

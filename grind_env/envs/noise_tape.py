@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.envs.contexts import Fixed
+from grind_env.envs.distribution_splits import Draws
 from grind_env.envs.random_numbers import (
     DATE,
     EPISODE,
@@ -29,11 +29,11 @@ from grind_env.envs.random_numbers import (
     words_of,
     write_block,
 )
-from grind_env.envs.splits import Draws
+from grind_env.envs.reset_options import Fixed
 from grind_env.envs.tasks.unseen_entries import OtherWheel
 from grind_env.kernel import entry, exp, inlined
-from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.random import uniform
+from grind_env.kernel.row_accessors import column_reader, column_writer
 
 
 class TapeRow(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.observations import Reading, bounds

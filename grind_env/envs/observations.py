@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.envs.block_kind_rows import read_kind
 from grind_env.envs.cost import Shop, read_shop
-from grind_env.envs.kind_tables import read_kind
 from grind_env.envs.noise_tape import TapeRow, place_of, read_row
-from grind_env.envs.shop_history import read_memory
+from grind_env.envs.past_readings import read_memory
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE, TAPER_NOISE
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry, inlined, log
-from grind_env.kernel.columns import lane_writer
+from grind_env.kernel.row_accessors import lane_writer
 from grind_env.machine.loops.row_io import OWN_FROM, read_wheel
 
 BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"

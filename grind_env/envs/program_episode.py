@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import ControlError, CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
 from grind_env.control.block_words import Block
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.part.parts_under_stroke import sweep_between, sweep_of_plan

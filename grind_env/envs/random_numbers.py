@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.filter_quantities import CUT
-from grind_env.envs.splits import RANGES
+from grind_env.envs.distribution_splits import RANGES
 from grind_env.kernel import entry, exp, inlined
-from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.kernel.random import Words, normal, philox, uniform
+from grind_env.kernel.row_accessors import lane_reader, lane_writer
 
 EPISODE, ORDER, DATE, PART, GAUGES, READINGS, _, TAPER = range(8)
 """Purposes of random numbers, each with four words for a counter: episode (wheel; coolant and start; spare wheel),

@@ -1,7 +1,7 @@
 """A simulation: N episodes of a problem side by side, without Gymnasium: reset, step, observe.
 
 Policies, evaluations, trainings and environments use a problem only through the methods of this class, its `writer`
-(`program_writer.py`) and its `viewer` (`episode_viewer.py`). Every environment with E and D has a simulation,
+(`writer_interface.py`) and its `viewer` (`picture_builder.py`). Every environment with E and D has a simulation,
 `env.unwrapped.simulation`: the single environment steps one episode, the native vector environment and planners many.
 Planners, beliefs and advisers also use its `branches`. Tasks (`blocks/task_simulation.py`) and users' programs
 (`job/job_simulation.py`) differ in the draws of their episodes, in the script, and in how episodes are written and
@@ -16,19 +16,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers, Table
+from grind_env.array_types import Numbers, Table
 from grind_env.envs.block_rollouts import Branches
-from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episode_state import Episodes, check_running
-from grind_env.envs.episode_viewer import Viewer
 from grind_env.envs.noise_tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
-from grind_env.envs.program_writer import ProgramWriter
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
+from grind_env.envs.picture_builder import Viewer
+from grind_env.envs.reset_options import Given, with_machines
 from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
+from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.loops.cycle import PartState, Zone
 from grind_env.machine.loops.row_io import OWN_FROM
@@ -36,8 +36,8 @@ from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.script.block_settings import SETTINGS
 from grind_env.machine.script.script_tables import ScriptTables
 from grind_env.process.gauge_readings import Gauge
-from grind_env.process.process import Process, joined
-from grind_env.process.state import WheelState
+from grind_env.process.process_interface import Process, joined
+from grind_env.process.stroke_types import WheelState
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants

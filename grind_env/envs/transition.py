@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.filter_quantities import FACTORS
-from grind_env.envs.block_place import place_block
+from grind_env.envs.block_depths import place_block
+from grind_env.envs.block_kind_rows import read_kind
 from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
-from grind_env.envs.kind_tables import read_kind
 from grind_env.envs.noise_tape import (
     BLOCKS,
     KEY_0,
@@ -27,8 +27,7 @@ from grind_env.envs.noise_tape import (
     read_row,
     read_sigmas,
 )
-from grind_env.envs.random_numbers import TAPER, deviation, words_of
-from grind_env.envs.shop_history import (
+from grind_env.envs.past_readings import (
     FOUND,
     History,
     booked_diameter,
@@ -39,9 +38,10 @@ from grind_env.envs.shop_history import (
     truth_of,
     write_memory,
 )
+from grind_env.envs.random_numbers import TAPER, deviation, words_of
 from grind_env.envs.task_gauges import TAPER_NOISE
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounted_wheel import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.loops.block_change import shift_of
 from grind_env.machine.loops.concurrent_strokes import FeedMotion
@@ -67,9 +67,9 @@ from grind_env.machine.script.script_tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.gauge_readings import Gauge
-from grind_env.process.process import Moment, Process, joined
-from grind_env.process.state import FORCES, StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.process_interface import Moment, Process, joined
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import FORCES, StrokeParameters, WheelState
 
 TOGETHER = 1024
 """Number of episodes that are prepared, ground and settled together; their rows fit into the processor's cache."""

@@ -11,18 +11,18 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_render
-from grind_env.envs.contexts import Given, option_items, read_all_options, read_options, with_machines
 from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.observation_spec import shown_space
 from grind_env.envs.observations import Reading
+from grind_env.envs.reset_options import Given, option_items, read_all_options, read_options, with_machines
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import shown_space
 from grind_env.envs.tasks import TaskError
-from grind_env.envs.threads import step_shared
+from grind_env.envs.threaded_step import step_shared
 from grind_env.errors import GrindError
 from grind_env.render import frames, terminal_view
 
@@ -125,7 +125,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         Args:
             seed: seeds of the generators; without a seed the generators continue.
             options: the mask, and `"context"`, `"split"` and `"plant"` of the episodes that start, see
-                `grind_env.envs.contexts`; they hold until changed. A list has one entry for each sub-environment.
+                `grind_env.envs.reset_options`; they hold until changed. A list has one entry for each sub-environment.
 
         Returns:
             The observations; and an info with the names of the machines if the environments were made with a plant.

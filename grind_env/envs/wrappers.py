@@ -12,14 +12,14 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
-from grind_env.arrays import Array
-from grind_env.envs.contexts import option_items
+from grind_env.array_types import Array
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.learning_scales import ease_rewards, fit_standard
 from grind_env.envs.observation_memory import WrapperError, belief_entries
-from grind_env.envs.observation_spec import BeliefForm, MemoryForm, ShownBox, Stack, Standard, wrapped_space
 from grind_env.envs.observations import Reading
+from grind_env.envs.reset_options import option_items
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import BeliefForm, MemoryForm, ShownBox, Stack, Standard, wrapped_space
 from grind_env.envs.vector_env import GrindVectorEnv
 
 AnyEnv = gym.Env[Any, Any]

@@ -27,7 +27,7 @@ def dress(
 ) -> None:
     """Draw the last part before a dress and the first after it."""
     from grind_env.figures.dress_effect import dress_figure, dressed_run
-    from grind_env.policies.problem import find_problem
+    from grind_env.policies.problem_lookup import find_problem
     from grind_env.render.figures import prepare_figure, write_figure
 
     prepare_figure(output)

@@ -10,7 +10,7 @@ from grind_env.machine.grind import grind_file
 from grind_env.machine.record import GrindingRecord
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.played_episodes import play
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.render.figures import new_figure

@@ -14,8 +14,8 @@ import numpy as np
 from numba.core.registry import CPUDispatcher
 from numba.extending import is_jitted
 
+from grind_env.kernel.background_compiler import Background
 from grind_env.kernel.cache import compile_seconds
-from grind_env.kernel.compile_process import Background
 
 SHARE = 0.05
 """Ratio of the time of plain calls to the compile time at which the background process starts to compile."""

@@ -12,7 +12,7 @@ from typing import Any
 from numba import types
 from numba.extending import intrinsic, overload
 
-from grind_env.kernel.compile import inlined
+from grind_env.kernel.jit_decorators import inlined
 
 LN2_HIGH = 6.93147180369123816490e-01  # ln 2 in two parts: the first has 21 trailing zero bits,
 LN2_LOW = 1.90821492927058770002e-10  # so that its product with an exponent is exact

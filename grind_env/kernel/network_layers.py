@@ -7,8 +7,8 @@ over the inputs in their order, in double precision. Tanh and the logistic funct
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.kernel.compile import entry
 from grind_env.kernel.exp_log import logistic, tanh
+from grind_env.kernel.jit_decorators import entry
 
 Numbers = NDArray[np.float64]
 

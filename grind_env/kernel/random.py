@@ -8,8 +8,8 @@ AS241 (Wichura 1988), turns a uniform number into a normal one.
 import math
 from typing import TypeAlias
 
-from grind_env.kernel.compile import inlined
 from grind_env.kernel.exp_log import log
+from grind_env.kernel.jit_decorators import inlined
 
 Words: TypeAlias = tuple[int, int, int, int]
 """Four words of 32 bits each."""

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Programs, events
-from grind_env.control.cycle_rules import INSTANT
-from grind_env.machine.dress.dress_effect import DressRun
+from grind_env.control.cycle_formulas import INSTANT
+from grind_env.machine.dress.dress_passes import DressRun
 from grind_env.machine.dress.dress_programs import DressPrograms
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job

@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import Path
 
 from grind_env.control import Control, Programs, execute, read_file
-from grind_env.control.command_options import interrupts_of
+from grind_env.control.cli_options import interrupts_of
 from grind_env.control.operator_actions import Panel
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError

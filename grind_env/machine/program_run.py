@@ -7,30 +7,30 @@ from typing import ClassVar
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Programs, events
 from grind_env.control.cycles import list_codes
 from grind_env.errors import GrindError
-from grind_env.machine.axes import cross_axis
-from grind_env.machine.dress.dress_effect import NO_DRESS, DressPlan, DressProgramError, DressRun
-from grind_env.machine.dress.dress_numbers import NO_SHARPENING, sharpening_of
+from grind_env.machine.axis_roles import cross_axis
+from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan, DressProgramError, DressRun
+from grind_env.machine.dress.dress_severity import NO_SHARPENING, sharpening_of
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.event_consumer import EventConsumer
 from grind_env.machine.job import Job, PartConditions, Station, require_conditions
 from grind_env.machine.loops.cycle import dress_lead
+from grind_env.machine.part.compiled_strokes import Dressed
 from grind_env.machine.part.feed_moves import FEED, keeps_across, leads_over
 from grind_env.machine.part.groove_cuts import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, SLOWED, PartRun, StageResult
 from grind_env.machine.part.parts_under_stroke import Swept, cycle_stations, sweep_of, touched_stations
 from grind_env.machine.part.stroke_record import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
-from grind_env.machine.part.stroke_sequence import Dressed
 from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.warnings import RunWatch
 from grind_env.machine.warnings.texts import BEYOND_NUMBERS, missed_diamond
 from grind_env.process.cost import STALL
-from grind_env.process.process import Drive, Moment
-from grind_env.process.state import WheelState
+from grind_env.process.process_interface import Drive, Moment
+from grind_env.process.stroke_types import WheelState
 
 
 class GrindingError(GrindError):

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import CyclePlan, Programs
 from grind_env.errors import GrindError, quoted
 from grind_env.files import write_atomically
-from grind_env.html_views import html, presenter
-from grind_env.kernel.columns import dtype_of
-from grind_env.machine.dress.dress_numbers import Sharpening
+from grind_env.kernel.row_accessors import dtype_of
+from grind_env.machine.dress.dress_severity import Sharpening
 from grind_env.machine.job import Job
-from grind_env.machine.part.block_executions import executions_of
+from grind_env.machine.part.execution_totals import executions_of
 from grind_env.machine.part.stroke_record import STROKE_ROW, PartVerdict
 from grind_env.machine.part.unsimulated_cuts import Unjudged
+from grind_env.notebook_loader import html, presenter
 from grind_env.optional_libraries import needing
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ class GrindingRecord:
     def executions(self) -> Array:
         """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, u_s).
 
-        Shape (executions,), dtype `part.block_executions.EXECUTION_ROW` in the units of `UNITS`.
+        Shape (executions,), dtype `part.execution_totals.EXECUTION_ROW` in the units of `UNITS`.
         """
         return executions_of(self.strokes)
 

@@ -4,13 +4,13 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from grind_env.pages.fields import FILE as FIELDS
-from grind_env.pages.fields import fields_page
+from grind_env.pages.file_keys import FILE as FIELDS
+from grind_env.pages.file_keys import fields_page
 from grind_env.pages.plants import FILE as PLANTS
 from grind_env.pages.plants import plants_page
+from grind_env.pages.task_index import file_name, index
 from grind_env.pages.task_page import page
-from grind_env.pages.task_sheet import page_ids
-from grind_env.pages.task_summary import file_name, index
+from grind_env.pages.task_page_data import page_ids
 from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
 from grind_env.pages.validation_figure import plot_series
 from grind_env.validation import validate

@@ -6,8 +6,8 @@ randomness: it belongs to the cheapest of all plans with one table speed and one
 
 import numpy as np
 
-from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
+from grind_env.envs.reset_options import Given
 from grind_env.envs.simulation import Simulation, advance
 
 SAVINGS_LEFT = 0.9

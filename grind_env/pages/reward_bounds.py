@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.envs.cost import reward_terms
 from grind_env.envs.tasks import Kind, Task
 from grind_env.process.cost import MOST_HANDOVER_DRESSES

@@ -8,11 +8,11 @@ from typing import Any
 
 from grind_env.data_table import table_of
 from grind_env.envs.cost import COST_TERMS, reward_terms
-from grind_env.envs.docstrings import meanings
+from grind_env.envs.docstring_sections import meanings
 from grind_env.envs.learning_scales import WORST_REWARD
 from grind_env.pages.nominal_interval import SAVINGS_LEFT, dress_interval
 from grind_env.pages.reward_bounds import RewardSpan
-from grind_env.pages.task_sheet import TaskSheet, sheet
+from grind_env.pages.task_page_data import TaskSheet, sheet
 from grind_env.pages.task_tables import (
     RANGE_NOTE,
     action_table,

@@ -9,7 +9,7 @@ from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Kind, Task
 from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR
-from grind_env.pages.task_sheet import TaskSheet
+from grind_env.pages.task_page_data import TaskSheet
 
 LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
 EPISODE = {

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.job.drawn_machines import draw_machine, usual_uncertainty
@@ -17,7 +17,7 @@ from grind_env.process.catalogue import USUAL, load_catalogue
 from grind_env.toml import read_toml
 from grind_env.validation import measured_data
 from grind_env.validation.declared_checks import CHECKS, Measurement
-from grind_env.validation.published import CASES, magnitude
+from grind_env.validation.published_checks import CASES, magnitude
 from grind_env.validation.rig import Rig
 from grind_env.validation.valve_alloys import RESPONSES, WHEELS, AlloyRuns, measured, simulated
 

@@ -4,12 +4,12 @@ import functools
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
+from grind_env.plants.event_random import deviate, words_of
 from grind_env.plants.family import Family, ranges_of
-from grind_env.plants.shift_random import deviate, words_of
 from grind_env.process.equations import early_loss, early_wear
-from grind_env.process.process import Drive, Hook, Moment, Process
-from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment, Process
+from grind_env.process.stroke_types import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 
 
 class BurstsOwn(NamedTuple):

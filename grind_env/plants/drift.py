@@ -4,12 +4,12 @@ import math
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
+from grind_env.plants.event_random import deviate, words_of
 from grind_env.plants.family import Family, ranges_of
-from grind_env.plants.shift_random import deviate, words_of
 from grind_env.process.gauge_readings import Gauge, GaugeReadings
-from grind_env.process.process import Drive, Hook, Moment
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 MOST_DULLING, MOST_PRESSURE, MOST_IDLE = math.log(2.5), 0.2, 300.0
 """Bounds of the random walks: logarithms of the factors on kA and pm, and the change of idle power, W."""

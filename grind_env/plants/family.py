@@ -15,7 +15,7 @@ from grind_env.evidence import Basis, Evidence
 from grind_env.kernel import exp, log
 from grind_env.kernel.random import philox, uniform
 from grind_env.process.gauge_readings import Gauge
-from grind_env.process.process import Hook, Process
+from grind_env.process.process_interface import Hook, Process
 from grind_env.toml import read_toml
 
 PUBLIC, HELD_OUT = 1, 2

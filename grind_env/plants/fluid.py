@@ -3,10 +3,10 @@
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.process import Drive, Hook, Moment
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 LEAST_FLOW = 0.2
 """Smallest share of the convection when a nozzle clogs: the other nozzles still flood the contact."""

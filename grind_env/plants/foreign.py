@@ -13,12 +13,12 @@ import math
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined, power
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.plants.family import Family, ranges_of
 from grind_env.process import equations as eq
 from grind_env.process.equations.roughness import REFERENCE_RATE
-from grind_env.process.process import Process, joined
-from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
+from grind_env.process.process_interface import Process, joined
+from grind_env.process.stroke_types import StrokeConstants, StrokeResult, WheelState
 
 DEPTH, SPEED, VOLUME = 0.010, 200.0, 300.0
 """Nominal depth, mm, table speed, mm/s, and volume since the dress, mm3/mm; there the dulling rate is the package's."""

@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
 from grind_env.kernel.random import uniform
+from grind_env.kernel.row_accessors import replacer
+from grind_env.plants.event_random import words_of
 from grind_env.plants.family import Family, ranges_of
-from grind_env.plants.shift_random import words_of
 from grind_env.process.equations import RENEWAL_EXPONENT
-from grind_env.process.process import Drive, Hook, Moment
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 
 class GradedOwn(NamedTuple):

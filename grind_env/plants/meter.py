@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.plants.family import Family, ranges_of
 from grind_env.process.gauge_readings import Gauge, GaugeReadings
 

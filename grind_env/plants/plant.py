@@ -8,7 +8,7 @@ from typing import Any
 from grind_env.errors import GrindError, reason
 from grind_env.plants.family import SEED, Family, word_of
 from grind_env.process.gauge_readings import TRUTH, Gauge, chain_gauges
-from grind_env.process.process import PROCESS, Process, composed, joined
+from grind_env.process.process_interface import PROCESS, Process, composed, joined
 
 
 class PlantError(GrindError):

@@ -3,10 +3,10 @@
 from typing import Any, NamedTuple
 
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.process import Drive, Hook, Moment
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 REACH = 300.0
 """Distance from the middle of the table to its end, mm."""

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from grind_env.kernel import inlined
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.process import Drive, Hook, Moment
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import Drive, Hook, Moment
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 FAST = 30_000.0
 """Table speed, mm/min, for which `ranges.toml` gives the losses."""

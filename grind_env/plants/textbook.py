@@ -14,13 +14,13 @@ import math
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined, log, power
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.plants.family import Family, ranges_of
 from grind_env.plants.foreign import DEPTH, LEAST, SPEED
 from grind_env.process import equations as eq
 from grind_env.process.equations.roughness import REFERENCE_RATE
-from grind_env.process.process import Process, joined
-from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
+from grind_env.process.process_interface import Process, joined
+from grind_env.process.stroke_types import StrokeConstants, StrokeResult, WheelState
 
 DRESSED = 4.0 / 3.0
 """Ratio of the flats after a dress to the flats of a freshly fractured surface, for the catalogue's alumina wheels."""

@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from grind_env.policies.forecast_guard import guarded
+    from grind_env.policies.mismatch_fallback import guarded
 
 __all__ = ["guarded"]
 
@@ -12,5 +12,5 @@ __all__ = ["guarded"]
 def __getattr__(name: str) -> Any:
     """Import slow modules on first use."""
     if name in __all__:
-        return getattr(import_module("grind_env.policies.forecast_guard"), name)
+        return getattr(import_module("grind_env.policies.mismatch_fallback"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 

@@ -6,14 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.data_table import Table, table_of
 from grind_env.envs.task_names import CORE, environment_id
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import TRAINED
-from grind_env.policies.scoring import Judgement, evaluate
-from grind_env.policies.statistics import (
+from grind_env.policies.score_statistics import (
     RESAMPLES,
     Interval,
     ScoredRuns,
@@ -21,6 +20,7 @@ from grind_env.policies.statistics import (
     percentile_interval,
     score_of_means,
 )
+from grind_env.policies.scoring import Judgement, evaluate
 from grind_env.score_scale import EPISODES, Reference, reference
 
 AGENT, ON_STATE = TRAINED[0], "mpc"

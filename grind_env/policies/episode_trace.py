@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.belief.filter_quantities import Belief
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.envs.filter_members import MemberModel
-from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError, quoted
 from grind_env.optional_libraries import needing
 from grind_env.policies.choices import Decision
-from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
+from grind_env.policies.episode_columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
 from grind_env.policies.nominal_model import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +87,7 @@ def follow(
         problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
         beside: other policies, in the same forms.
         seeds: one of `evaluation.SEEDS`.
-        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        split: split of the contexts, one of `grind_env.envs.distribution_splits.SPLITS`.
         episodes: number of episodes.
 
     Raises:

@@ -7,23 +7,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.contexts import Given, find_split
 from grind_env.envs.cost import Outcome
+from grind_env.envs.distribution_splits import EVERY, SPLITS
 from grind_env.envs.episode_state import Episodes
+from grind_env.envs.reset_options import Given, find_split
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
-from grind_env.html_views import html
+from grind_env.notebook_loader import html
 from grind_env.policies.choices import Decision
 from grind_env.policies.nominal_model import parted
 from grind_env.policies.policy import Policy, reveal
-from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
+from grind_env.policies.score_statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 
 SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
 """First seed of each range, frozen. A seed gives one episode, the same as `env.reset(seed=...)`. The split, not the
-seed, limits the contexts (`grind_env.envs.contexts`)."""
+seed, limits the contexts (`grind_env.envs.reset_options`)."""
 
 SEEDS_EACH = 500_000
 """Number of seeds in each range."""

@@ -13,7 +13,7 @@ from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.plants import Plant
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 
 
 def without_plant(problem: Problem) -> Problem:

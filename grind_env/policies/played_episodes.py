@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from grind_env.envs.splits import EVERY
+from grind_env.envs.distribution_splits import EVERY
 from grind_env.machine.job import Job
 from grind_env.policies.nominal_model import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,13 +10,13 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Decision
-from grind_env.policies.columns import (
+from grind_env.policies.episode_columns import (
     CHANGES,
     DUE,
     GAUGED,

@@ -9,9 +9,9 @@ from pathlib import Path
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.policies.choices import check_speeds
-from grind_env.policies.forecast_guard import Guarded, guarded
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy
+from grind_env.policies.mismatch_fallback import Guarded, guarded
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed

@@ -8,19 +8,19 @@ from typing import Any, get_args
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.data_table import Table, table_of
-from grind_env.envs.splits import EVERY, SPLITS
+from grind_env.envs.distribution_splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
-from grind_env.html_views import html
+from grind_env.notebook_loader import html
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
 from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.policy_lookup import agent_of, named_policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
-from grind_env.policies.statistics import (
+from grind_env.policies.score_statistics import (
     Interval,
     normalised_score,
     percentile_interval,
@@ -152,7 +152,7 @@ def evaluate(
         policy: the policy, or a text for `named_policy`: a name, a file, a constant.
         problem: the problem, or a text for `find_problem`: an id, a task file, a part program.
         seeds: one of `SEEDS`; by default the evaluation seeds.
-        split: split of the contexts, one of `grind_env.envs.splits.SPLITS`.
+        split: split of the contexts, one of `grind_env.envs.distribution_splits.SPLITS`.
         episodes: number of episodes.
         first_seed: first of consecutive seeds of your own, in place of `seeds`.
         plant: name of the machine (`grind_env.plants`), by default the model; with a name without a seed, every episode

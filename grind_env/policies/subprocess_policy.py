@@ -25,7 +25,7 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.nominal_model import model_of
 from grind_env.policies.policy import Sees
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.track import TrackShift
 
 LONGEST = 300

@@ -11,9 +11,9 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
-from grind_env.envs.contexts import Given
+from grind_env.array_types import Array
 from grind_env.envs.cost import Outcome
+from grind_env.envs.reset_options import Given
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.random import WORD
@@ -21,7 +21,7 @@ from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Step, steps
 from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.scoring import check_policy
 
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"

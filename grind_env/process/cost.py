@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from grind_env.kernel import inlined, logistic
 from grind_env.process.equations import LEAST_DIAMETER, dressed_volume, restoration, sharpening_effort
-from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 NO_LIMIT = 0.0
 """Roughness limit or tolerance that means no limit."""

@@ -11,10 +11,10 @@ on the force, `power_factor`, belongs to the parameters of any process.
 from typing import Any, NamedTuple
 
 from grind_env.kernel import exp, inlined, log
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.process.entries import Material
-from grind_env.process.process import PROCESS, Process, joined
-from grind_env.process.state import FORCES, StrokeConstants, StrokeResult, WheelState
+from grind_env.process.process_interface import PROCESS, Process, joined
+from grind_env.process.stroke_types import FORCES, StrokeConstants, StrokeResult, WheelState
 
 DEPTH, SPEED, VOLUME, EARLY = 0.010, 200.0, 300.0, 10.0
 """Interference, mm, table speed, mm/s, and volume, mm3/mm, with factor 1; volume that is added to V', mm3/mm."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from grind_env.kernel import inlined
-from grind_env.process.process import Nothing, joined
+from grind_env.process.process_interface import Nothing, joined
 
 
 class GaugeReadings(NamedTuple):

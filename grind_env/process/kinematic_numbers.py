@@ -7,7 +7,7 @@ theory of aggressiveness.
 
 import numpy as np
 
-from grind_env.arrays import Table
+from grind_env.array_types import Table
 
 
 def speed_ratio(vs: Table, vw: Table) -> Table:

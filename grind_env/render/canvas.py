@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from grind_env.render.episode_picture import RenderError
 from grind_env.render.palette import INK, PAPER, Colour
+from grind_env.render.picture_data import RenderError
 
 FINENESS = 3
 """Drawn pixels per pixel of the picture, in either direction."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.optional_libraries import needing
-from grind_env.render.episode_picture import EpisodePicture, NoScreenError, RenderError
+from grind_env.render.picture_data import EpisodePicture, NoScreenError, RenderError
 from grind_env.render.terminal_view import panel
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, text_width
-from grind_env.render.episode_picture import EpisodePicture
 from grind_env.render.machine_drawing import draw_lens, draw_machine, draw_tray
+from grind_env.render.picture_data import EpisodePicture
 from grind_env.render.strip_charts import draw_charts
 
 MARGIN = 14.0

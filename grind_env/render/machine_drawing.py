@@ -6,7 +6,7 @@ from typing import NamedTuple
 from grind_env.process.cost import SCRAP_BELOW
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, Point
-from grind_env.render.episode_picture import EpisodePicture
+from grind_env.render.picture_data import EpisodePicture
 
 RIM = 0.13
 """Width of the coloured rim as a share of the radius of a new wheel."""

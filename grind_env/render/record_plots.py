@@ -8,7 +8,7 @@ import numpy as np
 from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.curves import (
+from grind_env.render.curve_data import (
     BLUE,
     GREEN,
     GREY,

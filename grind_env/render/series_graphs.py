@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from grind_env.arrays import Array
-from grind_env.render.curves import GRID, INK
+from grind_env.array_types import Array
+from grind_env.render.curve_data import GRID, INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.render.episode_picture import EpisodePicture
+from grind_env.render.picture_data import EpisodePicture
 
 HEADROOM = 1.12
 """Ratio of the upper edge of a strip to its highest value or limit."""

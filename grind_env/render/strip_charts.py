@@ -2,7 +2,7 @@
 
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas
-from grind_env.render.episode_picture import EpisodePicture
+from grind_env.render.picture_data import EpisodePicture
 from grind_env.render.strip_chart_data import Strip, strips_of
 
 LABEL = 19.0

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Arc, Dwell, Event, Motion, Rapid, Source
-from grind_env.control.geometry import Circular
+from grind_env.control.path_geometry import Circular
 from grind_env.errors import GrindError, quoted
-from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED
+from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageTk
 
-from grind_env.render.episode_picture import NoScreenError, RenderError
+from grind_env.render.picture_data import NoScreenError, RenderError
 
 
 class Window:

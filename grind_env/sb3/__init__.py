@@ -3,8 +3,8 @@
 from grind_env.optional_libraries import needing
 
 with needing("sb3", "grind_env.sb3 needs"):
-    from grind_env.sb3.adapter import SB3VecEnv
     from grind_env.sb3.model_file import load_zip
     from grind_env.sb3.model_policy import ModelPolicy
+    from grind_env.sb3.vec_env import SB3VecEnv
 
 __all__ = ["ModelPolicy", "SB3VecEnv", "load_zip"]

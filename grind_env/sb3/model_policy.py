@@ -13,7 +13,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Sees
-from grind_env.sb3.model_spaces import check_scale, shown_form
+from grind_env.sb3.model_observations import check_scale, shown_form
 
 
 class ModelPolicy:

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.envs.threads import step_shared
+from grind_env.envs.threaded_step import step_shared
 from grind_env.kernel.cache import cache_folder
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.evaluation import episode_seeds, start_episodes
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.task_version import TASK_VERSION
 
 PACKAGE = "grind_env"

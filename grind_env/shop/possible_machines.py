@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.errors import GrindError
 from grind_env.kernel import compile_at_once
 from grind_env.kernel.random import WORD
@@ -13,7 +13,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import draw_machine, uncertainty_of
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.plants import find_plant
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from grind_env.shop.trials import LotUse, Measures, Trials
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}

@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from grind_env.control import read_file
-from grind_env.control.command_options import interrupts_of
+from grind_env.control.cli_options import interrupts_of
 from grind_env.control.program_reader import called_files
 from grind_env.files import beside, write_atomically
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import job_beside, load_job
-from grind_env.output_files import Target, check_targets
+from grind_env.output_checks import Target, check_targets
 from grind_env.shop.search_options import CONFIDENCE, Ends, Number, ends_of, options_of, seconds_of, whole_ends_of
 from grind_env.terminal import progress
 from grind_env.toml import files_named
 
 if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
-    from grind_env.shop.optimise.outcome import Optimised
+    from grind_env.shop.optimise.result import Optimised
     from grind_env.shop.sweep.study import Sweep
 
 File: TypeAlias = str | Path
@@ -224,8 +224,8 @@ def calibrate(
         CalibrationError: nothing can be fitted; the message says why, and what to do.
         GrindError: a file cannot be used.
     """
-    from grind_env.shop.calibrate.calibration import calibrate as from_log
-    from grind_env.shop.calibrate.settings_table import calibrate_table
+    from grind_env.shop.calibrate.log_calibration import calibrate as from_log
+    from grind_env.shop.calibrate.table_calibration import calibrate_table
 
     mapped, gauged = (None if file is None else Path(file) for file in (map_file, gauge))
     if program is None:

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Programs, execute
 from grind_env.control.control_settings import BLOCK_BUDGET
 from grind_env.envs.cost import Outcome
-from grind_env.envs.job.batch_program import Batch, batch_of
 from grind_env.envs.job.job_simulation import JobSimulation, ranges_of
 from grind_env.envs.job.program_outline import BlockOutline, JobProgramError
+from grind_env.envs.job.repeated_program import Batch, batch_of
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.stroke_totals import Tally
@@ -30,7 +30,7 @@ from grind_env.machine.script.block_settings import DRESS_SECONDS, D, E, Ranges,
 from grind_env.machine.script.repeated_script import SAMPLE_RUNS, is_straight, repeated, with_job
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.script_tables import BlockRow
-from grind_env.policies.statistics import Interval, resampled_means
+from grind_env.policies.score_statistics import Interval, resampled_means
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.search_options import CONFIDENCE
 

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
@@ -15,7 +15,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.policy import Policy, Sees
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import policy_for

@@ -18,12 +18,12 @@ import torch
 from gymnasium import spaces
 from torch import Tensor, nn
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.cost import Outcome
 from grind_env.envs.learning_scales import ease_rewards, fit_standard, lateness
 from grind_env.envs.observation_memory import Flags
-from grind_env.envs.observation_spec import CLIP, Standard
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import CLIP, Standard
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.kernel.random import WORD
 from grind_env.plants.family import SEED
@@ -32,7 +32,7 @@ from grind_env.policies.evaluation import nobody
 from grind_env.policies.learned.agent_spaces import GRID, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.nominal_model import model_of
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.training.checkpoint import Checkpoint
 
 Memory = Literal["none", "stack", "gru", "belief", "state"]

@@ -17,7 +17,7 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
-    from grind_env.policies.problem import Problem
+    from grind_env.policies.problem_lookup import Problem
     from grind_env.policies.scoring import Judgement
 
 JUDGES = "held-out-laws"
@@ -62,7 +62,7 @@ def train(
     from grind_env.policies.evaluation import episode_seeds
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.policies.nominal_model import machines_name, model_of, on, training_machines
-    from grind_env.policies.problem import JOB
+    from grind_env.policies.problem_lookup import JOB
     from grind_env.policies.scoring import evaluate
     from grind_env.terminal import progress
 
@@ -125,7 +125,7 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
         GrindError: there is no such problem, or a task has options of part programs.
     """
     from grind_env.errors import GrindError
-    from grind_env.policies.problem import JOB, find_problem
+    from grind_env.policies.problem_lookup import JOB, find_problem
 
     problem = find_problem(task, job, 1 if parts is None else parts)
     if parts is None and problem.id == JOB:
@@ -139,7 +139,7 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
 
 def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
     """Yield all inputs of a training by name: inputs of the agent and, for a job, plant, wheel and uncertainty."""
-    from grind_env.envs.problem_inputs import inputs_of, named
+    from grind_env.envs.input_comparison import inputs_of, named
 
     yield from inputs_of(simulation).items()
     yield from (each for each in named(getattr(simulation, "job", None)) if isinstance(each[1], str | float | int))
@@ -152,9 +152,9 @@ def _usual_file(task: str, problem: "Problem") -> Path:
         FileError: the file cannot be written, or a file that is no agent would be replaced.
     """
     from grind_env.files import beside
-    from grind_env.output_files import FileKind, Target, check_targets
+    from grind_env.output_checks import FileKind, Target, check_targets
     from grind_env.policies.learned.saved import ENTRY, SUFFIX
-    from grind_env.policies.problem import JOB
+    from grind_env.policies.problem_lookup import JOB
 
     path = beside(Path(task), SUFFIX) if problem.id == JOB else Path(problem.name + SUFFIX)
     agent = FileKind("trained agent", re.compile(rb'.{8}\{"__metadata__":\{"' + ENTRY.encode(), re.DOTALL).match)
@@ -169,7 +169,7 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
     """
     import numpy as np
 
-    from grind_env.policies.statistics import bootstrap, cost_per_good_part
+    from grind_env.policies.score_statistics import bootstrap, cost_per_good_part
 
     run, beside = found.evaluation, adviser.evaluation
     # the ratio is NaN where neither policy makes a good part

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from grind_env.evidence import Basis, Evidence
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.toml import read_toml
-from grind_env.validation import declared_checks, published, valve_alloys
+from grind_env.validation import declared_checks, published_checks, valve_alloys
 from grind_env.validation.check import GROUPS, Band, Check, Row, row_of
 from grind_env.validation.rig import Rig
 
@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 CHECKS: tuple[Check, ...] = tuple(
-    sorted((*published.CHECKS, *declared_checks.CHECKS, *valve_alloys.CHECKS), key=lambda check: check.group)
+    sorted((*published_checks.CHECKS, *declared_checks.CHECKS, *valve_alloys.CHECKS), key=lambda check: check.group)
 )
 """All checks, by group."""
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.evidence import Basis, Evidence
-from grind_env.process.state import StrokeResult
+from grind_env.process.stroke_types import StrokeResult
 from grind_env.validation import measured_data, quantities, wheel_comparisons
 from grind_env.validation.check import Check, band_of
 from grind_env.validation.fitted_slopes import exponent, largest_step, smallest_step

@@ -10,7 +10,7 @@ from math import log, sqrt
 import numpy as np
 
 from grind_env.process.equations import part_growth
-from grind_env.process.state import StrokeResult
+from grind_env.process.stroke_types import StrokeResult
 from grind_env.validation.rig import Grinder, crossing
 
 STEADY = 5

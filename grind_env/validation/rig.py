@@ -16,12 +16,12 @@ from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.loops.cycle import grown_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.process import equations as eq
-from grind_env.process import stroke
+from grind_env.process import stroke_and_dress
 from grind_env.process.catalogue import Catalogue
+from grind_env.process.catalogue_parameters import USUAL_HEIGHT, stroke_parameters
 from grind_env.process.entries import Entry, Machine, Wheel, quantities
-from grind_env.process.parameters import USUAL_HEIGHT, stroke_parameters
-from grind_env.process.process import PROCESS, PartHeat, whole_ms
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import PROCESS, PartHeat, whole_ms
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 SHARP = 25
 """Number of strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
@@ -85,14 +85,14 @@ def grind_strokes(
 
 @entry
 def dress(wheel: WheelState, passes: float, lead: float, depth: float, p: StrokeParameters) -> tuple[WheelState, float]:
-    """Return the wheel after a dress, and the volume removed, mm3; arguments as in `process.stroke.dress_wheel`."""
-    return stroke.dress_wheel(wheel, passes, lead, depth, p)
+    """Return the wheel after a dress, and the volume removed, mm3; arguments as in `stroke_and_dress.dress_wheel`."""
+    return stroke_and_dress.dress_wheel(wheel, passes, lead, depth, p)
 
 
 @entry
 def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
-    """Return a fully dressed wheel; arguments as in `process.stroke.dressed_wheel`."""
-    return stroke.dressed_wheel(ds, wd, lead, depth, p)
+    """Return a fully dressed wheel; arguments as in `process.stroke_and_dress.dressed_wheel`."""
+    return stroke_and_dress.dressed_wheel(ds, wd, lead, depth, p)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

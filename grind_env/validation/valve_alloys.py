@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation import measured_data
 from grind_env.validation.check import Band, Check

@@ -5,12 +5,12 @@ from typing import Any
 
 from grind_env.machine.job import Lots
 from grind_env.process.equations import dress_width as active_width
-from grind_env.process.state import StrokeResult
+from grind_env.process.stroke_types import StrokeResult
 from grind_env.validation import measured_data
-from grind_env.validation.field_effects import idle_fields
 from grind_env.validation.fitted_slopes import exponent
 from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness, wear_depth
 from grind_env.validation.rig import NO_GROWTH, Rig, grind_plate
+from grind_env.validation.unused_fields import idle_fields
 
 HALF_DULL = 0.03
 """Wear-flat area, share of the wheel's face, between a sharp wheel (.009) and expected burn (.04)."""

@@ -11,7 +11,7 @@ from rich.console import Console
 from agents import __main__, study
 from agents.study import Options, StudyOptions
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 
 
 def evaluation(*cost: float, good: float = 1.0, finished: float = 1.0, blocks: int = 2) -> Evaluation:

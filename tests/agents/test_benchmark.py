@@ -12,7 +12,7 @@ from agents.benchmark.results import COLUMNS, merged, read_results, result_of, w
 from agents.benchmark.scoring import judged
 from grind_env.envs.task_names import CORE, task_names
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned_parameters import ConfigError
 from tests.agents.asking import evaluation, in_process, status

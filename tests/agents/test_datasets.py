@@ -12,7 +12,7 @@ from agents.commands.dataset import PLACE, make_dataset
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.score_scale import normalise

@@ -10,7 +10,7 @@ from agents.dressing.figure import dress_figure
 from agents.dressing.findings import DressFinding, best_plan, csv_text, new_overlap
 from agents.dressing.trials import study
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.agents.asking import in_process, study_options

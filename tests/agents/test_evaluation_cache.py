@@ -18,9 +18,9 @@ from grind_env.policies.planners import dynamic_programming, hindsight, known_st
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import TUNED, UNTUNED
-from grind_env.policies.scripted import belief_rule, estimator, handbook, rules
+from grind_env.policies.scripted import belief_rule, handbook, rules, sharpness_estimator
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
@@ -98,14 +98,15 @@ def test_bare_code_ignores_comments_docstrings_and_imports():
 
 def test_the_code_of_a_planner_includes_its_rule():
     found = imported(known_state.__name__)
-    assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= {*found}
+    names = "scripted.rules", "scripted.sharpness_estimator", "choices"
+    assert {f"grind_env.policies.{name}" for name in names} <= {*found}
 
 
 DECIDING = [
     (Handbook(), handbook),
     (BELIEVING, rules),
     (BELIEVING, belief_rule),
-    (BELIEVING, estimator),
+    (BELIEVING, sharpness_estimator),
     (BELIEVING, filter_),
     (BELIEVING, wheel_belief),
     (BELIEVING, filter_members),

@@ -7,7 +7,7 @@ from agents.benchmark import figures
 from agents.benchmark.aggregate import MEASURES, aggregates, all_runs
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.agents.asking import evaluation
 
 COSTS = {"constant": 8.0, "interval": 6.0, "adaptive_rule": 4.0, "hindsight": 2.0}

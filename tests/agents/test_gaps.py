@@ -27,9 +27,9 @@ from agents.reference.gaps import (
 )
 from agents.tuning.rule_tuning import tune
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 from grind_env.policies.tuned_parameters import CONFIGS
 from tests.agents.asking import evaluation, in_process, status, study_options
 

@@ -23,9 +23,9 @@ from agents.benchmark.trials import BenchmarkTrial, digest, seconds
 from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.planners.hindsight import Hindsight
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
+from grind_env.policies.score_statistics import bootstrap
 from grind_env.policies.scoring import evaluate
-from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned_parameters import ConfigError, read_tuned
 from grind_env.training.gru_ppo import Settings, policy_of, train
 from tests.agents.asking import evaluation

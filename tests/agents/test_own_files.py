@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from agents.application import app
-from agents.benchmark.replications import BEGINS as REPLICATIONS
+from agents.benchmark.replication_study import BEGINS as REPLICATIONS
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
 from agents.commands.studies import COMMANDS, DRESSES
@@ -17,7 +17,7 @@ from agents.plants.page import BEGINS as PLANTS
 from agents.result_tables import check_tables
 from agents.track.study import FILES as TRACK
 from grind_env import examples
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.tuned_parameters import CONFIGS, TUNED_FILE
 from grind_env.terminal import command
 from tests.agents.asking import study_options

@@ -13,7 +13,7 @@ import tomllib
 from agents.evaluation_cache import imported
 from agents.plants import study
 from agents.plants.advising import plans
-from agents.plants.calibrating import MeanCuts, fitted, predicted
+from agents.plants.calibration_errors import MeanCuts, fitted, predicted
 from agents.plants.figure import MOST, plants_figure
 from agents.plants.optimising import real
 from agents.plants.page import page, programs_of, write
@@ -161,9 +161,9 @@ def test_the_figure_has_a_dot_at_the_cost_of_every_machine(tmp_path: Path) -> No
 @pytest.mark.nightly
 def test_the_deciding_code_includes_every_loaded_module() -> None:
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
-    code = f"import sys, agents.plants.calibrating; print(*({names}))"
+    code = f"import sys, agents.plants.calibration_errors; print(*({names}))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)
-    found = {*map(str, imported("agents.plants.calibrating", study.DECIDING).values())}
+    found = {*map(str, imported("agents.plants.calibration_errors", study.DECIDING).values())}
     own = {each for each in loaded.stdout.split() if not each.endswith(("__init__.py", "registration.py"))}
     assert len(own) > 100 and own <= found
 

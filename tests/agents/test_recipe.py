@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from agents import recipe_study as recipes
+from agents import training_recipe_study as recipes
 from agents.evaluation_cache import RESULTS
-from agents.recipe_study import CSV, PAGE, SOURCE, STEPS, WAYS, RecipeRow, RecipeTrial, recipe, train, variant
+from agents.training_recipe_study import CSV, PAGE, SOURCE, STEPS, WAYS, RecipeRow, RecipeTrial, recipe, train, variant
 from grind_env.errors import GrindError
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import in_process, status
 

@@ -10,12 +10,12 @@ import pytest
 from rich.console import Console
 
 from agents.benchmark.plan import BenchmarkCell
-from agents.benchmark.replications import check_sets, compared, page, replicate, verdicts_of
+from agents.benchmark.replication_study import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
 from agents.study import Options
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.policy import Sees
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned_parameters import ConfigError
 from tests.agents.asking import evaluation, in_process, status

@@ -12,9 +12,9 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from agents import runner
+from agents import parallel_trials
+from agents.parallel_trials import KILLED, LOST, RETRIES, Failed, attempt, run_all
 from agents.provenance import ROOT
-from agents.runner import KILLED, LOST, RETRIES, Failed, attempt, run_all
 from grind_env.errors import GrindError
 from grind_env.optional_libraries import MissingExtra
 from tests.patience import PATIENCE, wait_until
@@ -55,7 +55,7 @@ def interrupt(folder, name):
     """Send a signal to a run of two long trials; return its exit status once its workers have ended."""
     program = (
         "import signal, sys; from rich.console import Console\n"
-        "from agents.runner import run_all; from tests.agents.test_runner import lasting\n"
+        "from agents.parallel_trials import run_all; from tests.agents.test_runner import lasting\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup leaves it ignored
@@ -140,7 +140,7 @@ def ray(monkeypatch):
     """Install a fake Ray and return it."""
     fake = FakeRay(killed=FakeRay.RayError(), strange=FakeRay.RayTaskError())
     monkeypatch.setitem(sys.modules, "ray", fake)
-    monkeypatch.setattr(runner, "ANSWER_SECONDS", 0.2)
+    monkeypatch.setattr(parallel_trials, "ANSWER_SECONDS", 0.2)
     return fake
 
 

@@ -8,7 +8,7 @@ import pytest
 from agents.safety.page import page
 from agents.safety.trials import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from tests.agents.asking import in_process, status

@@ -10,7 +10,7 @@ from agents.reference import scores
 from agents.reference.scores import mean_return, reference_of
 from grind_env.envs.task_names import MODULE_NAMES, task_names
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned_parameters import CONFIGS, ConfigError
 from grind_env.score_scale import read_references, reference

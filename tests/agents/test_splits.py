@@ -10,7 +10,7 @@ import pytest
 from agents import split_study
 from agents.split_study import EVERY, SHOWN, SplitScore, judged, leading, lines_of, page, plans_of
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import REFERENCE
 from tests.agents.asking import in_process, status, study_options
 

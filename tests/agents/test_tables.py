@@ -16,8 +16,8 @@ from agents.benchmark.scoring import is_ratio, judged
 from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
 from agents.evaluation_cache import RESULTS
 from agents.provenance import ROOT
-from grind_env.policies.problem import find_problem
-from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
+from grind_env.policies.problem_lookup import find_problem
+from grind_env.policies.score_statistics import bootstrap, cost_per_good_part, normalised_score
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import evaluation

@@ -9,14 +9,14 @@ import pytest
 
 from agents.track import page as pages
 from agents.track import scale_anchors, scores, study
-from agents.track.adapters import make_adapter
+from agents.track.adapter_registry import make_adapter
 from agents.track.page import page
 from agents.track.scale_anchors import PLAN, PLANNER, TRAINED, MachineRuns
 from agents.track.scores import anchors_of, collected, points, read_anchors, summary, write_anchors
 from agents.track.track_trials import TrackTrial
 from grind_env.policies import track
 from grind_env.policies.nominal_model import model_of
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.track import BASELINE, SHIFTS, TrackRuns
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import in_process, status

@@ -8,10 +8,10 @@ from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import start_episodes, steps
 from grind_env.policies.nominal_model import model_of
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.track import TrackShift, books
-from grind_env.process.process import PROCESS
-from grind_env.process.state import StrokeParameters
+from grind_env.process.process_interface import PROCESS
+from grind_env.process.stroke_types import StrokeParameters
 
 PLATES = find_problem("power_limited")
 ROUGH = [each.symbols for each in CONSTANTS].index(("RaRef",))

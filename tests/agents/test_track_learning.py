@@ -7,19 +7,19 @@ import pytest
 import torch
 
 from agents.track import retraining
-from agents.track.adapters import ADAPTERS, make_adapter
+from agents.track.adapter_registry import ADAPTERS, make_adapter
 from agents.track.learning_adapters import ForgetfulRl2, LearningRule, Rl2
 from agents.track.model_fit import CONSTANTS, changed
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated, cost_ahead
-from grind_env.envs.observation_spec import Standard
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.space_metadata import Standard
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.nominal_model import model_of
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import TrackMachine, TrackShift
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 from grind_env.training.gru_ppo import Agent, Settings, acting_part, form_of, policy_of, train
 from tests.agents.test_track_fitting import ROUGH, ground
 

@@ -12,12 +12,12 @@ import torch
 
 from agents import train_sb3
 from agents.provenance import ROOT
-from agents.recipe_study import SOURCE, RecipeTrial, recipe, run, variant
 from agents.train_sb3 import RECIPES, train, trained
+from agents.training_recipe_study import SOURCE, RecipeTrial, recipe, run, variant
 from grind_env.cli import main as grind
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.sb3 import ModelPolicy, load_zip
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
@@ -58,7 +58,7 @@ def test_every_algorithm_learns_and_plays_from_its_file(algorithm: str, tmp_path
 def test_a_killed_training_resumes_to_the_same_agent(tmp_path: Path) -> None:
     program = (
         "import os, signal, sys; from pathlib import Path\n"
-        "from agents.train_sb3 import Checkpoints, train; from grind_env.policies.problem import find_problem\n"
+        "from agents.train_sb3 import Checkpoints, train; from grind_env.policies.problem_lookup import find_problem\n"
         "wrote = Checkpoints._on_rollout_start\n"
         "def killing(self):\n"
         "    wrote(self)\n"

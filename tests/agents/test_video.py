@@ -13,10 +13,10 @@ from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.nominal_model import on
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from grind_env.render.frames import TALL, render
 
 PROBLEM, PLATES = find_problem("oracle6"), find_problem("power_limited")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Table
+from grind_env.array_types import Table
 
 RECORDS = Path(__file__).with_name("records")
 

@@ -11,21 +11,21 @@ from hypothesis import strategies as st
 from grind_env.belief.ensemble_filter import adjust, learn
 from grind_env.belief.filter_quantities import Belief, Hidden, Signals
 from grind_env.belief.wheel_belief import BeliefError, WheelBelief, hypercube
+from grind_env.envs.block_kind_rows import kind_row
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.filter_members import MemberModel
-from grind_env.envs.kind_tables import kind_row
 from grind_env.envs.observation_memory import belief_entries
 from grind_env.envs.observations import bounds, physical
+from grind_env.envs.reset_options import Fixed, Given
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_names import task_names
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
 from grind_env.machine.loops.stroke_totals import Tally
-from grind_env.policies.problem import find_problem
-from grind_env.policies.scripted.estimator import SharpnessEstimator
-from grind_env.process.state import WheelState
+from grind_env.policies.problem_lookup import find_problem
+from grind_env.policies.scripted.sharpness_estimator import SharpnessEstimator
+from grind_env.process.stroke_types import WheelState
 from tests.envs.harness import Array, assert_same, start
 from tests.examples import few, nightly
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Arc, Control, Hold, Motion, Pick, Stroke, execute, read
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.control.motion_profile import ramp_time, travelled
 from tests.control.harness import COMMON, cycles, run
 from tests.examples import examples

@@ -25,14 +25,14 @@ from grind_env.control import (
 )
 from grind_env.control.block_decoding import decode
 from grind_env.control.block_words import Block, read_block
-from grind_env.control.command_options import interrupts_of
+from grind_env.control.cli_options import interrupts_of
 from grind_env.control.compensation.corners import CompensationFault
 from grind_env.control.control_flow import MOST_BLOCKS
-from grind_env.control.geometry import ImpossibleArc
 from grind_env.control.macro_formulas import FormulaFault, VariableFault
 from grind_env.control.macro_functions import FunctionFault
 from grind_env.control.modal_state import Modes
-from grind_env.control.program_text import IN_MEMORY_BYTES
+from grind_env.control.path_geometry import ImpossibleArc
+from grind_env.control.program_scanner import IN_MEMORY_BYTES
 from grind_env.toml import tomllib
 from tests.command import status
 

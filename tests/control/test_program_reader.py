@@ -11,11 +11,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env import files
-from grind_env.control import program_text as source_module
+from grind_env.control import program_scanner as source_module
 from grind_env.control.block_words import read_block
 from grind_env.control.errors import ControlError
 from grind_env.control.program_reader import Blocks, Programs, read, read_file
-from grind_env.control.program_text import Mark, Scanner, SourceText, Text, text_of
+from grind_env.control.program_scanner import Mark, Scanner, SourceText, Text, text_of
 from tests.examples import examples
 from tests.patience import PATIENCE
 

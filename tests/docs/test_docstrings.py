@@ -18,7 +18,8 @@ import pytest
 
 import grind_env
 from grind_env.errors import GrindError
-from grind_env.process import cost, equations, state
+from grind_env.process import cost, equations
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 DOCS = Path(__file__).parents[2] / "docs"
 MODULES = sorted(set(re.findall(r"automodule:: (\S+)", "".join(page.read_text() for page in DOCS.glob("*/*.md")))))
@@ -35,14 +36,14 @@ UNIT = re.compile(
 ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
 """A text of nothing but an enumerator makes an empty list on the site."""
 BEHIND = (
-    "envs.kind_tables",
+    "envs.block_kind_rows",
     "envs.noise_tape",
     "machine.loops.cycle",
     "machine.script.script_tables",
     "machine.loops.stroke_totals",
 )
 """Modules with the tables of the compiled loops, which the pages mention."""
-PHYSICS: tuple[Any, ...] = (state.WheelState, state.StrokeParameters, state.StrokeResult, cost.Rates, cost.Limits)
+PHYSICS: tuple[Any, ...] = (WheelState, StrokeParameters, StrokeResult, cost.Rates, cost.Limits)
 DERIVED = {
     "cut_root",
     "depth_of_cut",

@@ -15,18 +15,18 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 import grind_env
-from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import NOISE, Episodes
-from grind_env.envs.job.job_tape import NEW_LOT, JobGenerator, conditions_of
+from grind_env.envs.job.job_noise_tape import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.noise_tape import SOURCE, TapeRow
+from grind_env.envs.reset_options import Given
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots, PartConditions
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 
 gym.register_envs(grind_env)
 

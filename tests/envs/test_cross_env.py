@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from grind_env.control import read
 from grind_env.envs.blocks.task_job import conditions, job_of
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import reciprocation, wide_plates
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
+from grind_env.envs.reset_options import Fixed, Given, nominal_context
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.strip_stroke import strips_of
@@ -25,7 +25,7 @@ from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.loops.zone_layout import strip_zones
 from grind_env.machine.part.stroke_record import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from tests.envs.harness import whole_tape
 from tests.examples import examples
 

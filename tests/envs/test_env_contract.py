@@ -18,7 +18,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, VectorEnv
 
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
@@ -79,7 +79,7 @@ def short_simulation(env_id: str, observation: str = "measured", predress: bool 
         return simulation
     task = simulation.task
     task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)))
-    return task_env.simulation_of(task, observation=observation, predress=predress)
+    return task_env_factory.simulation_of(task, observation=observation, predress=predress)
 
 
 def short_vector(env_id: str, mode: AutoresetMode, **kwargs: Any) -> VectorEnv:

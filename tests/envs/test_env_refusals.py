@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import GrindError
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings("error")
 
 
 def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
-    for make in (task_env.make, task_env.make_vector):
+    for make in (task_env_factory.make, task_env_factory.make_vector):
         assert "oracle6, power_limited" in refusal(TaskError, make, task="power-limited")
         assert "box, multidiscrete, discrete, dict" in refusal(ActionError, make, action="continuous")
     message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
@@ -78,7 +78,7 @@ BAD_FORMS: list[tuple[str, Any, str]] = [
 @pytest.mark.parametrize(("form", "action", "part"), [*(("box", *bad) for bad in BAD_ACTIONS), *BAD_FORMS])
 def test_a_bad_action_changes_nothing_and_gives_the_same_error_in_a_vector(form: str, action: Any, part: str) -> None:
     arguments = {"action": form, "out_of_range": "raise"}
-    env, twin = task_env.make(**arguments), task_env.make(**arguments)
+    env, twin = task_env_factory.make(**arguments), task_env_factory.make(**arguments)
     env.reset(seed=1)
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, action)
@@ -96,7 +96,7 @@ def test_a_bad_action_changes_nothing_and_gives_the_same_error_in_a_vector(form:
 
 
 def test_stepping_out_of_turn_is_refused() -> None:
-    env = task_env.make("oracle6")
+    env = task_env_factory.make("oracle6")
     refusal(ResetNeeded, env.step, np.zeros(2))
     refusal(ResetNeeded, env.record)
     env.reset(seed=0)

@@ -4,9 +4,9 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.render import frames, terminal_view
-from grind_env.render.episode_picture import NoScreenError
+from grind_env.render.picture_data import NoScreenError
 from tests.envs.harness import every_id, native
 
 ACTION = np.zeros(2, np.float32)
@@ -26,7 +26,7 @@ def test_rendering_passes_the_checker_of_gymnasium(env_id: str, mode: str) -> No
 def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     shown = {}
     for mode in ("rgb_array", "ansi"):
-        env = task_env.make("oracle6", render_mode=mode, show_block=True)
+        env = task_env_factory.make("oracle6", render_mode=mode, show_block=True)
         env.reset(seed=0)
         first = env.render()
         *_, info = env.step(ACTION)
@@ -62,7 +62,7 @@ def test_a_view_sums_the_infos_of_the_steps(env_id: str) -> None:
 
 def test_rendering_before_the_first_reset_is_refused() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
-        task_env.make(render_mode="ansi").render()
+        task_env_factory.make(render_mode="ansi").render()
 
 
 def test_human_mode_shows_a_picture_of_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +76,7 @@ def test_human_mode_shows_a_picture_of_every_step(monkeypatch: pytest.MonkeyPatc
             closed.append(True)
 
     monkeypatch.setattr(frames, "open_window", lambda title: Screen())
-    env = task_env.make("oracle6", render_mode="human")
+    env = task_env_factory.make("oracle6", render_mode="human")
     env.reset(seed=0)
     env.step(ACTION)
     env.step(ACTION)
@@ -95,7 +95,7 @@ def test_human_mode_prints_text_without_a_screen(
         raise NoScreenError("there is no screen")
 
     monkeypatch.setattr(frames, "open_window", no_screen)
-    env = task_env.make("oracle6", render_mode="human")
+    env = task_env_factory.make("oracle6", render_mode="human")
     env.reset(seed=0)
     capsys.readouterr()
     env.step(ACTION)

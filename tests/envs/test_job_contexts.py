@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.envs.test_contexts import DECILES
 
-from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, read_options
+from grind_env.envs.distribution_splits import SPLITS
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
+from grind_env.envs.job.job_noise_tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, unfixable_factors
 from grind_env.envs.job.job_observation import job_task
-from grind_env.envs.job.job_tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, unfixable_factors
 from grind_env.envs.random_numbers import EPISODE
-from grind_env.envs.splits import SPLITS
+from grind_env.envs.reset_options import CONTEXT_FACTORS, ContextError, Given, read_options
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
 from tests.envs.harness import JobTape, assert_same, job_drawn
-from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.noise_tape import AHEAD, TapeRow
+from grind_env.envs.reset_options import Given, read_options
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_names import shipped_names
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.envs.harness import assert_same
 
 N = 6

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks import load_task, read_task
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.envs.harness import every_id, start
 from tests.examples import few
 
@@ -92,7 +92,7 @@ def simulation_of(name: str) -> Simulation:
     """Return the simulation of a task, or of twelve parts of an example program."""
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
-    return task_env.simulation_of(read_task(name), "measured")
+    return task_env_factory.simulation_of(read_task(name), "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
+from grind_env.envs.reset_options import CONTEXT_FACTORS, Fixed, Given
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, rollout, start
 

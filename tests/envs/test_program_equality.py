@@ -18,10 +18,10 @@ from grind_env.control import read
 from grind_env.envs.blocks.task_job import conditions, job
 from grind_env.envs.blocks.task_program import CycleBlock
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
+from grind_env.envs.distribution_splits import EVERY, SPLITS
 from grind_env.envs.noise_tape import TapeRow
-from grind_env.envs.splits import EVERY, SPLITS
+from grind_env.envs.reset_options import Fixed, Given
 from grind_env.envs.task_names import environment_id, task_names
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind

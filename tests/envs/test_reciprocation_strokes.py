@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
-from grind_env.envs.feed_motions import Infeed, Segment, segments, write_motions
+from grind_env.envs.programmed_infeed import Infeed, Segment, segments, write_motions
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.concurrent_strokes import FeedMotion
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, feeding_row
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 

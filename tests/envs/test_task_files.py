@@ -6,10 +6,10 @@ from pathlib import Path
 import gymnasium as gym
 import pytest
 
-from grind_env.envs import task_env, tasks
+from grind_env.envs import task_env_factory, tasks
 from grind_env.envs.blocks.task_job import check_task
 from grind_env.envs.ids import wide_plates
-from grind_env.envs.task_env import simulation_of
+from grind_env.envs.task_env_factory import simulation_of
 from grind_env.envs.task_names import environment_id
 from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
@@ -39,7 +39,7 @@ def test_load_task_refuses_a_task_with_its_own_environment() -> None:
     task = read_task(name)
     assert task.name == name and environment_id(name) in gym.registry
     assert name not in task_names()
-    for make in (load_task, task_env.make):
+    for make in (load_task, task_env_factory.make):
         with pytest.raises(TaskError, match=f"there is no task '{name}'"):
             make(name)
 

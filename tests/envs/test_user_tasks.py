@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.blocks.task_job import conditions, job, job_of
-from grind_env.envs.blocks.task_writer import request_times
+from grind_env.envs.blocks.task_program_writer import request_times
 from grind_env.envs.task_names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.arrays import Array
-from grind_env.envs.contexts import ContextError
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import EpisodeOver
 from grind_env.envs.job.loading import EXAMPLE
+from grind_env.envs.reset_options import ContextError
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.transition import TOGETHER
 from grind_env.machine.part.part import PartRun

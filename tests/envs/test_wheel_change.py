@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.observations import physical
+from grind_env.envs.reset_options import Fixed, Given
 from grind_env.envs.tasks import load_task
 from grind_env.machine.loops.row_io import OWN_FROM
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.envs.harness import rollout, start
 
 CBN = BlockSimulation(load_task("CBN"), full=True)

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.envs.blocks.task_job import conditions, job
-from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.cost import Outcome
 from grind_env.envs.observations import bounds
+from grind_env.envs.reset_options import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.process.equations import LEAST_DIAMETER
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.envs.harness import Array, whole_tape
 
 DIAMETER = WheelState._fields.index("ds")
@@ -112,7 +112,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return task_env.simulation_of(task, "full")
+    return task_env_factory.simulation_of(task, "full")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:

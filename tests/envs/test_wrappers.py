@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from grind_env.belief.wheel_belief import BeliefError
 from grind_env.envs.observation_memory import WrapperError
-from grind_env.envs.observation_spec import ShownBox, memories_of
+from grind_env.envs.space_metadata import ShownBox, memories_of
 from grind_env.envs.wrappers import (
     BeliefFilter,
     ForLearning,
@@ -23,7 +23,7 @@ from grind_env.envs.wrappers import (
     VectorHistoryStack,
 )
 from grind_env.policies.evaluation import start_episodes
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from tests.envs.contract import check_vector_env
 from tests.envs.harness import IDS, actions, assert_same, native, refusal, sb3_check_env

@@ -10,7 +10,7 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.machine.record import GrindingRecord
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.command import Grind
 from tests.examples import nightly
 

@@ -21,7 +21,7 @@ from grind_env.kernel.dispatch import WRITTEN, Entry, as_written
 from grind_env.machine.grind import grind_file
 from grind_env.machine.script.block_settings import DRESS_DEPTH, D, E
 from grind_env.plants.plant_names import find_plant
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import evaluate
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.warm_up import step

@@ -14,13 +14,13 @@ import pytest
 
 import grind_env
 from grind_env.kernel import entry
-from grind_env.kernel.compile_process import Background
+from grind_env.kernel.background_compiler import Background
 
 PACKAGE = Path(grind_env.__file__).parent
 TOY = """
 import os, sys, time
 from grind_env.kernel import dispatch, entry
-from grind_env.kernel.compile_process import Background
+from grind_env.kernel.background_compiler import Background
 from numba.core.registry import CPUDispatcher
 from toy_parts import scaled
 

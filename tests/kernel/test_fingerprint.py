@@ -251,7 +251,7 @@ def test_fingerprints_agree_across_processes_until_the_kernel_package_changes(
     shutil.copytree(
         Path(grind_env.__file__).parent, tmp_path / "grind_env", ignore=shutil.ignore_patterns("__pycache__")
     )
-    rooms = ("envs.transition", "process.process", "envs.task_gauges", "machine.loops.machine_lanes")
+    rooms = ("envs.transition", "process.process_interface", "envs.task_gauges", "machine.loops.machine_lanes")
     names = tuple(f"grind_env.{room}" for room in rooms)
     script = (
         "import importlib; from grind_env.kernel.fingerprint import fingerprint\n"

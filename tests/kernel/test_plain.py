@@ -18,7 +18,7 @@ from grind_env.machine.job.job_file import load_job
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, survival, volume_left
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.stroke_and_dress import dressed_wheel
 
 numbers = st.floats(1e-4, 1e3)
 

@@ -9,7 +9,7 @@ import pytest
 from numba.core import event
 
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer, replacer
+from grind_env.kernel.row_accessors import column_reader, column_writer, lane_reader, lane_writer, replacer
 
 LANES, FIRST = 4, 2
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from grind_env.control import Control, Programs, execute, read
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
 from grind_env.machine.job.drawn_machines import draw_machine
@@ -14,8 +14,8 @@ from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
-from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 CATALOGUE = load_catalogue()
 

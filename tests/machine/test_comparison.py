@@ -12,7 +12,7 @@ from grind_env.machine.job import Diamond, PartConditions
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.kinematic_table import compared_blocks, compared_dresses
+from grind_env.render.block_comparison import compared_blocks, compared_dresses
 from tests.machine.harness import CYCLE, HEAD, job, run
 from tests.machine.test_grooving import NEAR, groove_job
 

@@ -13,20 +13,20 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Control
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE, motion_time
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE, motion_time
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops import stroke_loops
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS
 from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.part.stroke_record import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 from tests import batches
 from tests.batches import CYCLE, PARAMETERS, PART, WHEEL, cold, grind_cycles
 from tests.examples import examples

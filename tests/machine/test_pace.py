@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.table_speed import Pace, pace_of, paced_of, steady
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.process import PROCESS, PartHeat
-from grind_env.process.stroke import grind_stroke, stroke_constants
+from grind_env.process.process_interface import PROCESS, PartHeat
+from grind_env.process.stroke_and_dress import grind_stroke, stroke_constants
 from tests.examples import examples
 from tests.machine.harness import job, run, start_wheel
 

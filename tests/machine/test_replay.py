@@ -6,19 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.job.batch_program import with_words_chosen
 from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.job.repeated_program import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.machine.harness import DRESS, job, machine_after
 
 START = WheelStart(wear_flat_area=0.02, volume_since_dress=50.0)

@@ -14,16 +14,16 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
-from grind_env.machine.dress.dress_effect import run_dress
+from grind_env.machine.dress.dress_passes import run_dress
 from grind_env.machine.dress.mounted_wheel import first_wheel, new_wheel
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.script.block_settings import BlockSettings, Ranges
-from grind_env.machine.script.chosen_settings import SettingsError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.script_block import ScriptError
 from grind_env.machine.script.script_tables import tables_of
-from grind_env.process.state import WheelState
+from grind_env.machine.script.settings_completion import SettingsError
+from grind_env.process.stroke_types import WheelState
 from tests.examples import examples
 from tests.machine.harness import DRESS, job
 from tests.machine.test_dress_times import back_and_forth

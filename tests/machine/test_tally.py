@@ -18,7 +18,7 @@ from grind_env.machine.loops.stroke_totals import (
     mean_first_power,
     mean_last_power,
 )
-from grind_env.process.state import StrokeResult
+from grind_env.process.stroke_types import StrokeResult
 
 EMPTY = StrokeResult(*[0.0] * len(StrokeResult._fields))
 

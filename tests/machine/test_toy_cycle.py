@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.control.cycle_block import WORDS
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE, depth_after_pick, dresses_due
+from grind_env.control.cycle_planning import WORDS
 from grind_env.control.cycles import RULES, Rules
 from grind_env.control.events import CyclePlan
 from grind_env.kernel import inlined
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.machine_lanes import CYCLE_FIELDS, NO_MOTIONS
 from grind_env.machine.loops.stroke_loops import Loops, loops_of
 from grind_env.machine.loops.zone_layout import EDGES

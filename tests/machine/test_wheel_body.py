@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Motion, Position, Rapid, Source
-from grind_env.machine.dress.wheel_body import over_diamond
+from grind_env.machine.dress.wheel_geometry import over_diamond
 from grind_env.machine.job import PartConditions
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.warnings.clearance import CRASH, into_part

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Stroke, execute, read
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState, Stroking, Zone
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS
+from grind_env.machine.loops.part_surfaces import MOST_ZONES
 from grind_env.machine.loops.strip_stroke import add_to_cut, add_zone, contact_at, cut_surface, is_cut
-from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zone_layout import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.machine.part.gauging import gauge, gauge_zones
 from grind_env.process.entries import Machine
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS, job, run, start_wheel, stroking

@@ -18,7 +18,7 @@ from grind_env.pages.nominal_interval import dress_interval
 from grind_env.pages.plants import plants_page
 from grind_env.pages.task_notes import load_notes, note_of
 from grind_env.pages.task_page import arguments, prose
-from grind_env.pages.task_sheet import TaskSheet, sheet
+from grind_env.pages.task_page_data import TaskSheet, sheet
 from grind_env.plants import FAMILIES, find_plant
 from grind_env.task_version import TASK_VERSION
 from tests.command import Grind

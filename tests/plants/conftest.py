@@ -9,7 +9,7 @@ from typing import NamedTuple
 from grind_env.kernel import inlined
 from grind_env.plants import Family, Plant, Range
 from grind_env.evidence import Basis, Evidence
-from grind_env.process.process import PROCESS, Hook, composed
+from grind_env.process.process_interface import PROCESS, Hook, composed
 
 class Own(NamedTuple):
     sticky_by: float = 0.0

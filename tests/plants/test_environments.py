@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.envs.contexts import ContextError
 from grind_env.envs.plant_options import OtherMachine
+from grind_env.envs.reset_options import ContextError
 from grind_env.envs.simulation import with_start_of
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.tasks.schema import document, toml_text

@@ -17,7 +17,7 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.episode_trace import follow
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.nominal_model import model_of, on, parted
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.command import Grind
 from tests.envs.test_job_env import GROOVED, written
 
@@ -71,7 +71,7 @@ def test_a_followed_policy_and_a_policy_beside_it_use_the_model() -> None:
 
 
 def _given(simulation: Simulation, seeds: list[int]) -> list:
-    from grind_env.envs.contexts import Given, with_machines
+    from grind_env.envs.reset_options import Given, with_machines
 
     return list(with_machines(simulation, [Given()] * len(seeds), [np.random.default_rng(seed) for seed in seeds]))
 

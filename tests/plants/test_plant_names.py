@@ -12,7 +12,7 @@ from grind_env.plants.family import HELD_OUT, PUBLIC
 from grind_env.plants.plant import mixed
 from grind_env.plants.plant_names import PUBLIC_FAMILIES
 from grind_env.process.gauge_readings import TRUTH
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 
 SEEDS = st.integers(0, 2**32 - 1)
 GAUGED = ("thermal", "meter", "drift")

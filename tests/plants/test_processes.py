@@ -11,7 +11,7 @@ from grind_env.plants import FAMILIES, Plant
 from grind_env.plants.bursts import BURSTS
 from grind_env.plants.foreign import DEPTH, FOREIGN, SPEED, VOLUME, depth_share
 from grind_env.plants.plant import mixed
-from grind_env.process.state import StrokeParameters, StrokeResult
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult
 from tests.plants.written import Shop, written
 from tests.process.harness import parameters
 

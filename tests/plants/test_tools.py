@@ -8,7 +8,7 @@ from grind_env import examples
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job.job_file import load_job
 from grind_env.render.record_tables import as_data as run_data
-from grind_env.shop.advise.command import AdviceRequest
+from grind_env.shop.advise.session_setup import AdviceRequest
 from grind_env.shop.optimise import tables
 from grind_env.shop.python_api import optimise
 from grind_env.shop.sweep.study import SweepRanges, sweep

@@ -6,8 +6,8 @@ from types import CellType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from grind_env.plants import Plant
-from grind_env.process.process import Drive, Moment
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import Drive, Moment
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 from tests.process.harness import grinder, parameters
 
 _WRITTEN: dict[int, tuple[Any, Any]] = {}

@@ -14,7 +14,7 @@ from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Network
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.registry import TUNED, UNIFORM_PLANS, UNTUNED
 from grind_env.policies.tuned_parameters import arguments
 

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import all_choices
-from grind_env.policies.columns import COST
+from grind_env.policies.episode_columns import COST
 from grind_env.policies.planners.dynamic_programming import SPEEDS
 
 

@@ -5,12 +5,12 @@ from scipy.interpolate import RegularGridInterpolator
 from grind_env.belief.wheel_belief import BeliefError
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import all_choices
-from grind_env.policies.columns import COST, PRESSURE
+from grind_env.policies.episode_columns import COST, PRESSURE
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners import cost_to_go as module
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.cost_to_go import KA, between, dullness, place, worth
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import check_names, make_policy, policy_names
 from grind_env.policies.tuned_parameters import ConfigError
 from tests.policies.harness import simulated

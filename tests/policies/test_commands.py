@@ -10,7 +10,7 @@ import pytest
 import grind_env
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.evaluation import run_seeds as run
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.rules import Fixed
 from tests.command import Grind
 

@@ -12,8 +12,8 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices, nearest_speed
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
-from grind_env.policies.problem import find_problem
-from grind_env.policies.statistics import Interval
+from grind_env.policies.problem_lookup import find_problem
+from grind_env.policies.score_statistics import Interval
 from tests.envs.harness import Array
 
 EPISODES = 512

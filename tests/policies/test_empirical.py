@@ -8,7 +8,7 @@ from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import load_task
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, run_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule, first_speeds, usual_volumes
 from grind_env.policies.scripted.learned_laws import PartLaw, PowerLaw
 from grind_env.policies.scripted.rules import Fixed

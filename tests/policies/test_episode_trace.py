@@ -12,7 +12,7 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.episode_trace import follow
 from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
 from grind_env.policies.policy_lookup import named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 
 FLAGSHIP = "grind/PowerLimited-v0"
 

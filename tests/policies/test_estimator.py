@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from grind_env.envs.cost import Outcome
-from grind_env.policies.columns import AREA
-from grind_env.policies.columns import PRESSURE as PRESSURE_FACTOR
-from grind_env.policies.scripted.estimator import SharpnessEstimator
+from grind_env.policies.episode_columns import AREA
+from grind_env.policies.episode_columns import PRESSURE as PRESSURE_FACTOR
+from grind_env.policies.scripted.sharpness_estimator import SharpnessEstimator
 from tests.policies.harness import observation, simulated
 
 TORQUE = Outcome._fields.index("peak_torque")

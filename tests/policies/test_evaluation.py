@@ -8,7 +8,7 @@ import grind_env
 from grind_env.envs.episode_state import NOISE
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.tasks import Due
-from grind_env.policies import columns
+from grind_env.policies import episode_columns
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.policy import expected_dates, reveal
@@ -83,21 +83,21 @@ def test_a_policy_on_the_state_does_not_see_the_future():
     for k, shown in enumerate(spied("state")):
         # the true state and the coming block, but no draws of later blocks
         assert np.array_equal(shown.tape[:, k, LOT], tape[:, k, LOT])
-        assert np.array_equal(shown.tape[:, k, columns.STOCK], tape[:, k, columns.STOCK])
+        assert np.array_equal(shown.tape[:, k, episode_columns.STOCK], tape[:, k, episode_columns.STOCK])
         later, expected = shown.tape[:, k + 1 :], tape[:, [k]].copy()
-        expected[..., columns.ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]  # the roughness of the wheel alone
+        expected[..., episode_columns.ROUGHNESS] /= expected[..., episode_columns.PART_ROUGHNESS]  # of the wheel alone
         assert (later[..., LOT] == expected[..., LOT]).all()
-        assert (later[..., [columns.STOCK, columns.GAUGED]] == 0.3).all()
-        assert (later[..., columns.NEW_LOT] == 0.0).all()
+        assert (later[..., [episode_columns.STOCK, episode_columns.GAUGED]] == 0.3).all()
+        assert (later[..., episode_columns.NEW_LOT] == 0.0).all()
         assert (shown.tape[..., NOISE] == 0.0).all()
 
 
 def test_the_state_shows_a_spare_wheel_only_once_it_is_mounted():
     simulation = simulated("CBN")
     episodes = start_episodes(simulation, [0, 0])
-    episodes.memory[1, columns.CHANGES] = 1.0
+    episodes.memory[1, episode_columns.CHANGES] = 1.0
     shown = reveal("state", simulation, episodes).tape[:, 0]
-    for old, new in columns.OF_WHEEL:
+    for old, new in episode_columns.OF_WHEEL:
         assert shown[0, new] == episodes.tape[0, 0, old] != episodes.tape[0, 0, new]
         assert shown[1, new] == episodes.tape[1, 0, new]
 
@@ -105,7 +105,7 @@ def test_the_state_shows_a_spare_wheel_only_once_it_is_mounted():
 def test_later_due_dates_are_expected_at_the_mean_slack():
     # periods of two blocks: 30, 50 and 20 s of work, the next date at 100 s, mean slack 1.1
     tape = np.zeros((1, 6, len(TapeRow._fields)))
-    tape[0, :, columns.WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
+    tape[0, :, episode_columns.WORK] = [30.0, 10.0, 50.0, 30.0, 20.0, 15.0]
     dates = Due(blocks=2, speed=12_000.0, slack=(0.9, 1.3), late=1.0)
     for block in (0, 1):
         due = expected_dates(dates, tape, np.array([100.0]), np.array([block]))

@@ -12,7 +12,7 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episod
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.policy_lookup import SHIPPED
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.examples import few
 from tests.policies.untrained import KINDS, recurrent, save
 from tests.policies.untrained import untrained as built

@@ -13,7 +13,7 @@ from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.look_ahead import LookAhead
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 from tests.policies.harness import simulated
 from tests.policies.optimum import exact_optimum
 

@@ -3,7 +3,7 @@ import pytest
 
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.policies.choices import Decision, speed_grid
-from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
+from grind_env.policies.episode_columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.dynamic_programming import Surcharge, forward_plans, surcharges
 from grind_env.policies.planners.hindsight import Hindsight, cheapest_plans, moves, plan_cost, sweep

@@ -10,7 +10,7 @@ import pytest
 
 from grind_env import examples
 from grind_env.policies.played_episodes import play
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.scripted.rules import Fixed
 from tests.command import Grind
 from tests.examples import few, nightly

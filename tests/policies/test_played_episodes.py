@@ -10,7 +10,7 @@ from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.played_episodes import play
 from grind_env.policies.policy_lookup import SHIPPED, chosen_policy, named_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scoring import evaluate
 from tests.command import status

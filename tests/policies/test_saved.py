@@ -20,7 +20,7 @@ from stable_baselines3.common.save_util import save_to_zip_file
 from grind_env.errors import GrindError
 from grind_env.policies.learned.agent_spaces import FEATURE_BOUND
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.sb3 import load_zip
 from grind_env.task_version import TASK_VERSION
 from tests.examples import examples

@@ -9,7 +9,7 @@ from grind_env.errors import GrindError
 from grind_env.policies import scoring
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.evaluation import run_seeds as run
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scoring import Judgement, evaluate
 from grind_env.policies.scripted.rules import Fixed

@@ -13,14 +13,14 @@ from grind_env.errors import GrindError
 from grind_env.kernel.random import philox
 from grind_env.plants import find_plant
 from grind_env.plants.drift import MOST_DULLING
-from grind_env.plants.shift_random import deviate
+from grind_env.plants.event_random import deviate
 from grind_env.policies import track
 from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Sees
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.track import TrackMachine, TrackShift, books, run_shifts
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 
 DRIFTING = "public:4"
 """Machine that drifts and warms up."""

@@ -12,7 +12,7 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.learned.saved import OtherPart, load_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.command import Grind
 from tests.shop.advising import saved_agent
 

@@ -10,7 +10,7 @@ from agents.application import app
 from agents.tuning.rule_tuning import tunable, tune
 from agents.tuning.tunable_parameters import RULES, from_vector, vector_size
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.tuned_parameters import CONFIGS, ConfigError, Tuned, read_tuned, write_tuned
 from grind_env.task_version import TASK_VERSION

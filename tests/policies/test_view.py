@@ -4,7 +4,7 @@ from gymnasium import spaces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs import task_env
+from grind_env.envs import task_env_factory
 from grind_env.envs.observation_memory import BeliefMemory, belief_entries
 from grind_env.policies.learned.agent_spaces import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
 from grind_env.policies.scripted.rules import REFERENCE_AREA
@@ -21,7 +21,7 @@ ESTIMATES = 4
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
     """Return the measurements of `n` episodes under random actions."""
-    env = task_env.make_vector(n, observation="measured", autoreset_mode="SameStep")
+    env = task_env_factory.make_vector(n, observation="measured", autoreset_mode="SameStep")
     seen = [env.reset(seed=seed)[0]]
     rng = np.random.default_rng(seed)
     for _ in range(blocks):

@@ -12,7 +12,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Actor, LearnedPolicy
 from grind_env.policies.learned.saved import write_policy
-from grind_env.policies.problem import Problem
+from grind_env.policies.problem_lookup import Problem
 from tests.policies.harness import network_of
 
 KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, field
 
 from grind_env.process.catalogue import load_catalogue
+from grind_env.process.catalogue_parameters import stroke_parameters
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.parameters import stroke_parameters
-from grind_env.process.process import PROCESS, PartHeat
-from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke, stroke_constants
+from grind_env.process.process_interface import PROCESS, PartHeat
+from grind_env.process.stroke_and_dress import dress_wheel, dressed_wheel, grind_stroke, stroke_constants
+from grind_env.process.stroke_types import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 
 CATALOGUE = load_catalogue()
 INSULATED = dict.fromkeys(("r_1", "r_2", "r_3", "r_4"), 0.0)

@@ -2,9 +2,9 @@
 
 import math
 
-from grind_env.control.cycle_rules import motion_time
+from grind_env.control.cycle_formulas import motion_time
 from grind_env.process.cost import Limits, Rates, running_cost, survival
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 from tests.process.harness import Grinder, grinder
 
 RATES = Rates(hourly=80.0, wheel=1e-4, dress=0.10)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
+from grind_env.process.stroke_and_dress import dress_wheel, grind_stroke, stroke_constants
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 from tests.examples import examples
 from tests.process.harness import CATALOGUE, grinder, parameters
 

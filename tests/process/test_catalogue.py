@@ -10,9 +10,9 @@ import pytest
 from grind_env.errors import GrindError
 from grind_env.machine.job import WheelStart
 from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.catalogue_parameters import stroke_parameters
 from grind_env.process.entries import CatalogueError, Entry, Fluid, Material, Quantity, Wheel, quantities
-from grind_env.process.parameters import stroke_parameters
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 from grind_env.process.toml_tables import keys
 from tests.machine.harness import HEAD, job, run
 

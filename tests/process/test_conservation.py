@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from grind_env.process import kinematic_numbers
-from grind_env.process.process import whole_ms
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import whole_ms
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 from tests.examples import nightly
 from tests.process.harness import CATALOGUE, INSULATED, cut, grinder, parameters, warm_grinder
 

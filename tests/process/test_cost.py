@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.process import cost
-from grind_env.process.state import WheelState
-from grind_env.process.stroke import dress_wheel, dressed_wheel
+from grind_env.process.stroke_and_dress import dress_wheel, dressed_wheel
+from grind_env.process.stroke_types import WheelState
 from tests.process.harness import grinder, parameters
 
 RATES = cost.Rates(hourly=80.0, wheel=1e-4, dress=0.10)

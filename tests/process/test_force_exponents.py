@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
-from grind_env.envs.job.batch_program import repeated
 from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.job.repeated_program import repeated
 from grind_env.envs.simulation import advance
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.grind import grind
@@ -19,8 +19,8 @@ from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.plants import find_plants
 from grind_env.process.force_exponents import CORRECTED, exponents_of
-from grind_env.process.process import PROCESS
-from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
+from grind_env.process.process_interface import PROCESS
+from grind_env.process.stroke_and_dress import dressed_wheel, grind_stroke, stroke_constants
 from tests.machine.harness import drawn_machines
 
 PLATE = "plate_g82"

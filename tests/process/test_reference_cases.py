@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from grind_env.process.parameters import stroke_parameters
-from grind_env.process.process import PROCESS
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.catalogue_parameters import stroke_parameters
+from grind_env.process.process_interface import PROCESS
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 from tests.process import prototype
 from tests.process.harness import CATALOGUE, grinder, parameters
 from tests.process.prototype import Setup, State

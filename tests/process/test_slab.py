@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import eigh_tridiagonal
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.process.equations.part_slab import slab_modes
 from tests.process.harness import CATALOGUE, parameters
 

@@ -12,28 +12,28 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import read
 from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
-from grind_env.envs.program_writer import Written
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_gauges import GAUGE
 from grind_env.envs.tasks import read_task
+from grind_env.envs.writer_interface import Written
 from grind_env.kernel import exp, inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.machine.job import Job
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_loops import loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.program_run import GrindingRun
 from grind_env.process.gauge_readings import Gauge, GaugeReadings
-from grind_env.process.process import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
-from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
-from grind_env.process.stroke import dress_wheel, grind_stroke
+from grind_env.process.process_interface import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
+from grind_env.process.stroke_and_dress import dress_wheel, grind_stroke
+from grind_env.process.stroke_types import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from tests.machine.harness import DRESS, job, machine_after
 
 WARMS, COOLS, GROWS = 2e-6, 1.0 / 600.0, 2e-4  # K/J, 1/s, mm/K

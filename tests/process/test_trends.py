@@ -12,8 +12,8 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from grind_env.process.parameters import stroke_parameters
-from grind_env.process.state import StrokeParameters, StrokeResult
+from grind_env.process.catalogue_parameters import stroke_parameters
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult
 from tests.process.harness import CATALOGUE, INSULATED, Grinder, WarmGrinder, cut, grinder, parameters, warm_grinder
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 

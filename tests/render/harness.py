@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.process.cost import Limits
-from grind_env.process.state import WheelState
-from grind_env.render.episode_picture import EpisodePicture, Extent, GroundBlock, PictureInstant, Workpiece
+from grind_env.process.stroke_types import WheelState
+from grind_env.render.picture_data import EpisodePicture, Extent, GroundBlock, PictureInstant, Workpiece
 
 LIMITS = Limits(rise=500.0, power=8000.0, roughness=1.0, size=10.0)
 WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, W=0.0, wd=0.05)

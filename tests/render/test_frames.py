@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from grind_env.render import palette
-from grind_env.render.episode_picture import EpisodePicture, RenderError
 from grind_env.render.frames import TALL, WIDE, render
+from grind_env.render.picture_data import EpisodePicture, RenderError
 from tests.examples import few
 from tests.render.harness import CHARTS, GOOD, INSTANT, LIMITS, MACHINE, TRAY, VIEW, near, runs, with_last, with_wheel
 

@@ -6,12 +6,12 @@ import pytest
 
 from agents.video import watch
 from grind_env.envs.task_names import task_names
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.canvas import Box, Canvas, text_width
-from grind_env.render.episode_picture import EpisodePicture
 from grind_env.render.frames import TALL, WIDE
 from grind_env.render.layout import draw_tall, draw_wide
+from grind_env.render.picture_data import EpisodePicture
 from tests.examples import nightly
 from tests.render.harness import VIEW, with_last
 

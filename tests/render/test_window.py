@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageTk
 
-from grind_env.render.episode_picture import RenderError
 from grind_env.render.frames import render
+from grind_env.render.picture_data import RenderError
 from grind_env.render.window import Window
 from tests.render.harness import VIEW
 

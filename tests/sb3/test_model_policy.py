@@ -11,8 +11,8 @@ import grind_env
 from grind_env.envs.wrappers import BeliefFilter, ForLearning, VectorBeliefFilter, VectorForLearning, VectorHistoryStack
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import run_seeds
-from grind_env.policies.problem import find_problem
-from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip, model_spaces
+from grind_env.policies.problem_lookup import find_problem
+from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip, model_observations
 from grind_env.task_version import TASK_VERSION
 from tests.examples import nightly
 
@@ -145,7 +145,7 @@ def test_a_model_file_of_another_task_or_task_version_is_refused(tmp_path, monke
     rush, simulation = (find_problem(name).simulation() for name in ("rush", "power_limited"))
     with pytest.raises(GrindError, match=r"agent.zip: agent was trained for power_limited, not for rush"):
         load_zip(tmp_path / "agent.zip", rush)
-    monkeypatch.setattr(model_spaces, "TASK_VERSION", 99)
+    monkeypatch.setattr(model_observations, "TASK_VERSION", 99)
     with pytest.raises(GrindError, match=rf"agent.zip: agent is of task version {TASK_VERSION}.*train it anew"):
         load_zip(tmp_path / "agent.zip", simulation)
     monkeypatch.undo()

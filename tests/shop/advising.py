@@ -12,7 +12,7 @@ from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Actor
 from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import check_readings, readings_of
 from grind_env.shop.advise.reading_sources import CsvSource, ReadingsRow

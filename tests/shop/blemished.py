@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.control import Programs, ProgramStop, Stroke, execute
-from grind_env.envs.job.batch_program import repeated
+from grind_env.envs.job.repeated_program import repeated
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 

@@ -8,9 +8,9 @@ import numpy as np
 from grind_env.control import read_file
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
-from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters
 from grind_env.shop.calibrate.least_squares import changes_of
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 

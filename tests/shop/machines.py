@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.calibrating import errors
+from agents.plants.calibration_errors import errors
 from agents.plants.program_variants import scaled, write
 from agents.plants.shop_log import Logged
 from agents.plants.study_machines import StudyMachine, StudyProgram
 from grind_env.control import Programs, read_file
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.plants import Plant, find_plant
-from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 

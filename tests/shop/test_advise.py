@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.job.measured_episode import Measured, MeasuredEpisode
+from grind_env.envs.job.real_machine_episode import Measured, MeasuredEpisode
 from grind_env.errors import GrindError
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead

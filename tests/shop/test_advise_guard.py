@@ -8,8 +8,8 @@ import pytest
 
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.forecast_comparison import ComparedReading, Shadow
 from grind_env.shop.advise.operator_readings import readings_of
-from grind_env.shop.advise.shadow_mode import ComparedReading, Shadow
 from tests.shop.advising import PLATE, SEED, adviser_after, batch, rollout, session_of, typed_readings
 
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.batch_program import batch_of, repeated
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
+from grind_env.envs.job.repeated_program import batch_of, repeated
 from grind_env.machine.grind import grind as run
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script.block_settings import E
 from grind_env.machine.script.script_tables import PlanRow, ScriptTables
 from grind_env.shop import trials as trials_module
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise import varied_program
+from grind_env.shop.optimise import search_problem
 from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.tables import sentences
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
@@ -151,7 +151,7 @@ def test_search_and_judgement_stay_within_the_budget(seconds: float, monkeypatch
         return ground(trials, settings, seeds, *rest, **others)
 
     monkeypatch.setattr(trials_module, "CORES", 1)
-    monkeypatch.setattr(varied_program, "USUAL_RUNS", 1)
+    monkeypatch.setattr(search_problem, "USUAL_RUNS", 1)
     monkeypatch.setattr(Trials, "_ground", ticking)
     monkeypatch.setattr(clock, "monotonic", lambda: now[0])
     found = find_words(EXAMPLES / "plate_g82.nc", None, parts=2, seconds=seconds)

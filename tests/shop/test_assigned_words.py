@@ -14,8 +14,8 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.shop.optimise.optimisation import find_words
-from grind_env.shop.optimise.outcome import Optimised
-from grind_env.shop.optimise.varied_program import Variation, variation_of
+from grind_env.shop.optimise.result import Optimised
+from grind_env.shop.optimise.search_problem import Variation, variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of

@@ -10,14 +10,14 @@ from grind_env.control import read_file
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import template
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.power_logs import Log
-from grind_env.shop.calibrate.settings_table import calibrate_table
-from grind_env.shop.calibrate.stroke_pattern import pattern_of
 from grind_env.shop.calibrate.stroke_power import idle_at
+from grind_env.shop.calibrate.stroke_schedule import pattern_of
 from grind_env.shop.calibrate.stroke_search import sharpened
+from grind_env.shop.calibrate.table_calibration import calibrate_table
 from grind_env.validation.rig import Rig
 from tests.shop.blemished import TICK, Style, strokes_of, write_log
 from tests.shop.coverage import EXAMPLES, STYLES, trial

@@ -16,10 +16,10 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
+from grind_env.shop.calibrate.exceptions import CalibrationError, WorseFit
 from grind_env.shop.calibrate.experiment_program import plan_of
 from grind_env.shop.calibrate.least_squares import Data, Solver
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import catalogue_text
 from grind_env.shop.calibrate.verdict import FitJudgement
 from grind_env.shop.python_api import plan

@@ -17,8 +17,8 @@ from grind_env.machine.script.block_settings import D
 from grind_env.shop.dress_interval import DressInterval, intervals_between
 from grind_env.shop.optimise.counter_writer import counting_of
 from grind_env.shop.optimise.optimisation import find_words
-from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
-from grind_env.shop.optimise.varied_program import Variation, variation_of
+from grind_env.shop.optimise.result import Trade, Verdict, cheapest_by_time
+from grind_env.shop.optimise.search_problem import Variation, variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import SearchOptions, options_of
 from grind_env.shop.sweep.study import LOTS

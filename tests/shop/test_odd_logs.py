@@ -9,12 +9,12 @@ import pytest
 from grind_env.control import read_file
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
-from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.column_names import read_map
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.power_logs import read_log
-from grind_env.shop.calibrate.stroke_pattern import RepeatedProgram, pattern_of, powers
+from grind_env.shop.calibrate.stroke_schedule import RepeatedProgram, pattern_of, powers
 from grind_env.shop.calibrate.stroke_search import find_program
 from tests.examples import few
 from tests.shop.blemished import PLAIN, write_log

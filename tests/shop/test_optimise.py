@@ -17,16 +17,16 @@ from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.job.job_file import load_job
 from grind_env.policies.choices import all_choices
-from grind_env.policies.columns import COST
-from grind_env.policies.statistics import bootstrap
+from grind_env.policies.episode_columns import COST
+from grind_env.policies.score_statistics import bootstrap
 from grind_env.shop.optimise import optimisation, variables
 from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise.judgement import ProgramJudge, words_of
 from grind_env.shop.optimise.optimisation import find_words
-from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
+from grind_env.shop.optimise.result import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Budget, Point, Search
+from grind_env.shop.optimise.search_problem import LOTS
 from grind_env.shop.optimise.tables import as_data, sentences
-from grind_env.shop.optimise.varied_program import LOTS
 from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of

@@ -15,7 +15,7 @@ from grind_env.files import read_bytes
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script.block_settings import DRESS_SECONDS, own_settings
 from grind_env.machine.script.script import script_of
-from grind_env.shop.optimise.varied_program import Variation, variation_of
+from grind_env.shop.optimise.search_problem import Variation, variation_of
 from grind_env.shop.optimise.word_editing import like, text_of
 from grind_env.shop.search_options import OptionError, options_of
 from tests.examples import examples, few

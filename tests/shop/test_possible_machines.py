@@ -18,11 +18,11 @@ from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.script.block_settings import D, E
 from grind_env.plants import find_plant
-from grind_env.policies.statistics import Interval
-from grind_env.process.state import FORCES
-from grind_env.shop.optimise import tables, varied_program
+from grind_env.policies.score_statistics import Interval
+from grind_env.process.stroke_types import FORCES
+from grind_env.shop.optimise import search_problem, tables
 from grind_env.shop.optimise.search import Budget
-from grind_env.shop.optimise.varied_program import variation_of
+from grind_env.shop.optimise.search_problem import variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.possible_machines import MOST_DRAWN, NEEDED, CondemnedError, Evidence, Fleet, fleet_of, require_good
 from grind_env.shop.python_api import optimise, sweep
@@ -234,7 +234,7 @@ def test_the_budget_starts_after_other_laws_are_compiled(monkeypatch: pytest.Mon
         return Budget(seconds)
 
     monkeypatch.setattr(JobSimulation, "step", seen)
-    monkeypatch.setattr(varied_program, "Budget", begun)
+    monkeypatch.setattr(search_problem, "Budget", begun)
     optimise(EXAMPLES / "plate_g82.nc", **FEW)
     assert {*before} == {*ground} == {False, True}
 

@@ -22,9 +22,9 @@ from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job
-from grind_env.shop.optimise import varied_program
-from grind_env.shop.optimise.outcome import Verdict
-from grind_env.shop.optimise.varied_program import variation_of
+from grind_env.shop.optimise import search_problem
+from grind_env.shop.optimise.result import Verdict
+from grind_env.shop.optimise.search_problem import variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.python_api import optimise, sweep
 from grind_env.shop.report.run_report import block_rows
@@ -99,7 +99,7 @@ def test_promised_quantities_match_a_run_of_the_optimised_program(
     known = tmp_path / path.with_suffix(".toml").name
     known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
     if name == "maschinenmesser":  # Ra is near its limit: only many lots tell which program keeps it
-        monkeypatch.setattr(varied_program, "USUAL_RUNS", 50)
+        monkeypatch.setattr(search_problem, "USUAL_RUNS", 50)
     found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))

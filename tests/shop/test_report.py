@@ -14,9 +14,9 @@ import grind_env
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
 from grind_env.machine.job.job_file import load_job
-from grind_env.render.curves import GREY, MOST_STROKES, ORANGE, RED, picture
+from grind_env.render.curve_data import GREY, MOST_STROKES, ORANGE, RED, picture
 from grind_env.shop.python_api import report
-from grind_env.shop.report.report_inputs import changes
+from grind_env.shop.report.provenance import changes
 from grind_env.shop.report.run_report import run_report
 from tests.command import status as command
 from tests.machine.harness import DRESS

@@ -12,10 +12,10 @@ import pytest
 
 from grind_env.control import read_file
 from grind_env.machine.job.job_file import load_job
-from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.figure import comparable, residuals
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
-from grind_env.shop.calibrate.settings_table import calibrate_table
+from grind_env.shop.calibrate.table_calibration import calibrate_table
 from tests.command import status
 from tests.examples import few
 from tests.shop.blemished import Style, write_log

@@ -17,15 +17,15 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.plants import find_plant
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 from grind_env.shop import trials as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
 from grind_env.shop.optimise import optimisation
 from grind_env.shop.optimise.candidate_ranking import front
 from grind_env.shop.optimise.optimisation import find_words
-from grind_env.shop.optimise.outcome import Trade
-from grind_env.shop.optimise.varied_program import LOTS, one_run, variation_of
+from grind_env.shop.optimise.result import Trade
+from grind_env.shop.optimise.search_problem import LOTS, one_run, variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import LOTS as SWEPT

@@ -7,10 +7,10 @@ import pytest
 
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.column_names import Map, find_columns, read_map
-from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.gauging import read_gauge
+from grind_env.shop.calibrate.exceptions import CalibrationError
+from grind_env.shop.calibrate.gauges import read_gauge
 from grind_env.shop.calibrate.power_logs import read_log
-from grind_env.shop.calibrate.settings_table import calibrate_table
+from grind_env.shop.calibrate.table_calibration import calibrate_table
 from grind_env.shop.measurements.measured_sheet import MOST_TIME, SheetError, read_sheet
 from tests.shop.coverage import EXAMPLES
 

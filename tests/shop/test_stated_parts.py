@@ -9,8 +9,8 @@ import pytest
 
 from grind_env.control import read, read_file
 from grind_env.envs.blocks.task_simulation import BlockSimulation
-from grind_env.envs.job.batch_program import repeated
 from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.job.repeated_program import repeated
 from grind_env.envs.tasks import load_task
 from grind_env.machine.grind import grind as ground
 from grind_env.machine.job import Job, JobError, PartConditions

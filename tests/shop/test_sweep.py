@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from grind_env.control import read, read_file
-from grind_env.envs.job.batch_program import repeated
+from grind_env.envs.job.repeated_program import repeated
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script import block_settings
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 from grind_env.shop.possible_machines import fleet_of
 from grind_env.shop.sweep import study
 from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judgement_trials, sweep

@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 
 from grind_env.control import Control, ControlError, CycleStart, execute, read
 from grind_env.envs.arguments import TaskError
-from grind_env.envs.job.batch_program import repeated
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
+from grind_env.envs.job.repeated_program import repeated
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.machine.script.block_settings import D
-from grind_env.shop.optimise.varied_program import variation_of
+from grind_env.shop.optimise.search_problem import variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.python_api import optimise
 from grind_env.shop.search_options import options_of

@@ -13,8 +13,8 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.least_squares import Data
+from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.verdict import FitJudgement, judge
 from grind_env.validation.rig import Rig
 from tests.foreign.shop import SHOPS, Shop, run, trace

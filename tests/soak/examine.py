@@ -10,13 +10,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import ControlError, Dwell, check, read
 from grind_env.control.control_settings import WHEEL_RADIUS
 from grind_env.envs.cost import Outcome
-from grind_env.envs.job.batch_program import with_words_chosen
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobProgramError
+from grind_env.envs.job.repeated_program import with_words_chosen
 from grind_env.envs.program_episode import PassageError, ProgramEpisode
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounted_wheel import first_diameter

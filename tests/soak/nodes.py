@@ -19,7 +19,7 @@ from threading import Thread
 
 from agents.application import app
 from agents.benchmark.results import COLUMNS, EPISODES, read_results
-from agents.runner import _joined
+from agents.parallel_trials import _joined
 from agents.study import Study
 from tests.patience import wait_until
 

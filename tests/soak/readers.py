@@ -17,7 +17,7 @@ import grind_env
 from agents.benchmark.results import PARQUET
 from grind_env.cli import main
 from grind_env.policies.policy_lookup import chosen_policy
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from tests.shop.programs import TWO_PLATES
 from tests.soak.hostile import mutated, named, tensors
 from tests.test_files import READERS

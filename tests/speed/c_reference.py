@@ -16,7 +16,7 @@ import numpy as np
 
 from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
 from grind_env.machine.loops.machine_lanes import longest_first_of
-from grind_env.process.state import StrokeConstants
+from grind_env.process.stroke_types import StrokeConstants
 from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 
 SOURCE = Path(__file__).with_name("stroke.c")

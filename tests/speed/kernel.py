@@ -8,13 +8,13 @@ from time import process_time
 import llvmlite.binding
 import numpy as np
 
-from grind_env.arrays import Array
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE, motion_time
+from grind_env.array_types import Array
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE, motion_time
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
+from grind_env.envs.block_kind_rows import kind_row
 from grind_env.envs.episode_generator import EpisodeGenerator
-from grind_env.envs.feed_motions import infeed_of, write_motions
-from grind_env.envs.kind_tables import kind_row
+from grind_env.envs.programmed_infeed import infeed_of, write_motions
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.concurrent_strokes import FeedMotion

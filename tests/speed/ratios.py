@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.toml import read_toml
 from tests.speed import kernel, others
 from tests.speed.turns import Ratios

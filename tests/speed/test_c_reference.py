@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grind_env.process.process import PROCESS
+from grind_env.process.process_interface import PROCESS
 from tests.batches import TALLY, as_table
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.kernel import cycles, plunges

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from tests.speed_envs import rounds
 
 Ratios: TypeAlias = dict[str, Array]

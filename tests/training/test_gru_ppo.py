@@ -11,12 +11,12 @@ import pytest
 import torch
 
 from agents.benchmark.agent_training import plain_agent
-from grind_env.envs.observation_spec import CLIP, Standard
+from grind_env.envs.space_metadata import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy, write_policy
 from grind_env.policies.nominal_model import on
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.training import gru_ppo
 from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import (
@@ -234,7 +234,7 @@ def test_a_killed_training_resumes_to_the_same_weights(tmp_path: Path, budget: f
 import os, signal
 from pathlib import Path
 from grind_env.policies.nominal_model import on
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import Settings, shown, train
 

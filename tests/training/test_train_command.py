@@ -13,7 +13,7 @@ from safetensors.numpy import load_file
 import grind_env
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.scoring import Judgement
 from grind_env.training import gru_ppo
 from grind_env.training.baselines import Programmed, fixed_plans

@@ -21,9 +21,9 @@ from grind_env.validation import (
     validate,
 )
 from grind_env.validation.check import Band, band_of
-from grind_env.validation.field_effects import idle_fields
 from grind_env.validation.fitted_slopes import exponent, exponents, largest_step, smallest_step
 from grind_env.validation.rig import NO_GROWTH, Grinder, RigError
+from grind_env.validation.unused_fields import idle_fields
 
 COUNTS = (
     *("catalogue gaps", "idle fields", "cut below the threshold"),

@@ -7,8 +7,7 @@ outside of the corner, below 0 it is inside (1.2). Arcs count by their tangents.
 import math
 from dataclasses import dataclass
 
-from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
-from grind_env.control.compensation.plane import (
+from grind_env.control.compensation.geometry import (
     NEGLIGIBLE_ANGLE,
     NEGLIGIBLE_LENGTH,
     Element,
@@ -23,6 +22,7 @@ from grind_env.control.compensation.plane import (
     rotated,
     turn,
 )
+from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 
 TANGENTIAL = 1e-6
 """rad; a smaller turn counts as none: the perpendicular point then errs by less than 1e-6 of the radius."""

@@ -3,8 +3,7 @@
 import math
 
 from grind_env.control.compensation.corners import TANGENTIAL, Junction, around, centre_radius, outward
-from grind_env.control.compensation.intersections import Circle, StraightLine, crossings
-from grind_env.control.compensation.plane import (
+from grind_env.control.compensation.geometry import (
     Element,
     Offset,
     PathArc,
@@ -19,6 +18,7 @@ from grind_env.control.compensation.plane import (
     turn,
     unit,
 )
+from grind_env.control.compensation.intersections import Circle, StraightLine, crossings
 
 
 def entry(

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
-from grind_env.control.compensation.plane import (
+from grind_env.control.compensation.geometry import (
     NEGLIGIBLE_ANGLE,
     Element,
     PathArc,
@@ -23,6 +22,7 @@ from grind_env.control.compensation.plane import (
     dot,
     turn,
 )
+from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 from grind_env.control.errors import Place
 
 COMPARED = 200

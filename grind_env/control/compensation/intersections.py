@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Point, between, cross, dot, left, moved, unit
+from grind_env.control.compensation.geometry import NEGLIGIBLE_LENGTH, Point, between, cross, dot, left, moved, unit
 
 NEGLIGIBLE_SINE = 1e-9
 """Lines whose directions have a smaller vector product are parallel."""

@@ -17,15 +17,15 @@ from grind_env.control.compensation.corners import (
     side_change,
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
+from grind_env.control.compensation.geometry import NEGLIGIBLE_LENGTH, Element, Offset, PathArc, PathSegment, Point
 from grind_env.control.compensation.gouging import GougeCheck
-from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Element, Offset, PathArc, PathSegment, Point
 from grind_env.control.control_settings import Control
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.events import Position, placed
-from grind_env.control.geometry import Circular, Path, Straight
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Prospect
 from grind_env.control.modes import PLANES
 from grind_env.control.motion_paths import INTEGRANDS
+from grind_env.control.path_geometry import Circular, Path, Straight
 
 SIDES = ("G41", "G42")
 TOO_SMALL = "circular-departure-too-small"

@@ -5,7 +5,7 @@ Lengths are mm. Depths count from the start of the plunge, positive towards the 
 
 from typing import NamedTuple
 
-from grind_env.control.cycle_rules import depth_after_pick, dresses_due, least_picks
+from grind_env.control.cycle_formulas import depth_after_pick, dresses_due, least_picks
 from grind_env.control.events import CyclePlan
 
 

@@ -6,7 +6,7 @@ count from the start of the plunge, positive towards the part; distances across 
 
 from typing import NamedTuple
 
-from grind_env.control.cycle_rules import depth_after_pick, dresses_due, least_picks
+from grind_env.control.cycle_formulas import depth_after_pick, dresses_due, least_picks
 from grind_env.control.events import CyclePlan
 
 

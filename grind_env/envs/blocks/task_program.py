@@ -8,9 +8,9 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.envs.feed_motions import infeed_of, segments
+from grind_env.envs.programmed_infeed import infeed_of, segments
 from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, Task
-from grind_env.process.state import WheelState
+from grind_env.process.stroke_types import WheelState
 
 DRESS_PROGRAM = 9100
 CLEAR = 20.0

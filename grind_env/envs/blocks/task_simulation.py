@@ -5,25 +5,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grind_env.envs.block_kind_rows import kind_table
 from grind_env.envs.block_rollouts import BlockBranches
-from grind_env.envs.blocks.task_script import task_script
-from grind_env.envs.blocks.task_writer import TaskWriter
-from grind_env.envs.contexts import without_effect
+from grind_env.envs.blocks.task_program_writer import TaskWriter
+from grind_env.envs.blocks.task_script_tables import task_script
 from grind_env.envs.cost import shop_row
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.episode_viewer import TaskViewer, Viewer
-from grind_env.envs.kind_tables import kind_table
 from grind_env.envs.observations import constant_readings, readings, scaling
-from grind_env.envs.program_writer import ProgramWriter
+from grind_env.envs.picture_builder import TaskViewer, Viewer
+from grind_env.envs.reset_options import without_effect
 from grind_env.envs.simulation import NO_SETTINGS, Simulation
 from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import Scratch, Tables
+from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.loops.concurrent_strokes import Feeding
 from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.process.gauge_readings import Gauge
-from grind_env.process.process import PROCESS, Process
+from grind_env.process.process_interface import PROCESS, Process
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants

@@ -2,7 +2,7 @@
 
 import warnings
 
-from grind_env.control.command_options import variables_of
+from grind_env.control.cli_options import variables_of
 from grind_env.envs.actions import ActionError
 from grind_env.envs.arguments import check_flags, check_variables
 from grind_env.envs.env import GrindEnv, renders
@@ -74,7 +74,7 @@ def make(
     An episode is `parts` runs of the program from start to end, and is `terminated` after the last one. Wheel, coolant
     and lots of material differ from episode to episode as in the other tasks; everything random is decided at reset.
     `reset(options=...)` fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
-    (`grind_env.envs.contexts`); stock and material are those of the job.
+    (`grind_env.envs.reset_options`); stock and material are those of the job.
 
     `env.spec.max_episode_steps` is one more than the steps of an episode. Wrappers such as `TimeAwareObservation` read
     this number, and a `TimeLimit` of this length truncates no episode. A `max_episode_steps` that you give to

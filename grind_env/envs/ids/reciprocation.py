@@ -1,6 +1,6 @@
 """`grind/Reciprocation-v0`: G81 with a continuous infeed."""
 
-from grind_env.envs.task_env import fixed
+from grind_env.envs.task_env_factory import fixed
 from grind_env.envs.vector_env import side_by_side
 
 make = fixed(

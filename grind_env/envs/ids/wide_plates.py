@@ -1,6 +1,6 @@
 """`grind/WidePlates-v0`: plates wider than the wheel, ground in G83 cross picks."""
 
-from grind_env.envs.task_env import fixed
+from grind_env.envs.task_env_factory import fixed
 from grind_env.envs.vector_env import side_by_side
 
 make = fixed(

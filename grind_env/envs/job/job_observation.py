@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control.cycles import RULES
-from grind_env.envs.job.job_tape import spreads
+from grind_env.envs.job.job_noise_tape import spreads
 from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE

@@ -13,17 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers, Table
+from grind_env.array_types import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import list_codes
 from grind_env.envs.block_rollouts import ProgramBranches
-from grind_env.envs.contexts import Given, with_machines
 from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episode_state import Episodes, check_running
-from grind_env.envs.episode_viewer import ProgramViewer, Viewer
-from grind_env.envs.job.job_numbers import kind_of, machines_of, shop_of, tally_of
+from grind_env.envs.job.cost_inputs import kind_of, machines_of, shop_of, tally_of
+from grind_env.envs.job.job_noise_tape import JobGenerator, conditions_of, unfixable_factors
 from grind_env.envs.job.job_observation import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.job_tape import JobGenerator, conditions_of, unfixable_factors
 from grind_env.envs.job.program_outline import (
     INCH,
     JobChoice,
@@ -38,21 +36,23 @@ from grind_env.envs.job.program_outline import (
 from grind_env.envs.job.writer import JobWriter
 from grind_env.envs.noise_tape import BLOCKS
 from grind_env.envs.observations import scaling
+from grind_env.envs.past_readings import FOUND
+from grind_env.envs.picture_builder import ProgramViewer, Viewer
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.program_writer import ProgramWriter
-from grind_env.envs.shop_history import FOUND
+from grind_env.envs.reset_options import Given, with_machines
 from grind_env.envs.simulation import DIAMETER, Simulation
 from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.envs.transition import KIND, EpisodeArrays, price_of_handover, settle_of
+from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.script.block_settings import D, E, Ranges, own_settings
-from grind_env.machine.script.chosen_settings import complete_settings
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.script_block import ScriptError
 from grind_env.machine.script.script_tables import is_covered, tables_of
+from grind_env.machine.script.settings_completion import complete_settings
 from grind_env.process.gauge_readings import Gauge
 
 if TYPE_CHECKING:

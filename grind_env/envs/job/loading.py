@@ -7,8 +7,8 @@ from pathlib import Path
 from grind_env import examples
 from grind_env.control import read_file
 from grind_env.envs.arguments import check_file, check_number, check_parts, is_full
-from grind_env.envs.job.batch_program import MOST_PARTS, batch_name, repeated
 from grind_env.envs.job.job_simulation import JobSimulation
+from grind_env.envs.job.repeated_program import MOST_PARTS, batch_name, repeated
 from grind_env.envs.plant_options import plants_of
 from grind_env.errors import GrindError
 from grind_env.files import beside

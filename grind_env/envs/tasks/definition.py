@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from grind_env.control.cycle_rules import motion_time, picks_to
+from grind_env.control.cycle_formulas import motion_time, picks_to
 from grind_env.envs.plant_options import plants_of
 from grind_env.envs.task_names import ANY_TASK, environment_id
 from grind_env.envs.tasks.tables import (
@@ -25,14 +25,14 @@ from grind_env.envs.tasks.tables import (
     whole_micrometres,
 )
 from grind_env.errors import GrindError, did_you_mean, listed, quoted, shortened
-from grind_env.html_views import html, presenter
-from grind_env.machine.dress.wheel_body import half_chord
+from grind_env.machine.dress.wheel_geometry import half_chord
+from grind_env.notebook_loader import html, presenter
 from grind_env.process.catalogue import Catalogue, entry_name, load_catalogue
+from grind_env.process.catalogue_parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Quantity, Wheel
 from grind_env.process.force_exponents import exponents_of
-from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 from grind_env.process.toml_tables import check, refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from grind_env.envs.docstrings import meanings
+from grind_env.envs.docstring_sections import meanings
 from grind_env.envs.task_names import shipped_names
 from grind_env.envs.tasks.definition import Task
 from grind_env.envs.tasks.reading import DERIVED, PLAIN, TABLES

@@ -16,13 +16,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from grind_env.arrays import Table
+from grind_env.array_types import Table
 from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
 from grind_env.control.dress_retrace import REMEMBERED
 from grind_env.kernel import entry
-from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress.dress_effect import STEP, DressRun
-from grind_env.machine.loops.compiled_rules import motion_time
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
+from grind_env.machine.dress.dress_passes import STEP, DressRun
+from grind_env.machine.loops.compiled_motion import motion_time
 
 Legs: TypeAlias = tuple[list[Table], list[Table]]
 """Points of N executions from start to end, mm, each of shape (N, 3), and speeds between them, mm/s,

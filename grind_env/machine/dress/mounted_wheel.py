@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.kernel import entry
-from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.machine.dress.dress_effect import DressPlan
+from grind_env.kernel.row_accessors import column_reader, column_writer
+from grind_env.machine.dress.dress_passes import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.block_change import entries_of
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.row_io import OWN_FROM
-from grind_env.process.process import Drive, Moment, Process
-from grind_env.process.state import StrokeParameters, WheelState
-from grind_env.process.stroke import dressed_wheel
+from grind_env.process.process_interface import Drive, Moment, Process
+from grind_env.process.stroke_and_dress import dressed_wheel
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 """Lead and depth of the dress before a program without dresses, mm."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.errors import GrindError
 from grind_env.machine.job.job import Job
 from grind_env.machine.job.job_entries import entries_of, with_entries

@@ -16,15 +16,15 @@ from grind_env.control import Position
 from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.motion_paths import displaced
 from grind_env.errors import did_you_mean, quoted
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process import toml_tables
+from grind_env.process.catalogue_parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.force_exponents import EXPONENTS, corrected_by, exponents_of
-from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
-from grind_env.process.process import PROCESS, Process
-from grind_env.process.state import FORCES, StrokeParameters
+from grind_env.process.process_interface import PROCESS, Process
+from grind_env.process.stroke_types import FORCES, StrokeParameters
 from grind_env.process.toml_tables import TableError
 
 if TYPE_CHECKING:

@@ -4,12 +4,12 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.row_accessors import column_reader, column_writer
 from grind_env.machine.loops.cycle import idle_of
 from grind_env.machine.loops.row_io import OWN_FROM, read_parameters, read_wheel, write_parameters, write_wheel
-from grind_env.process.process import Drive, Moment, Process, whole_ms
+from grind_env.process.process_interface import Drive, Moment, Process, whole_ms
 
 
 class Shift(NamedTuple):

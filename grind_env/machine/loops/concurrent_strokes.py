@@ -8,12 +8,12 @@ ends with dresses at a reversal point, or with the table's last stroke.
 import math
 from typing import Any, NamedTuple
 
-from grind_env.control.cycle_rules import INSTANT
+from grind_env.control.cycle_formulas import INSTANT
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.compiled_rules import travelled
+from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
+from grind_env.machine.loops.compiled_cycles import CycleKernel
+from grind_env.machine.loops.compiled_motion import travelled
 from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.cycle_kernels import CycleKernel
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
 """Codes of what follows a motion: the next motion of its leg, a dress and the next leg, or the end."""

@@ -5,14 +5,14 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.machine.loops.stroke_totals import FINISHING_DEPTH, Tally, count_dress, count_stroke, wheel_depth
 from grind_env.machine.loops.table_speed import paced_of
 from grind_env.process.equations import wheel_speed
-from grind_env.process.process import Process, whole_ms
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import Process, whole_ms
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 
 class Stroking(NamedTuple):

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.kernel import entry
-from grind_env.kernel.columns import column_reader
+from grind_env.kernel.row_accessors import column_reader
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.concurrent_strokes import FEED
 from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.machine.loops.stroke_loops import LANES
 

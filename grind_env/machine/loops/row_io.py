@@ -1,9 +1,9 @@
 """Read and write the records of a machine in kernels: a record is a row of a table, a field a column."""
 
-from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.row_accessors import column_reader, column_writer
 from grind_env.machine.loops.cycle import PartState, Stroking, Zone
 from grind_env.machine.loops.stroke_totals import Tally
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 read_stroking, write_stroking = column_reader(Stroking), column_writer(Stroking)
 read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)

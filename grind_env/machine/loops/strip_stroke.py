@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.array_types import Array
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
 from grind_env.machine.loops.cycle import PartState, Zone, grown_of
 from grind_env.machine.loops.row_io import read_zone, write_zone
 from grind_env.machine.loops.table_speed import Pace, at_nodes, paced_of
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
-from grind_env.process.process import Process, whole_ms
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.process_interface import Process, whole_ms
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 Strips = NDArray[np.float64]
 """One value per strip of the part."""

@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.kernel import entry, inlined, runs_alone
-from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
+from grind_env.kernel.row_accessors import column_reader, column_writer, lane_reader, lane_writer
+from grind_env.machine.loops.compiled_cycles import CycleKernel
 from grind_env.machine.loops.cycle import PartState, Stroking, cycle_functions_of, grown_of, measured, stroke_seconds
-from grind_env.machine.loops.cycle_kernels import CycleKernel
+from grind_env.machine.loops.part_surfaces import Buffer, Place, SurfaceLanes, covered_surface, zoned_surface
 from grind_env.machine.loops.row_io import (
     OWN_FROM,
     RULES_FROM,
@@ -26,9 +27,8 @@ from grind_env.machine.loops.row_io import (
     write_wheel,
 )
 from grind_env.machine.loops.stroke_totals import Tally, wheel_depth
-from grind_env.machine.loops.surfaces import Buffer, Place, SurfaceLanes, covered_surface, zoned_surface
-from grind_env.process.process import PROCESS, Process
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.process_interface import PROCESS, Process
+from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 LANES = 8
 """Number of machines at once: one AVX-512 or two AVX2 registers wide."""

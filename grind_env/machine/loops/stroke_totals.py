@@ -6,9 +6,9 @@ The compiled loops, the run of a program and the episodes of every environment c
 from typing import NamedTuple
 
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import replacer
+from grind_env.kernel.row_accessors import replacer
 from grind_env.process.cost import STALL
-from grind_env.process.state import StrokeResult
+from grind_env.process.stroke_types import StrokeResult
 
 FINISHING_DEPTH = 0.05
 """Stock, mm; heat damage done with more than this left to grind is ground off again."""

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from grind_env.kernel import inlined
-from grind_env.kernel.columns import blend, replacer
-from grind_env.process.process import Process
-from grind_env.process.state import StrokeResult, WheelState
+from grind_env.kernel.row_accessors import blend, replacer
+from grind_env.process.process_interface import Process
+from grind_env.process.stroke_types import StrokeResult, WheelState
 
 
 class Pace(NamedTuple):

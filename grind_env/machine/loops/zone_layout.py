@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control.cycles import traverse
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.machine.loops.cycle import Zone

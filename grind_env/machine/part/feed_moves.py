@@ -8,12 +8,12 @@ from contextlib import suppress
 from dataclasses import replace
 
 from grind_env.control import Control, ControlError, CyclePlan, CycleStrokes, Line, Position, Programs, events, execute
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
-from grind_env.control.geometry import Straight
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.control.modes import PLANES
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.control.path_geometry import Straight
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.mounted_wheel import first_diameter
-from grind_env.machine.dress.wheel_body import half_chord, position_at
+from grind_env.machine.dress.wheel_geometry import half_chord, position_at
 from grind_env.machine.job import Job
 
 FEED = "G01"

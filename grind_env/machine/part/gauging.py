@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.array_types import Array
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.kernel import inlined
 from grind_env.machine.loops.row_io import read_zone
 from grind_env.machine.loops.strip_stroke import Strips

@@ -18,12 +18,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from grind_env.control import Infeed
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.loops.strip_stroke import IDLE, strips_of
 from grind_env.machine.loops.table_speed import steady
 from grind_env.machine.loops.zone_layout import strip_zones
-from grind_env.process.state import StrokeParameters, StrokeResult
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult
 
 PLACE_DECIMALS = 6
 """Decimals, mm, to which the coordinates of two infeeds of one groove agree."""

@@ -8,23 +8,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Infeed
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
-from grind_env.machine.dress.dress_effect import NO_DRESS, DressPlan
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
+from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.strip_stroke import Strips
 from grind_env.machine.loops.stroke_totals import NOTHING, count_dress, count_stroke
 from grind_env.machine.loops.zone_layout import strip_centres, strip_zones
+from grind_env.machine.part.compiled_strokes import Dressed, GroundLength, passes_of
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.groove_cuts import NO_CUT, GrooveCut, Grooves
 from grind_env.machine.part.stroke_record import PartVerdict, table_of
-from grind_env.machine.part.stroke_sequence import Dressed, GroundLength, passes_of
 from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survival, volume_left
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 
 SLOWED = 1.001
 """Least ratio of the torque to the torque at the power limit with which a spindle has slowed noticeably."""

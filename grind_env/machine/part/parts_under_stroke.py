@@ -7,10 +7,10 @@ reaches below the surface of the part somewhere on that way.
 from typing import NamedTuple
 
 from grind_env.control import CyclePlan, CycleStrokes, Position, Stroke
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.mounted_wheel import first_diameter
-from grind_env.machine.dress.wheel_body import half_chord
+from grind_env.machine.dress.wheel_geometry import half_chord
 from grind_env.machine.job import Job, Part
 
 

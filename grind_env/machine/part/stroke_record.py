@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
-from grind_env.kernel.columns import dtype_of
-from grind_env.process.state import StrokeResult
+from grind_env.array_types import Array
+from grind_env.kernel.row_accessors import dtype_of
+from grind_env.process.stroke_types import StrokeResult
 
 
 class TableStroke(NamedTuple):

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from grind_env.control import CyclePlan
-from grind_env.kernel.columns import column_reader
-from grind_env.machine.dress.dress_effect import NO_DRESS, DressPlan
+from grind_env.kernel.row_accessors import column_reader
+from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan
 
 
 class BlockSettings(NamedTuple):

@@ -9,8 +9,8 @@ from dataclasses import fields, replace
 from grind_env.control import ControlError, Line, Motion, Programs
 from grind_env.control.block_words import read_block
 from grind_env.control.numbers import g_code
-from grind_env.control.program_text import SourceText
-from grind_env.machine.axes import plunge_axis
+from grind_env.control.program_scanner import SourceText
+from grind_env.machine.axis_roles import plunge_axis
 from grind_env.machine.job import Job
 from grind_env.machine.script.script import Script, stations_of_parts
 from grind_env.machine.script.script_block import ScriptBlock, edge_of

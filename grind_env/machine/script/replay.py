@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.control.cycles import RULES, Rules
 from grind_env.kernel import entry, inlined, inlined_rule
-from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.compiled_rules import motion_time
+from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS, CycleKernel
+from grind_env.machine.loops.compiled_motion import motion_time
 from grind_env.machine.loops.concurrent_strokes import FEED, FULL, Feeding, deepest_pick
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, CycleKernel
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.row_io import RULES_FROM, read_part, read_zone, write_stroking
 from grind_env.machine.loops.stroke_loops import Loops, loops_of, zoned_loops_of
@@ -21,7 +21,7 @@ from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.script.block_settings import BlockSettings, read_settings
 from grind_env.machine.script.script_tables import NO_CYCLE, NUMBERS, BlockRow, PlanRow
-from grind_env.process.process import Drive, Process
+from grind_env.process.process_interface import Drive, Process
 
 read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
 write_feeding = column_writer(Feeding, RULES_FROM)

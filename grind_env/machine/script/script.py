@@ -16,8 +16,7 @@ from grind_env.control import CyclePlan, CycleStrokes, Programs, events, execute
 from grind_env.control.block_words import Block
 from grind_env.control.control_flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
-from grind_env.html_views import html
-from grind_env.machine.dress.dress_effect import DressRun
+from grind_env.machine.dress.dress_passes import DressRun
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.event_consumer import EventConsumer
 from grind_env.machine.grind import refuse_unjudged
@@ -28,6 +27,7 @@ from grind_env.machine.part.parts_under_stroke import sweep_of, touched_stations
 from grind_env.machine.script import refusals
 from grind_env.machine.script.block_settings import OWN_WORDS, Ranges
 from grind_env.machine.script.script_block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, script_error
+from grind_env.notebook_loader import html
 
 FEED_ACROSS = "a feed move that is a stroke goes across, or along what is compensated"
 

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import CyclePlan, Line, Position
-from grind_env.control.cycle_rules import INSTANT
+from grind_env.control.cycle_formulas import INSTANT
 from grind_env.control.cycles import RULES
-from grind_env.machine.axes import plunge_axis
+from grind_env.machine.axis_roles import plunge_axis
 from grind_env.machine.job import Job, Part
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.concurrent_strokes import ENDS, GOES_ON, FeedMotion
-from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.zone_layout import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feed_moves import FEED
 from grind_env.machine.script.block_settings import BlockSettings, own_settings

@@ -1,17 +1,17 @@
 """Warnings of a run: one watcher for each matter; all add to the same `Notices`."""
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.cycle_execution import plunges
-from grind_env.machine.dress.dress_effect import DressPlan
+from grind_env.machine.dress.dress_passes import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.part.feed_moves import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.spindle_coolant import Running, RunningWarnings
 from grind_env.machine.warnings.cuts import Cuts, Overload, Picks
-from grind_env.machine.warnings.cycles import Cycle, Cycles
+from grind_env.machine.warnings.idle_cycles import Cycle, Cycles
 from grind_env.machine.warnings.moves import ObstacleWatch
-from grind_env.machine.warnings.stops import Stops
+from grind_env.machine.warnings.program_stops import Stops
 from grind_env.machine.warnings.texts import Notices, over_pick_limits, over_table_limits
 
 

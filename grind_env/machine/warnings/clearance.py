@@ -15,10 +15,10 @@ import math
 from collections.abc import Callable
 
 from grind_env.control import Arc, Motion, Position
-from grind_env.control.cycle_rules import DEPTH_TOLERANCE
-from grind_env.control.geometry import Circular
-from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.machine.dress.wheel_body import half_chord, position_at, rise
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
+from grind_env.control.path_geometry import Circular
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
+from grind_env.machine.dress.wheel_geometry import half_chord, position_at, rise
 from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.part import PartRun
 

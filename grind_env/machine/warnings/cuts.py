@@ -4,20 +4,20 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import Control, CycleStrokes, Infeed, Pick
-from grind_env.machine.axes import AXES
-from grind_env.machine.dress.dress_effect import DressPlan
+from grind_env.machine.axis_roles import AXES
+from grind_env.machine.dress.dress_passes import DressPlan
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job
+from grind_env.machine.part.compiled_strokes import Dressed
 from grind_env.machine.part.feed_moves import speed_word
 from grind_env.machine.part.part import SLOWED, PartRun
-from grind_env.machine.part.stroke_sequence import Dressed
 from grind_env.machine.warnings import texts
 from grind_env.machine.warnings.texts import Notices
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
 """Least and highest table speed of the process model, mm/min."""

@@ -25,8 +25,8 @@ from grind_env.envs.observation_memory import BeliefMemory, StackMemory, belief_
 from grind_env.envs.observations import bounds
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
-from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 from grind_env.policies.scripted.rules import REFERENCE_AREA
+from grind_env.policies.scripted.sharpness_estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 
 MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
 """Memory of a learner."""

@@ -6,14 +6,14 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array, Table
+from grind_env.array_types import Array, Table
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, cheapest_choice
-from grind_env.policies.columns import COST, PRESSURE
+from grind_env.policies.episode_columns import COST, PRESSURE
 from grind_env.policies.planners.cost_to_go import KA, between, dullness, worth
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels

@@ -13,17 +13,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array, Numbers
+from grind_env.array_types import Array, Numbers
 from grind_env.belief.filter_quantities import FACTORS
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
-from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.noise_tape import TapeRow
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, all_choices
-from grind_env.policies.columns import AREA, COST, LOADING, NEW_LOT, PRESSURE, STOCK
+from grind_env.policies.episode_columns import AREA, COST, LOADING, NEW_LOT, PRESSURE, STOCK
 from grind_env.policies.policy import NOMINAL_STOCK
 from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA

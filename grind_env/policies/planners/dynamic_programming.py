@@ -5,16 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.kind_tables import KindRow
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.choices import Decision, all_choices
-from grind_env.policies.columns import AREA, COST, VOLUME
+from grind_env.policies.episode_columns import AREA, COST, VOLUME
 
 AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 """Edges of the classes of wear-flat area."""

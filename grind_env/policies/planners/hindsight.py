@@ -6,12 +6,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
-from grind_env.policies.columns import COST
+from grind_env.policies.episode_columns import COST
 from grind_env.policies.planners.dynamic_programming import forward_plans, surcharges
 from grind_env.policies.policy import Sees
 

@@ -10,12 +10,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.policies.choices import Decision, all_choices, check_speeds, nearest_speed
-from grind_env.policies.columns import (
+from grind_env.policies.episode_columns import (
     AREA,
     CHANGES,
     CLOCK,
@@ -30,8 +30,8 @@ from grind_env.policies.columns import (
     WORK,
 )
 from grind_env.policies.policy import NOMINAL_STOCK, Sees
-from grind_env.policies.scripted.estimator import Estimate, thrift
 from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
+from grind_env.policies.scripted.sharpness_estimator import Estimate, thrift
 
 
 @dataclass(kw_only=True)

@@ -11,7 +11,7 @@ from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
-from grind_env.policies.columns import AREA, LOADING
+from grind_env.policies.episode_columns import AREA, LOADING
 from grind_env.policies.scripted.rules import LOADED_AREA, Estimating, SharpnessRule
 
 

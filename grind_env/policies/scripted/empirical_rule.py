@@ -7,16 +7,16 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array, Numbers
+from grind_env.array_types import Array, Numbers
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.kind_tables import KindRow
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.handbook import USUAL_SPEED, handbook_speeds
 from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
-from grind_env.process.state import StrokeParameters
+from grind_env.process.stroke_types import StrokeParameters
 
 SHARE = 0.88
 """Planned share of the power limit."""

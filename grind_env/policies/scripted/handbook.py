@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.block_rollouts import coming_kinds
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array, Numbers
+from grind_env.array_types import Array, Numbers
 
 FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
 """Level and exponents of power before the first reading, and their standard deviations; the level is unknown."""

@@ -7,20 +7,20 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.filter_members import MemberModel
-from grind_env.envs.shop_history import History
+from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, cheapest_choice
-from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE, ROUGHNESS
+from grind_env.policies.episode_columns import AREA, COST, LOADING, PRESSURE, ROUGHNESS
 from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.estimator import thrift
 from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
+from grind_env.policies.scripted.sharpness_estimator import thrift
 
 MEMBERS = 8
 """Number of wheels on which a choice is tried: as many as the kernel runs at a time."""

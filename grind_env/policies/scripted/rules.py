@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, check_speeds, nearest_speed
 from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.estimator import Estimate, SharpnessEstimator
+from grind_env.policies.scripted.sharpness_estimator import Estimate, SharpnessEstimator
 
 REFERENCE_AREA = 0.015
 """Wear-flat area to which the parameter E of the rules refers."""

@@ -4,12 +4,12 @@ import copy
 from dataclasses import dataclass, replace
 
 from grind_env.envs.job.job_simulation import JobSimulation
-from grind_env.envs.job.measured_episode import MeasuredEpisode
 from grind_env.envs.job.program_outline import INCH, JobChoice
+from grind_env.envs.job.real_machine_episode import MeasuredEpisode
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
-from grind_env.policies.forecast_alarms import Watch
+from grind_env.policies.mismatch_alarms import Watch
 from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.scripted.look_ahead import LookAhead

@@ -11,7 +11,7 @@ from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
-from grind_env.policies.forecast_alarms import Watch
+from grind_env.policies.mismatch_alarms import Watch
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.shop.advise.model_free_rule import STEP, BlockReadings, Rule

@@ -2,7 +2,7 @@
 
 import re
 
-from grind_env.output_files import HEAD, FileKind
+from grind_env.output_checks import HEAD, FileKind
 
 LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")
 """First columns of a log."""

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.envs.kind_tables import KindRow
 from grind_env.policies.choices import nearest_speed
 from grind_env.policies.scripted.empirical_rule import INTERVAL, usual_volumes
 from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTER, WORN_IN, PartLaw, PowerLaw

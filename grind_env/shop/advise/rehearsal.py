@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from grind_env.files import shown
 from grind_env.shop.advise.adviser import Advice, Adviser
+from grind_env.shop.advise.forecast_comparison import Shadow
 from grind_env.shop.advise.operator_readings import MachineReadings, ReadingError, check_readings, readings_of
 from grind_env.shop.advise.reading_sources import ReadingSource, ReadingsRow
-from grind_env.shop.advise.shadow_mode import Shadow
 from grind_env.shop.advise.state import ANEW, AdviceOrigin, AdvisedBlock, StateError, read_state, write_log, write_state
 from grind_env.shop.advise.variables_file import write_values
 

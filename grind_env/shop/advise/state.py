@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.dataclass_json import formed
+from grind_env.envs.input_comparison import describe_differences, differing, inputs_of, named
 from grind_env.envs.job.job_simulation import JobSimulation
-from grind_env.envs.problem_inputs import describe_differences, differing, inputs_of, named
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, reason
 from grind_env.file_lock import alone

@@ -8,7 +8,7 @@ from typing import Any
 
 from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.measurements.measured_sheet import MOST_NUMBER, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers
+from grind_env.array_types import Numbers
 from grind_env.errors import listed
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter, chosen_parameters
 from grind_env.shop.calibrate.least_squares import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge

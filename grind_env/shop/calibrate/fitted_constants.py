@@ -11,7 +11,7 @@ from grind_env.machine.job.job_entries import entries_of
 from grind_env.process.catalogue import KINDS
 from grind_env.process.entries import Quantity, quantities
 from grind_env.process.force_exponents import EXPONENTS
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 
 USUAL = (
     "material.chip_energy",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grind_env.optional_libraries import needing
 from grind_env.shop.calibrate.power_logs import Log
-from grind_env.shop.calibrate.stroke_pattern import Pattern
+from grind_env.shop.calibrate.stroke_schedule import Pattern
 from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):

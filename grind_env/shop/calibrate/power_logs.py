@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers
+from grind_env.array_types import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.column_names import Map, find_columns
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.measurements.clock_times import DAY
 from grind_env.shop.measurements.measured_sheet import MOST_TIME, WATTS, Floats, Sheet, plain, read_sheet
 

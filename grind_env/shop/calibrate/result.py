@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from grind_env.errors import listed
 from grind_env.files import write_atomically
-from grind_env.html_views import html, presenter
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import entries_of, with_entries
-from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
+from grind_env.notebook_loader import html, presenter
+from grind_env.shop.calibrate.exceptions import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit, uncertainty_lines
 from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, changes_of

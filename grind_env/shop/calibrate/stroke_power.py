@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.array_types import Numbers
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
 from grind_env.shop.calibrate.power_logs import Log
-from grind_env.shop.calibrate.stroke_pattern import Pattern
+from grind_env.shop.calibrate.stroke_schedule import Pattern
 from grind_env.shop.calibrate.stroke_search import sharpened
 from grind_env.shop.measurements.measured_sheet import Floats
 

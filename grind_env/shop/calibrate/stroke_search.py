@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers
+from grind_env.array_types import Numbers
 from grind_env.optional_libraries import needing
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import (
     ALIKE_RUNS,
     FEWEST,
@@ -30,7 +30,7 @@ from grind_env.shop.calibrate.log_alignment import (
     template,
 )
 from grind_env.shop.calibrate.power_logs import Log, averaged
-from grind_env.shop.calibrate.stroke_pattern import Pattern
+from grind_env.shop.calibrate.stroke_schedule import Pattern
 from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):

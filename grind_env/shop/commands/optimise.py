@@ -45,12 +45,12 @@ def optimise(
     The new program is written only if it is significantly cheaper and keeps all limits at a small risk
     (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
     """
-    from grind_env.control.command_options import variables_of
+    from grind_env.control.cli_options import variables_of
     from grind_env.machine.job.job_file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import python_api, search_options
     from grind_env.shop.optimise import tables
-    from grind_env.shop.optimise.outcome import Verdict
+    from grind_env.shop.optimise.result import Verdict
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimisation_report import optimised_report
 

@@ -31,7 +31,7 @@ def report(
     The report has the verdict, margins to limits, blocks, plots, parts, dresses, cost and warnings, and works offline.
     Needs the extra [shop].
     """
-    from grind_env.control.command_options import variables_of
+    from grind_env.control.cli_options import variables_of
     from grind_env.errors import printable
     from grind_env.shop import python_api
 

@@ -36,7 +36,7 @@ def sweep(
     The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
     Exit status 3: no cheaper program within the limits for -o, or the model scraps the original program.
     """
-    from grind_env.control.command_options import variables_of
+    from grind_env.control.cli_options import variables_of
     from grind_env.machine.job.job_file import job_beside
     from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import python_api, search_options

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from grind_env.machine.job import Job, Part
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.judgement import LimitCost, ProgramJudge, paired
-from grind_env.shop.optimise.outcome import Trade
+from grind_env.shop.optimise.result import Trade
 from grind_env.shop.optimise.search import GENERATIONS, Budget, Point, Search, TimeUp
-from grind_env.shop.optimise.varied_program import SURE, Progress, Variation
+from grind_env.shop.optimise.search_problem import SURE, Progress, Variation
 from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse
 

@@ -10,7 +10,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from grind_env.control import Programs
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.errors import GrindError
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.word_editing import Edit, ProgramText

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.machine.script.block_settings import D
-from grind_env.policies.statistics import Interval, percentile_interval, resampled_means
+from grind_env.policies.score_statistics import Interval, percentile_interval, resampled_means
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.optimise.outcome import LimitUse, PartMean, Requirement, Verdict, WordChange
+from grind_env.shop.optimise.result import LimitUse, PartMean, Requirement, Verdict, WordChange
 from grind_env.shop.optimise.search import Point
+from grind_env.shop.optimise.search_problem import Variation
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
-from grind_env.shop.optimise.varied_program import Variation
 from grind_env.shop.optimise.word_editing import Spot
 from grind_env.shop.possible_machines import Fleet
 from grind_env.shop.search_options import INTERVAL, LIMITS

@@ -29,9 +29,9 @@ from grind_env.shop.optimise.judgement import (
     verdict_of,
     words_of,
 )
-from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
+from grind_env.shop.optimise.result import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import ENOUGH_TRIALS, MOST_JUDGING, Budget, Point, TimeUp, time_text
-from grind_env.shop.optimise.varied_program import LOTS, Progress, Variation, one_run, variation_of
+from grind_env.shop.optimise.search_problem import LOTS, Progress, Variation, one_run, variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.possible_machines import require_good
 from grind_env.shop.search_options import LIMITS, SearchOptions

@@ -14,7 +14,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.optional_libraries import needing
 
 Point = tuple[int, ...]

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.data_table import Cell, Column, Kind, Table, table_of
 from grind_env.errors import printable
-from grind_env.policies.statistics import Interval
+from grind_env.policies.score_statistics import Interval
 from grind_env.process.cost import NO_LIMIT
-from grind_env.render.curves import BLUE, GREEN, GREY
+from grind_env.render.curve_data import BLUE, GREEN, GREY
 from grind_env.render.figures import new_figure
 from grind_env.render.series_graphs import Graph, RuleLine, Series, draw_graph
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean
+from grind_env.shop.optimise.result import LimitUse, Optimised, PartMean
 from grind_env.shop.trials import lots_text
 
 if TYPE_CHECKING:

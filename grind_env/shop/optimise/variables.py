@@ -13,16 +13,16 @@ from grind_env.control import Programs
 from grind_env.control.cycles import list_codes
 from grind_env.control.motion_paths import INTEGRANDS
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
-from grind_env.control.program_text import SourceText
-from grind_env.envs.job.batch_program import jumps
+from grind_env.control.program_scanner import SourceText
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
+from grind_env.envs.job.repeated_program import jumps
 from grind_env.errors import listed
-from grind_env.machine.dress.dress_effect import DEEPEST_INFEED
+from grind_env.machine.dress.dress_passes import DEEPEST_INFEED
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
 from grind_env.machine.script import block_settings
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
-from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
+from grind_env.shop.optimise.dress_editing import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.word_editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of
 from grind_env.shop.search_options import INTERVAL, OptionError, SearchOptions, whole_ends_of
 

@@ -11,7 +11,7 @@ from grind_env.shop.calibrate.figure import comparable, comparison, residuals
 from grind_env.shop.calibrate.least_squares import YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.report.document import Section, figure, items, listing, page, paragraph, table, verdict
-from grind_env.shop.report.report_inputs import foundations, revisions
+from grind_env.shop.report.provenance import foundations, revisions
 
 if TYPE_CHECKING:
     from markupsafe import Markup

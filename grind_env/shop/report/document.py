@@ -17,13 +17,13 @@ from grind_env.data_table import Kind, Table
 from grind_env.errors import printable
 from grind_env.files import FileError, check_target, write_atomically
 from grind_env.optional_libraries import needing
-from grind_env.output_files import FileKind
+from grind_env.output_checks import FileKind
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-    from grind_env.render.curves import Picture
+    from grind_env.render.curve_data import Picture
     from grind_env.render.series_graphs import Graph
 
 TEMPLATES = Path(__file__).with_name("templates")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.data_table import Kind
 from grind_env.machine.job import Job
-from grind_env.render.curves import BLUE, GREY, INK
+from grind_env.render.curve_data import BLUE, GREY, INK
 from grind_env.render.series_graphs import Graph, Series
 from grind_env.shop.optimise.judgement import WORTH_NAMING, confidence_text
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
+from grind_env.shop.optimise.result import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.tables import (
     binding,
     covered,
@@ -23,7 +23,7 @@ from grind_env.shop.optimise.tables import (
     word_table,
 )
 from grind_env.shop.report import document
-from grind_env.shop.report.report_inputs import foundations, revisions
+from grind_env.shop.report.provenance import foundations, revisions
 from grind_env.shop.trials import lots_text
 
 if TYPE_CHECKING:

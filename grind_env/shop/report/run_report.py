@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from grind_env.control import Programs
-from grind_env.control.program_text import lines_of
+from grind_env.control.program_scanner import lines_of
 from grind_env.data_table import Cell, Kind, table_of
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
-from grind_env.render.curves import Span, picture, spans, sparks_out
-from grind_env.render.kinematic_table import HEADINGS as COMPARED
-from grind_env.render.kinematic_table import MEANING, SHARPENING, between, blocks_named, compared_blocks, same_words
+from grind_env.render.block_comparison import HEADINGS as COMPARED
+from grind_env.render.block_comparison import MEANING, SHARPENING, between, blocks_named, compared_blocks, same_words
+from grind_env.render.curve_data import Span, picture, spans, sparks_out
 from grind_env.render.record_tables import SCALES, STATION, faults, part_table, totals
 from grind_env.shop.report import document
-from grind_env.shop.report.report_inputs import assumptions, foundations, revisions
+from grind_env.shop.report.provenance import assumptions, foundations, revisions
 
 if TYPE_CHECKING:
     from markupsafe import Markup

@@ -6,7 +6,7 @@ import warnings
 from typing import Any
 
 from grind_env.errors import printable
-from grind_env.render.curves import BLUE, GREEN, GREY, GRID, INK, ORANGE, PAPER, RED, SHADE, Picture
+from grind_env.render.curve_data import BLUE, GREEN, GREY, GRID, INK, ORANGE, PAPER, RED, SHADE, Picture
 from grind_env.render.figures import new_figure
 from grind_env.render.record_plots import draw_panels
 from grind_env.render.series_graphs import Graph, draw_graph

@@ -14,7 +14,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
-from grind_env.shop.calibrate.stroke_pattern import RepeatedProgram, pattern_of
+from grind_env.shop.calibrate.stroke_schedule import RepeatedProgram, pattern_of
 from grind_env.shop.start.starter_folder import HERE, LOG, start_folder
 
 PARTS = 2

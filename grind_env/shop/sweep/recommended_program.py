@@ -13,8 +13,8 @@ from grind_env.files import read_bytes
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import job_of
 from grind_env.machine.script.block_settings import E
+from grind_env.shop.optimise.search_problem import Variation, variation_of
 from grind_env.shop.optimise.variables import STEPS, SearchVariable
-from grind_env.shop.optimise.varied_program import Variation, variation_of
 from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import INTERVAL, options_of
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, sweep_trials

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Array
+from grind_env.array_types import Array
 from grind_env.control import read_file
-from grind_env.control.program_text import SourceText
+from grind_env.control.program_scanner import SourceText
 from grind_env.envs.job.program_outline import INCH
 from grind_env.errors import GrindError
-from grind_env.html_views import html, presenter
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import job_of
 from grind_env.machine.script.block_settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
-from grind_env.policies.statistics import Interval
+from grind_env.notebook_loader import html, presenter
+from grind_env.policies.score_statistics import Interval
 from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.possible_machines import Fleet, fleet_of, require_good
 from grind_env.shop.search_options import LIMITS

@@ -4,7 +4,7 @@ import cmath
 import math
 from itertools import pairwise
 
-from grind_env.control.compensation.plane import Element, PathArc, PathSegment, Point
+from grind_env.control.compensation.geometry import Element, PathArc, PathSegment, Point
 
 
 def lines(*points: Point) -> list[Element]:

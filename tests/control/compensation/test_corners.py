@@ -3,7 +3,7 @@ import math
 import pytest
 
 from grind_env.control.compensation.corners import CompensationFault, compensated, corner, feed_share, side_change
-from grind_env.control.compensation.plane import Element, Offset, PathArc, PathSegment, Point
+from grind_env.control.compensation.geometry import Element, Offset, PathArc, PathSegment, Point
 from tests.control.compensation.chain import element_from, lines, swept
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.plane import Element, Offset, PathArc, PathSegment, Point
+from grind_env.control.compensation.geometry import Element, Offset, PathArc, PathSegment, Point
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 

@@ -6,8 +6,8 @@ from collections import deque
 import pytest
 
 from grind_env.control import Control, ControlError, execute, read
+from grind_env.control.compensation.geometry import PathSegment
 from grind_env.control.compensation.gouging import COMPARED, GougeCheck, Passed, _gouges
-from grind_env.control.compensation.plane import PathSegment
 from grind_env.control.errors import Place
 from grind_env.control.lookahead import Lookout
 from tests.examples import few

@@ -1,0 +1,50 @@
+"""The wheel as a cylinder with a radius and a width."""
+
+import math
+
+from grind_env.control import Motion, Position
+from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
+
+
+def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width: float) -> tuple[float, float]:
+    """Return how far a straight move takes the wheel below the diamond tip, and the width that passes over it, mm.
+
+    The depth is negative if the wheel stays above the tip, and minus infinity if the wheel does not pass over the tip.
+    An arc counts as its chord.
+    """
+    cross, plunge = cross_axis(axis), plunge_axis(axis)
+    start, end = motion.start, motion.end
+    way = end[cross] - start[cross]
+    low, high = 0.0, 1.0
+    if abs(way) < DEPTH_TOLERANCE:
+        if not tip[cross] - width + DEPTH_TOLERANCE < start[cross] < tip[cross] - DEPTH_TOLERANCE:
+            return -math.inf, 0.0
+    else:
+        first, last = sorted(((tip[cross] - width - start[cross]) / way, (tip[cross] - start[cross]) / way))
+        low, high = max(low, first), min(high, last)
+        if high <= low:
+            return -math.inf, 0.0
+    nearest = [position_at(start, end, low), position_at(start, end, high)]
+    along = end[axis] - start[axis]
+    if abs(along) >= DEPTH_TOLERANCE and low < (share := (tip[axis] - start[axis]) / along) < high:
+        nearest.append(position_at(start, end, share))
+    depth = max(tip[plunge] - here[plunge] - rise(radius, abs(here[axis] - tip[axis])) for here in nearest)
+    return depth, (high - low) * abs(way)
+
+
+def half_chord(radius: float, depth: float) -> float:
+    """Return the distance from the wheel's middle at which its surface is `depth` higher, mm."""
+    deep = min(depth, radius)
+    return math.sqrt(deep * (2.0 * radius - deep))
+
+
+def rise(radius: float, distance: float) -> float:
+    """Return how much higher the wheel surface is at a distance from its middle, mm; infinite beyond its radius."""
+    return radius - math.sqrt(radius * radius - distance * distance) if distance < radius else math.inf
+
+
+def position_at(start: Position, end: Position, share: float) -> Position:
+    """Return the position after a share of a straight way."""
+    x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
+    return x, y, z

@@ -1,0 +1,20 @@
+"""Columns of the tables of `Episodes` that policies read and simulations write."""
+
+from grind_env.envs.cost import Outcome
+from grind_env.envs.noise_tape import TapeRow
+from grind_env.envs.past_readings import History
+from grind_env.process.stroke_types import WheelState
+
+STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")
+NEW_LOT, PRESSURE = TapeRow._fields.index("new_lot"), TapeRow._fields.index("pm")
+PART_ROUGHNESS = TapeRow._fields.index("part_ra")
+ROUGHNESS, SPARE_ROUGHNESS = TapeRow._fields.index("ra_scale"), TapeRow._fields.index("spare_ra_scale")
+DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
+LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]
+"""Columns that the list of the blocks to grind shows in advance."""
+OF_WHEEL = [tuple(TapeRow._fields.index(name) for name in (old, f"spare_{old}")) for old in ("kA", "ra_scale")]
+"""Columns of the factors of a wheel: of the first wheel, and of a wheel after a change."""
+CHANGES, CLOCK = History._fields.index("wheel_changes"), History._fields.index("clock")
+COST = Outcome._fields.index("cost")
+AREA, LOADING, VOLUME = (WheelState._fields.index(name) for name in ("A", "lam", "V"))
+DIAMETER = WheelState._fields.index("ds")
