@@ -11,7 +11,7 @@ from agents.evaluation_cache import RUNS, sources
 from agents.plants.study_machines import PARTS, StudyMachine
 from agents.provenance import ROOT
 
-QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
+QUESTIONS = {"calibrate": "power_errors", "optimise": "optimising", "advise": "advising", "robust": "robust_agent"}
 """Module of `agents.plants` that answers each question."""
 DECIDING, DATA = ("agents.benchmark.agent_training", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Prefixes of the modules whose code decides the results, and folder of the catalogue."""
@@ -42,7 +42,7 @@ def answer(cell: PlantsTrial) -> Found:
 
 def _answer(cell: PlantsTrial) -> Found:
     if cell.question == "calibrate":
-        from agents.plants.calibration_errors import calibrate_on
+        from agents.plants.power_errors import calibrate_on
 
         return calibrate_on(cell.machine)
     if cell.question == "optimise":

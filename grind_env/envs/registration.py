@@ -11,7 +11,7 @@ def _register(env_id: str, module: str, **fixed: str) -> None:
 
 
 for name in task_names():
-    _register(environment_id(name), "task_env", task=name)
-_register(ANY_TASK, "task_env")
+    _register(environment_id(name), "task_env_factory", task=name)
+_register(ANY_TASK, "task_env_factory")
 for name in MODULE_NAMES:
     _register(environment_id(name), f"ids.{name}")

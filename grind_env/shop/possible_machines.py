@@ -69,12 +69,11 @@ class Fleet:
         A search tries thousands of programs: its machines obey the laws of the model, which takes a quarter less time.
         The machines of the other uses may obey other laws.
         """
-        places = [
-            (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
-        ]
+        first, count = FIRST[use], min(MACHINES[use], len(seeds), len(self.numbers))
+        numbers = [self.numbers[k % len(self.numbers)] for k in range(first, first + count)]
         job, root = trials.simulation.job, self.uncertainty.root
         drawn = draw_machine if use is LotUse.SEARCH else machine
-        machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
+        machines = [drawn(job, self.uncertainty, root, self.seed, number) for number in numbers]
         return trials.spread_by(self.spread).with_lots(seeds, machines, self.uncertainty.drift)
 
 
@@ -155,11 +154,8 @@ class Evidence:
         Each machine has its own lots: with the same lots for all, the seed would decide how many machines agree.
         """
         seeds = [(self.seed, int(LotUse.BASE), number, k, lot) for lot in range(self.lots) for k in machines]
-        if self.trials.simulation.job.parts:
-            seeds = seeds[: len(machines)]
         on = self.trials.with_lots(seeds, [*machines.values()], drift)
-        scrap: list[float] = on.by_machine(on.measure(on.own[None]).scrap)[0].tolist()
-        return scrap
+        return [*map(float, on.by_machine(on.measure(on.own[None]).scrap)[0])]
 
 
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:

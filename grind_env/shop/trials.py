@@ -415,8 +415,7 @@ def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
     """Return the seeds of some lots for a use."""
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
-    number = int(use)
-    return tuple((seed, number, k) for k in range(count))
+    return tuple((seed, int(use), k) for k in range(count))
 
 
 def lots_text(count: int, what: str = "lots") -> str:

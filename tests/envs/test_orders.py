@@ -51,7 +51,7 @@ def test_an_order_has_one_kind_its_own_lot_and_one_to_eight_parts(name: str) -> 
     np.testing.assert_allclose(np.bincount(kinds) / len(kinds), 1 / 3, atol=5 * np.sqrt(2 / 9 / n))
 
 
-def test_job_shop_and_rush_draw_their_factors_as_published() -> None:
+def test_job_shop_draws_its_factors_as_published() -> None:
     t = tape("job_shop")
     begins = t.new_lot == 1.0
     z = np.clip(np.random.default_rng(0).standard_normal(1_000_000), -1.8, 1.8).std()

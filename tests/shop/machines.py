@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.calibration_errors import errors
+from agents.plants.power_errors import errors
 from agents.plants.program_variants import scaled, write
 from agents.plants.shop_log import Logged
 from agents.plants.study_machines import StudyMachine, StudyProgram

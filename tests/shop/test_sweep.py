@@ -10,11 +10,13 @@ import pytest
 
 from grind_env.control import read, read_file
 from grind_env.envs.job.repeated_program import repeated
+from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script import block_settings
 from grind_env.policies.score_statistics import Interval
 from grind_env.shop.possible_machines import fleet_of
 from grind_env.shop.sweep import study
+from grind_env.shop.sweep.figure import LINES, draw_sweep
 from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, judgement_trials, sweep
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, most_risk, risk, trials_of
@@ -47,8 +49,6 @@ def test_a_dress_every_third_part_costs_the_same_as_written_out(found: Sweep) ->
 
 def test_lines_differ_by_dash_or_marker(found: Sweep) -> None:
     pytest.importorskip("matplotlib")
-    from grind_env.shop.sweep.figure import LINES, draw_sweep
-
     assert len({look[1:] for look in LINES}) == len(LINES)
     several = 0
     for axes in draw_sweep(found).axes:
@@ -83,11 +83,9 @@ def test_a_point_that_exceeds_a_limit_on_new_lots_is_not_the_best(
 ) -> None:
     def on_a_machine_with_more_force(trials: Trials, *rest: object) -> Trials:
         own = judgement_trials(trials, *rest)
-        part = own.simulation.job.part
-        harder = replace(
-            part, material=replace(part.material, ploughing_pressure=5.0 * part.material.ploughing_pressure)
-        )
-        return own.with_lots(own.seeds, [replace(own.simulation.job, part=harder)])
+        job = own.simulation.job
+        harder = {"ploughing_pressure": 5.0 * job.part.material.ploughing_pressure}
+        return own.with_lots(own.seeds, [with_entries(job, {"material": harder})])
 
     monkeypatch.setattr(study, "judgement_trials", on_a_machine_with_more_force)
     ranges = SweepRanges(E=(12_000.0, 20_000.0), every=(1, 4))
@@ -190,8 +188,6 @@ def test_a_limit_binds_if_it_refuses_a_cheaper_point(found: Sweep) -> None:
 
 def test_the_legend_names_the_limit_that_hollow_points_exceed(found: Sweep) -> None:
     pytest.importorskip("matplotlib")
-    from grind_env.shop.sweep.figure import draw_sweep
-
     risky = [replace(point, shares=(0.5, 0.5, 0.5, 0.5), risk=1.5) for point in found.speeds]
     kept = replace(found.own, shares=(0.5, 0.5, 0.5, 0.5), risk=0.5)
     upper, _, lower, _ = draw_sweep(replace(found, own=kept, speeds=(kept, *risky), dresses=())).axes
