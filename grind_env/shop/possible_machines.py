@@ -92,14 +92,14 @@ def fleet_of(
         return None if job.uncertainty is None else every
     if untried:
         return every
-    evidence = Evidence(trials, uncertainty, seed)
+    evidence = GoodParts(trials, uncertainty, seed)
     scrap = evidence.scrap_of({0: job}, 0.0, 0)[0]
     if uncertainty.is_certain and scrap >= CONDEMNED:
         raise CondemnedError(scrap)
     if uncertainty.is_certain:
         return every
     for spread in SPREADS:
-        evidence = Evidence(trials.spread_by(spread), uncertainty, seed)
+        evidence = GoodParts(trials.spread_by(spread), uncertainty, seed)
         agree, scraps = list[int](), dict[int, float]()
         while len(agree) < needed and len(scraps) < MOST_DRAWN and not (scraps and is_up()):
             numbers = range(len(scraps), len(scraps) + AT_ONCE)
@@ -121,7 +121,7 @@ def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
         raise CondemnedError(scrap)
 
 
-class Evidence:
+class GoodParts:
     """Likelihood of the good parts on a machine."""
 
     def __init__(self, trials: Trials, uncertainty: Uncertainty, seed: int) -> None:

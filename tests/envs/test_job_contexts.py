@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.envs.test_contexts import DECILES
 
 from grind_env.envs.distribution_splits import SPLITS
 from grind_env.envs.env import GrindEnv
@@ -18,6 +17,7 @@ from grind_env.envs.reset_options import CONTEXT_FACTORS, ContextError, Given, r
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
 from tests.envs.harness import JobTape, assert_same, job_drawn
+from tests.envs.test_reset_options import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
 

@@ -55,11 +55,9 @@ def test_job_shop_draws_its_factors_as_published() -> None:
     t = tape("job_shop")
     begins = t.new_lot == 1.0
     z = np.clip(np.random.default_rng(0).standard_normal(1_000_000), -1.8, 1.8).std()
-    both = np.hypot(0.70 * z, 0.30 * z)
-    assert np.log(t.kA[begins]).std() == pytest.approx(both, rel=0.03)
+    assert np.log(t.kA[begins]).std() == pytest.approx(np.hypot(0.70 * z, 0.30 * z), rel=0.03)
     assert np.log(t.pm[begins]).std() == pytest.approx(0.08 * z, rel=0.03)
-    nominal = np.array([0.06, 0.20, 0.40])[t.kind.astype(int)]
-    relative = t.stock / nominal
+    relative = t.stock / np.array([0.06, 0.20, 0.40])[t.kind.astype(int)]
     # on whole micrometres
     assert relative.min() >= 0.5 - 0.0005 / 0.06
     assert relative.std() == pytest.approx(0.20, rel=0.03)

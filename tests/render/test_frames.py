@@ -152,7 +152,7 @@ DRAWING = ("PIL", "tkinter", "pygame", "matplotlib")
 import gymnasium as gym
 import grind_env
 from grind_env.errors import GrindError
-from grind_env.envs import episode_viewer as episode
+from grind_env.envs import picture_builder as episode
 from grind_env.render import frames, terminal_view
 env = gym.make("grind/Oracle6-v0")
 env.reset(seed=0)

@@ -24,7 +24,15 @@ from grind_env.shop.optimise import search_problem, tables
 from grind_env.shop.optimise.search import Budget
 from grind_env.shop.optimise.search_problem import variation_of
 from grind_env.shop.optimise.word_editing import text_of
-from grind_env.shop.possible_machines import MOST_DRAWN, NEEDED, CondemnedError, Evidence, Fleet, fleet_of, require_good
+from grind_env.shop.possible_machines import (
+    MOST_DRAWN,
+    NEEDED,
+    CondemnedError,
+    Fleet,
+    GoodParts,
+    fleet_of,
+    require_good,
+)
 from grind_env.shop.python_api import optimise, sweep
 from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
@@ -140,8 +148,7 @@ def test_an_interval_spans_the_machines_and_not_the_error_of_their_mean() -> Non
     values = np.tile(np.arange(100.0), 4)  # every lot of machine k has the value k
     found = of_many.of_one(values)
     assert found.value == values.mean() and (found.low, found.high) == pytest.approx((9.9, 89.1))
-    known = trials("plate_g82", job).with_lots(lots)
-    mean = known.of_one(values)
+    mean = trials("plate_g82", job).with_lots(lots).of_one(values)
     error = 1.645 * values.std() / 20.0
     assert (mean.low, mean.high) == pytest.approx((49.5 - error, 49.5 + error), rel=0.03)
     assert of_many.of_one(np.where(values == 99.0, 1e6, 0.0)).high == 1e4  # reaches the mean of one outlier
@@ -191,7 +198,7 @@ def test_an_untried_program_is_optimised_even_if_the_model_scraps_it(tmp_path: P
 
 def test_each_possible_machine_must_grind_good_parts_on_lots_of_its_own() -> None:
     job = load_job(EXAMPLES / "rail_g83.toml")
-    evidence = Evidence(trials("rail_g83", job), uncertainty_of(job), 1)
+    evidence = GoodParts(trials("rail_g83", job), uncertainty_of(job), 1)
     first, second = evidence.scrap_of({1: job, 2: job}, 0.0, 0)
     assert first != second and evidence.scrap_of({2: job}, 0.0, 0) == [second]
 
