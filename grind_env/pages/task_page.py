@@ -23,7 +23,7 @@ from grind_env.pages.task_tables import (
     reward_table,
     setup_table,
 )
-from grind_env.score_scale import find_reference, normalise
+from grind_env.score_scale import EPISODES, find_reference, normalise
 from grind_env.task_version import HISTORY, TASK_VERSION
 
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
@@ -58,10 +58,6 @@ SECTIONS = (
     "Version history",
 )
 """Headings of a page, in their order."""
-
-OTHER_TABLES = (
-    "The benchmark has other numbers of episodes, which include these, and trained agents: its scores differ by chance."
-)
 
 
 def page(env_id: str) -> str:
@@ -216,7 +212,10 @@ def _scores(about: TaskSheet) -> str:
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
     scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the best of this table."
     listed = table_of(("policy", "return", heading), rows).markdown()
-    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n{listed}"
+    return (
+        f"Mean return over {EPISODES} evaluation episodes, with standard error, by `python -m agents scores`.{scale} "
+        f"The benchmark has more episodes, these included: its scores differ by chance.\n\n{listed}"
+    )
 
 
 COUNT = 4
