@@ -13,10 +13,10 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from agents.csv_tables import check_tables, csv_of
 from agents.evaluation_cache import RUNS, behaviour, sources
 from agents.parallel_trials import run_all
 from agents.provenance import TRAINING, installed, provenance
-from agents.result_tables import check_tables, csv_of
 from grind_env.errors import GrindError
 from grind_env.file_arguments import Application, Keeps
 from grind_env.files import ReadError, read_text

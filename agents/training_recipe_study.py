@@ -11,9 +11,9 @@ from statistics import mean, stdev
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from agents.csv_tables import csv_of, csv_rows, typed
 from agents.evaluation_cache import sources
 from agents.provenance import ROOT, provenance
-from agents.result_tables import csv_of, csv_rows, typed
 from agents.study import Found, Study, StudyOptions
 from grind_env.data_table import Column, table_of
 from grind_env.envs import wrappers

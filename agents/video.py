@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from agents.budgets import PICTURES
+from agents.command_defaults import PICTURES
 from grind_env.control.cycle_formulas import dresses_due
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.errors import GrindError

@@ -16,8 +16,8 @@ from agents.benchmark.scoring import Sampled, judged
 from agents.benchmark.summary import shown, tasks_of
 from agents.benchmark.trials import result
 from agents.benchmark.trials import study as trials_of
+from agents.csv_tables import check_tables, csv_of
 from agents.provenance import provenance
-from agents.result_tables import check_tables, csv_of
 from agents.study import Found, Options, Study, StudyOptions
 from grind_env.data_table import table_of
 from grind_env.files import csv_cell

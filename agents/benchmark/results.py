@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from agents.benchmark.plan import LONG, BenchmarkCell
+from agents.csv_tables import csv_of
 from agents.provenance import provenance, shown_seeds
-from agents.result_tables import csv_of
 from grind_env.array_types import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically

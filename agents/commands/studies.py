@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
-from agents.budgets import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
+from agents.command_defaults import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
@@ -117,7 +117,7 @@ COMMANDS = {
         steps=1_000_000,
     ),
     "scores": StudyCommand(
-        "agents.reference.scores",
+        "agents.reference.score_study",
         "Tune missing policies and measure the reference scores of all.",
         "--task power_limited",
         tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),

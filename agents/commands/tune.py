@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
+from agents.command_defaults import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.commands.options import going_on
 from agents.evaluation_cache import RUNS
 from agents.study import Fresh, Jobs, Ray, Runs

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.budgets import PICTURES
+from agents.command_defaults import PICTURES
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.errors import printable
 from grind_env.file_arguments import FILE, Writes

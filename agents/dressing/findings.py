@@ -10,9 +10,9 @@ from itertools import product
 
 import numpy as np
 
+from agents.csv_tables import csv_of
 from agents.provenance import provenance
-from agents.result_tables import csv_of
-from agents.tuning.search import BestPoint, refine
+from agents.tuning.minimisers import BestPoint, refine
 from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from agents.benchmark.figures import COLOURS, DPI, GREY, plain, write_figure
 from agents.evaluation_cache import sources
-from agents.plants.study import DATA
+from agents.plants.trials import DATA
 from agents.study import Found, Study, StudyOptions
 from grind_env import examples
 from grind_env.files import read_text

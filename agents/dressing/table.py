@@ -5,8 +5,8 @@ from csv import Error as CsvError
 from pathlib import Path
 from typing import NamedTuple
 
+from agents.csv_tables import csv_rows, typed
 from agents.dressing.findings import DressFinding, about
-from agents.result_tables import csv_rows, typed
 from grind_env.data_table import Column
 from grind_env.errors import reason
 from grind_env.policies.tuned_parameters import ConfigError

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH, plain
-from agents.plants.study import Found, PlantsTrial
+from agents.plants.trials import Found, PlantsTrial
 
 LINE, BETWEEN = 0.34, 0.22
 """Height of the line of a family, inches, and distance of the compared costs in it, in lines."""

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from agents.benchmark.figures import write_figure
+from agents.csv_tables import csv_of, csv_rows
 from agents.plants.figure import plants_figure
 from agents.plants.program_variants import batch
 from agents.plants.promises import COLUMNS, family_rows, promises
 from agents.plants.shop_log import DRESSED, FEEDS
-from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
 from agents.plants.study_machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
+from agents.plants.trials import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
 from agents.provenance import commit
-from agents.result_tables import csv_of, csv_rows
 from agents.study import Study, StudyOptions
 from grind_env.data_table import Column, table_of
 from grind_env.errors import GrindError, did_you_mean, quoted

@@ -6,8 +6,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from agents.plants.study import Found, PlantsTrial
 from agents.plants.study_machines import KEPT_OUT
+from agents.plants.trials import Found, PlantsTrial
 from grind_env.array_types import Array
 from grind_env.plants.plant_names import MODEL
 

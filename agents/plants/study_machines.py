@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from agents.budgets import STUDY_MACHINES
+from agents.command_defaults import STUDY_MACHINES
 from grind_env import examples
 from grind_env.control import Programs, read
 from grind_env.control.program_reader import called_files

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.evaluations import Evaluations, by_problem, chunks
-from agents.reference.scores import tune_missing
+from agents.reference.score_study import tune_missing
 from agents.reference.table import best_plan, flat, spread_names
 from agents.study import Found, Study, StudyOptions
 from grind_env.array_types import Array

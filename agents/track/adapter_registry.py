@@ -7,10 +7,10 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
 
 ADAPTERS = {
-    "calibrated": "agents.track.learning_adapters:CalibratedPlanner",
-    "empirical_rule_learns": "agents.track.learning_adapters:LearningRule",
-    "rl2": "agents.track.learning_adapters:Rl2",
-    "rl2_forgets": "agents.track.learning_adapters:ForgetfulRl2",
+    "calibrated": "agents.track.learning_policies:CalibratedPlanner",
+    "empirical_rule_learns": "agents.track.learning_policies:LearningRule",
+    "rl2": "agents.track.learning_policies:Rl2",
+    "rl2_forgets": "agents.track.learning_policies:ForgetfulRl2",
     "fine_tuned": "agents.track.retraining:FineTuned",
     "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }

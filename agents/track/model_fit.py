@@ -19,7 +19,7 @@ from grind_env.plants import Plant
 from grind_env.policies.mismatch_alarms import Watch, WatchedReading
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.policies.track import TrackShift
-from grind_env.process.force_exponents import CORRECTED, CorrectedOwn
+from grind_env.process.force_correction import CORRECTED, CorrectedOwn
 
 
 class Constant(NamedTuple):

@@ -8,7 +8,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from agents.track.learning_adapters import Trained
+from agents.track.learning_policies import Trained
 from agents.track.model_fit import CONSTANTS, changed, fitted
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.space_metadata import Standard

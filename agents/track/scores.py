@@ -7,7 +7,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from agents.result_tables import csv_of, csv_rows
+from agents.csv_tables import csv_of, csv_rows
 from agents.track.scale_anchors import PLAN, PLANNER, TRAINED, MachineRuns
 from grind_env.array_types import Array
 from grind_env.policies.score_statistics import Interval, percentile_interval, score_of_means

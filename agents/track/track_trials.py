@@ -7,7 +7,7 @@ from pathlib import Path
 
 from agents.evaluation_cache import RUNS, behaviour, sources
 from agents.track.adapter_registry import make_adapter
-from agents.track.learning_adapters import PLANNER
+from agents.track.learning_policies import PLANNER
 from agents.track.scale_anchors import SCALES, TRAINED, MachineRuns, measured, scales_of, trained_on
 from grind_env.plants import Plant
 from grind_env.policies.nominal_model import model_of, on

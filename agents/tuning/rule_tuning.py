@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
+from agents.command_defaults import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.evaluation_cache import RUNS, behaviour, sources
 from agents.parallel_trials import run_all
-from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
+from agents.tuning.minimisers import BestPoint, CachedCosts, evolve, grid_search, refine
 from agents.tuning.tunable_parameters import RULES, from_vector, rounded, vector_size
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation

@@ -1,6 +1,6 @@
 """Blocks without motion that decide what is executed: assignments, jumps and loops of paramacros.
 
-A statement is only read here; `flow.execute_statement` executes it.
+A statement is only read here; `control_flow.execute_statement` executes it.
 """
 
 import re

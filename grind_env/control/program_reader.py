@@ -13,7 +13,7 @@ from pathlib import Path
 
 from grind_env.control.block_words import read_block
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.foreign_text import HEAD_BYTES, MOST_BLOCKS_BEFORE, check_before, check_head, has_words
+from grind_env.control.foreign_programs import HEAD_BYTES, MOST_BLOCKS_BEFORE, check_before, check_head, has_words
 from grind_env.control.program_scanner import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.notebook_loader import html

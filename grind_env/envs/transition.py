@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.filter_quantities import FACTORS
-from grind_env.envs.block_depths import place_block
 from grind_env.envs.block_kind_rows import read_kind
+from grind_env.envs.block_placement import place_block
 from grind_env.envs.cost import Found, Shop, outcome_of, rates_of, read_found, read_shop, write_outcome
 from grind_env.envs.noise_tape import (
     BLOCKS,

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Programs, events
 from grind_env.control.cycle_formulas import INSTANT
-from grind_env.machine.dress.dress_passes import DressRun
 from grind_env.machine.dress.dress_programs import DressPrograms
+from grind_env.machine.dress.dress_run import DressRun
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.part.feed_moves import feed_stroke, table_axis

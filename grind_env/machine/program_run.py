@@ -12,7 +12,7 @@ from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Progr
 from grind_env.control.cycles import list_codes
 from grind_env.errors import GrindError
 from grind_env.machine.axis_roles import cross_axis
-from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan, DressProgramError, DressRun
+from grind_env.machine.dress.dress_run import NO_DRESS, DressPlan, DressProgramError, DressRun
 from grind_env.machine.dress.dress_severity import NO_SHARPENING, sharpening_of
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.event_consumer import EventConsumer

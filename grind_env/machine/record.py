@@ -15,7 +15,7 @@ from grind_env.files import write_atomically
 from grind_env.kernel.row_accessors import dtype_of
 from grind_env.machine.dress.dress_severity import Sharpening
 from grind_env.machine.job import Job
-from grind_env.machine.part.execution_totals import executions_of
+from grind_env.machine.part.block_totals import executions_of
 from grind_env.machine.part.stroke_record import STROKE_ROW, PartVerdict
 from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.notebook_loader import html, presenter
@@ -169,7 +169,7 @@ class GrindingRecord:
     def executions(self) -> Array:
         """Return comparison numbers of each execution of a block (Q'w, V'w, q, Aggr, u_s).
 
-        Shape (executions,), dtype `part.execution_totals.EXECUTION_ROW` in the units of `UNITS`.
+        Shape (executions,), dtype `part.block_totals.EXECUTION_ROW` in the units of `UNITS`.
         """
         return executions_of(self.strokes)
 

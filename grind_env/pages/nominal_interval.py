@@ -1,4 +1,4 @@
-"""The discount factor that a task page recommends, from the interval between dresses.
+"""The best dress interval of the nominal episode, from which a task page recommends its discount factor.
 
 A dress costs at once and pays off until the next dress. The interval n is found on the nominal episode, without
 randomness: it belongs to the cheapest of all plans with one table speed and one dress every n steps.

@@ -19,7 +19,7 @@ from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.optional_libraries import MissingExtra
 from grind_env.pages.task_page_data import page_ids
-from grind_env.process.force_exponents import EXPONENTS
+from grind_env.process.force_correction import EXPONENTS
 from grind_env.shop.python_api import optimise
 
 BUDGET = 1.0

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from grind_env.process.entries import Entry, quantities
-from grind_env.process.force_exponents import EXPONENTS
+from grind_env.process.force_correction import EXPONENTS
 from grind_env.validation.rig import Rig
 
 ELSEWHERE = {

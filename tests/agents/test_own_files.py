@@ -12,9 +12,9 @@ from agents.benchmark.replication_study import BEGINS as REPLICATIONS
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
 from agents.commands.studies import COMMANDS, DRESSES
+from agents.csv_tables import check_tables
 from agents.evaluation_cache import RESULTS
 from agents.plants.page import BEGINS as PLANTS
-from agents.result_tables import check_tables
 from agents.track.study import FILES as TRACK
 from grind_env import examples
 from grind_env.policies.problem_lookup import find_problem

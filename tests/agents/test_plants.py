@@ -11,7 +11,7 @@ import pytest
 import tomllib
 
 from agents.evaluation_cache import imported
-from agents.plants import study
+from agents.plants import trials
 from agents.plants.advising import plans
 from agents.plants.figure import MOST, plants_figure
 from agents.plants.optimising import real
@@ -20,8 +20,8 @@ from agents.plants.power_errors import MeanCuts, fitted, predicted
 from agents.plants.program_variants import batch, scaled, with_catalogue
 from agents.plants.promises import promises
 from agents.plants.shop_log import over_the_part
-from agents.plants.study import PlantsTrial
 from agents.plants.study_machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
+from agents.plants.trials import PlantsTrial
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
@@ -162,8 +162,8 @@ def test_the_figure_has_a_dot_at_the_cost_of_every_machine(tmp_path: Path) -> No
 def test_the_deciding_code_includes_every_loaded_module() -> None:
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
     code = f"import sys, agents.plants.power_errors; print(*({names}))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)
-    found = {*map(str, imported("agents.plants.power_errors", study.DECIDING).values())}
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=trials.ROOT)
+    found = {*map(str, imported("agents.plants.power_errors", trials.DECIDING).values())}
     own = {each for each in loaded.stdout.split() if not each.endswith(("__init__.py", "registration.py"))}
     assert len(own) > 100 and own <= found
 
@@ -172,10 +172,10 @@ def test_the_deciding_code_includes_every_loaded_module() -> None:
 def test_another_program_or_job_of_the_same_name_is_another_cell(tmp_path: Path) -> None:
     path = _copied(tmp_path, "part.nc", PLATE.program.text)
     (program,) = programs_of([str(path)], None)
-    first = study.code(PlantsTrial("advise", StudyMachine("model", program)))
-    assert study.code(PlantsTrial("advise", StudyMachine("model", program))) == first
+    first = trials.code(PlantsTrial("advise", StudyMachine("model", program)))
+    assert trials.code(PlantsTrial("advise", StudyMachine("model", program))) == first
     path.with_suffix(".toml").write_text(PLATE.program.job.read_text().replace("tolerance = 9", "tolerance = 8"))
-    assert study.code(PlantsTrial("advise", StudyMachine("model", program))) != first
+    assert trials.code(PlantsTrial("advise", StudyMachine("model", program))) != first
 
 
 def _copied(folder: Path, name: str, text: str) -> Path:

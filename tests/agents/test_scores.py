@@ -6,8 +6,8 @@ import pytest
 
 from agents import evaluations
 from agents.evaluation_cache import RESULTS
-from agents.reference import scores
-from agents.reference.scores import mean_return, reference_of
+from agents.reference import score_study
+from agents.reference.score_study import mean_return, reference_of
 from grind_env.envs.task_names import MODULE_NAMES, task_names
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem_lookup import find_problem
@@ -29,7 +29,7 @@ def copied_parameters(folder):
 def run(folder):
     made = study_options(folder / "results", PROBLEM, episodes=4)
     made = replace(made, configs=copied_parameters(folder), options=replace(made.options, runs=folder / "runs"))
-    scores.study(made).publish_to(folder / "results", made.options)
+    score_study.study(made).publish_to(folder / "results", made.options)
 
 
 def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path, monkeypatch):
@@ -71,7 +71,7 @@ def test_missing_parameters_are_tuned_in_the_folder_of_runs(tmp_path, monkeypatc
         asked.append((problem.name, settings["runs"]))
         raise ConfigError("tuned")
 
-    monkeypatch.setattr(scores, "tune", stopped)
+    monkeypatch.setattr(score_study, "tune", stopped)
     with pytest.raises(ConfigError, match="tuned"):
         run(tmp_path)
     assert asked == [("oracle6", tmp_path / "runs")]

@@ -8,7 +8,7 @@ import torch
 
 from agents.track import retraining
 from agents.track.adapter_registry import ADAPTERS, make_adapter
-from agents.track.learning_adapters import ForgetfulRl2, LearningRule, Rl2
+from agents.track.learning_policies import ForgetfulRl2, LearningRule, Rl2
 from agents.track.model_fit import CONSTANTS, changed
 from agents.track.retraining import TEMPERATURE, FineTuned, FittedProblem, RobustCalibrated, cost_ahead
 from grind_env.envs.simulation import Simulation

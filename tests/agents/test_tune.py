@@ -6,7 +6,7 @@ import pytest
 
 from agents.parallel_trials import run_all
 from agents.tuning import rule_tuning as tune
-from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
+from agents.tuning.minimisers import BestPoint, CachedCosts, evolve, grid_search, refine
 from agents.tuning.tunable_parameters import RULES, vector_size
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.tuned_parameters import HEADING, ConfigError, read_tuned, write_tuned

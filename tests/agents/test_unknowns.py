@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from agents.csv_tables import csv_rows
 from agents.dressing import interval_sensitivity
 from agents.dressing.interval_sensitivity import ALL, NOMINAL, PICTURE, UnknownTrial, answers, find, trials
 from agents.evaluation_cache import RESULTS
-from agents.result_tables import csv_rows
 from grind_env import examples
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.shop import python_api

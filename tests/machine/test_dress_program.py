@@ -5,7 +5,7 @@ import pytest
 from grind_env.control import Control, read
 from grind_env.control.modal_state import Modes
 from grind_env.errors import GrindError
-from grind_env.machine.dress.dress_passes import DressPlan, DressProgramError, run_dress
+from grind_env.machine.dress.dress_run import DressPlan, DressProgramError, run_dress
 from grind_env.machine.grind import grind
 from tests.machine.harness import DRESS, job
 from tests.shop.programs import PLATE

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, read
-from grind_env.machine.dress.dress_passes import DressRun, run_dress
+from grind_env.machine.dress.dress_run import DressRun, run_dress
 from grind_env.machine.dress.dress_time import dress_seconds
 from tests.machine.harness import job
 

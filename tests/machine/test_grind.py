@@ -11,7 +11,7 @@ import grind_env
 from grind_env.control import Control, ControlError, Event, Execution, Programs, Spindle, read, read_file
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.machine import grind as grind_module
-from grind_env.machine.dress.dress_passes import DressProgramError
+from grind_env.machine.dress.dress_run import DressProgramError
 from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, PartConditions
 from grind_env.machine.job.job_file import load_job

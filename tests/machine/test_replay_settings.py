@@ -14,7 +14,7 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
-from grind_env.machine.dress.dress_passes import run_dress
+from grind_env.machine.dress.dress_run import run_dress
 from grind_env.machine.dress.mounted_wheel import first_wheel, new_wheel
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally

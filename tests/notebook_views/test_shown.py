@@ -125,7 +125,7 @@ def test_data_frames_label_every_column_with_name_and_unit(name: Any, record: Gr
 
 
 def test_fields_without_a_unit_are_names_numbers_and_shares() -> None:
-    from grind_env.machine.part.execution_totals import EXECUTION_ROW
+    from grind_env.machine.part.block_totals import EXECUTION_ROW
     from grind_env.machine.part.stroke_record import STROKE_ROW
     from grind_env.machine.record import DRESS_ROW, PART_ROW
 

@@ -14,7 +14,7 @@ from grind_env.shop.advise.operator_readings import readings_of
 from grind_env.shop.advise.reading_sources import CsvSource, ReadingsRow
 from grind_env.shop.calibrate.column_names import Map
 from grind_env.shop.calibrate.exceptions import CalibrationError
-from grind_env.shop.calibrate.gauges import read_gauge
+from grind_env.shop.calibrate.gauged_parts import read_gauge
 from grind_env.shop.calibrate.power_logs import read_log
 from grind_env.shop.calibrate.table_calibration import calibrate_table
 from grind_env.shop.measurements.measured_sheet import SheetError

@@ -8,7 +8,7 @@ import pytest
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.column_names import Map, find_columns, read_map
 from grind_env.shop.calibrate.exceptions import CalibrationError
-from grind_env.shop.calibrate.gauges import read_gauge
+from grind_env.shop.calibrate.gauged_parts import read_gauge
 from grind_env.shop.calibrate.power_logs import read_log
 from grind_env.shop.calibrate.table_calibration import calibrate_table
 from grind_env.shop.measurements.measured_sheet import MOST_TIME, SheetError, read_sheet

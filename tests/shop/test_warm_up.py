@@ -13,7 +13,7 @@ from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.machine.job.job_file import load_job
 from grind_env.optional_libraries import MissingExtra
-from grind_env.process.force_exponents import EXPONENTS
+from grind_env.process.force_correction import EXPONENTS
 from grind_env.shop import warm_up
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, JOB

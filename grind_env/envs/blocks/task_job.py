@@ -14,7 +14,7 @@ from grind_env.envs.blocks.task_program import DRESS_PROGRAM, CycleBlock, approa
 from grind_env.envs.noise_tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import Kind, Task, TaskError
 from grind_env.errors import quoted
-from grind_env.machine.dress.dress_passes import run_dress
+from grind_env.machine.dress.dress_run import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
 from grind_env.process.toml_tables import wrong
 

@@ -10,7 +10,7 @@ from grind_env.control import ControlError, CyclePlan, CycleStart, Programs, exe
 from grind_env.control.block_words import Block
 from grind_env.envs.program_episode import BlockRun, Passage, ProgramEpisode, Words
 from grind_env.errors import GrindError
-from grind_env.machine.dress.dress_passes import DressPlan
+from grind_env.machine.dress.dress_run import DressPlan
 from grind_env.machine.job import Job, Part, Stage
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
 from grind_env.machine.script.script import Script

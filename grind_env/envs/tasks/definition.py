@@ -31,7 +31,7 @@ from grind_env.process.catalogue import Catalogue, entry_name, load_catalogue
 from grind_env.process.catalogue_parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Quantity, Wheel
-from grind_env.process.force_exponents import exponents_of
+from grind_env.process.force_correction import exponents_of
 from grind_env.process.stroke_types import StrokeParameters
 from grind_env.process.toml_tables import check, refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from grind_env.envs.tasks.definition import Task
 from grind_env.process.catalogue_parameters import stroke_parameters
 from grind_env.process.entries import Wheel
-from grind_env.process.force_exponents import exponents_of
+from grind_env.process.force_correction import exponents_of
 
 
 class OtherWheel(NamedTuple):

@@ -9,7 +9,7 @@ from dataclasses import replace
 from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.control.control_settings import ORIGIN, WHEEL_RADIUS
 from grind_env.control.modal_state import Modes
-from grind_env.machine.dress import dress_passes as dress_program
+from grind_env.machine.dress import dress_run as dress_program
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job
 

@@ -21,7 +21,7 @@ from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
 from grind_env.control.dress_retrace import REMEMBERED
 from grind_env.kernel import entry
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
-from grind_env.machine.dress.dress_passes import STEP, DressRun
+from grind_env.machine.dress.dress_run import STEP, DressRun
 from grind_env.machine.loops.compiled_motion import motion_time
 
 Legs: TypeAlias = tuple[list[Table], list[Table]]

@@ -9,7 +9,7 @@ import numpy as np
 from grind_env.array_types import Array
 from grind_env.kernel import entry
 from grind_env.kernel.row_accessors import column_reader, column_writer
-from grind_env.machine.dress.dress_passes import DressPlan
+from grind_env.machine.dress.dress_run import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.block_change import entries_of
 from grind_env.machine.loops.cycle import dress_lead

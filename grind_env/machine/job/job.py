@@ -22,7 +22,7 @@ from grind_env.process import toml_tables
 from grind_env.process.catalogue_parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
-from grind_env.process.force_exponents import EXPONENTS, corrected_by, exponents_of
+from grind_env.process.force_correction import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.process_interface import PROCESS, Process
 from grind_env.process.stroke_types import FORCES, StrokeParameters
 from grind_env.process.toml_tables import TableError

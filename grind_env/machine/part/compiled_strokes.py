@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grind_env.array_types import Array
 from grind_env.kernel import entry
 from grind_env.kernel.row_accessors import column_reader, column_writer
-from grind_env.machine.dress.dress_passes import DressPlan
+from grind_env.machine.dress.dress_run import DressPlan
 from grind_env.machine.loops.cycle import dress_lead, idle_of
 from grind_env.machine.loops.strip_stroke import IDLE, Strips, strips_of
 from grind_env.machine.loops.stroke_totals import Tally, count_dress, count_stroke, wheel_depth

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grind_env.array_types import Array
 from grind_env.control import Infeed
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
-from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan
+from grind_env.machine.dress.dress_run import NO_DRESS, DressPlan
 from grind_env.machine.dress.mounted_wheel import Mount
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.strip_stroke import Strips

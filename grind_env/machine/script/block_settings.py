@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from grind_env.control import CyclePlan
 from grind_env.kernel.row_accessors import column_reader
-from grind_env.machine.dress.dress_passes import NO_DRESS, DressPlan
+from grind_env.machine.dress.dress_run import NO_DRESS, DressPlan
 
 
 class BlockSettings(NamedTuple):

@@ -16,7 +16,7 @@ from grind_env.control import CyclePlan, CycleStrokes, Programs, events, execute
 from grind_env.control.block_words import Block
 from grind_env.control.control_flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
-from grind_env.machine.dress.dress_passes import DressRun
+from grind_env.machine.dress.dress_run import DressRun
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.event_consumer import EventConsumer
 from grind_env.machine.grind import refuse_unjudged

@@ -8,7 +8,7 @@ from grind_env.control import CyclePlan, Motion, Position, Programs
 from grind_env.control.block_words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axis_roles import cross_axis
-from grind_env.machine.dress.dress_passes import DressPlan, DressRun
+from grind_env.machine.dress.dress_run import DressPlan, DressRun
 from grind_env.machine.job import Job
 from grind_env.machine.part.feed_moves import FEED
 

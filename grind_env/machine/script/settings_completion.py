@@ -7,7 +7,7 @@ import numpy as np
 
 from grind_env.array_types import Array
 from grind_env.errors import GrindError
-from grind_env.machine.dress.dress_passes import DEEPEST_INFEED
+from grind_env.machine.dress.dress_run import DEEPEST_INFEED
 from grind_env.machine.dress.dress_time import dress_seconds
 from grind_env.machine.script.block_settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
 from grind_env.machine.script.script import Script

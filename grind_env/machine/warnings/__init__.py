@@ -3,7 +3,7 @@
 from grind_env.array_types import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
 from grind_env.control.cycle_execution import plunges
-from grind_env.machine.dress.dress_passes import DressPlan
+from grind_env.machine.dress.dress_run import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.part.feed_moves import speed_word
 from grind_env.machine.part.part import PartRun

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from grind_env.control import Arc, Line, Motion, Source
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE, INSTANT
-from grind_env.machine.dress.dress_passes import DEEPEST_INFEED
+from grind_env.machine.dress.dress_run import DEEPEST_INFEED
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.dress.wheel_geometry import over_diamond
 from grind_env.machine.job import Job

@@ -5,8 +5,8 @@ Input: a log of the spindle's power with its part program, or a table of setting
 | module | what it does |
 | --- | --- |
 | `column_names.py` | finds the columns of a measured file (`shop/measurements`) by their names |
-| `power_logs.py`, `gauges.py` | time and power of a log; measurements of each part |
-| `stroke_schedule.py`, `stroke_search.py`, `log_alignment.py` | strokes of the program, and their places in the log |
+| `power_logs.py`, `gauged_parts.py` | time and power of a log; measurements of each part |
+| `stroke_schedule.py`, `stroke_matching.py`, `log_alignment.py` | strokes of the program, and their places in the log |
 | `stroke_power.py` | mean power of strokes or blocks above the power of the idling spindle |
 | `table_calibration.py` | settings instead of a log |
 | `fitted_constants.py` | constants that may be fitted, with their priors |

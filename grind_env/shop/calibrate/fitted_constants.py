@@ -10,7 +10,7 @@ from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.machine.job.job_entries import entries_of
 from grind_env.process.catalogue import KINDS
 from grind_env.process.entries import Quantity, quantities
-from grind_env.process.force_exponents import EXPONENTS
+from grind_env.process.force_correction import EXPONENTS
 from grind_env.shop.calibrate.exceptions import CalibrationError
 
 USUAL = (

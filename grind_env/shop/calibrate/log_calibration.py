@@ -22,14 +22,14 @@ from grind_env.shop.calibrate.column_names import Map, read_map
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, residual_and_drift
 from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters, free_parameters
-from grind_env.shop.calibrate.gauges import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
+from grind_env.shop.calibrate.gauged_parts import Gauged, GaugedParts, check_gauges, gauges_of, measured_of, read_gauge
 from grind_env.shop.calibrate.least_squares import Changes, Data
 from grind_env.shop.calibrate.log_alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.power_logs import Log, averaged, read_log
 from grind_env.shop.calibrate.result import Calibration, Idle
+from grind_env.shop.calibrate.stroke_matching import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.stroke_power import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.stroke_schedule import Pattern, RepeatedProgram, pattern_of, powers
-from grind_env.shop.calibrate.stroke_search import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import read_toml
@@ -78,7 +78,7 @@ def calibrate(
     rows = _bound(read_log(log, settings.setup.machine, map_), map_, job)
     gauged = None if gauge is None else read_gauge(gauge, map_)
     if gauged is not None:
-        refuse_impossible(gauged, settings)
+        check_gauges(gauged, settings)
     tells_heat = gauged is not None and np.isfinite([gauged.size, gauged.burn]).any()
     parameters = chosen_parameters(settings, names, HEAT if tells_heat else ())
     pattern = pattern_of(programs, settings)

@@ -9,8 +9,8 @@ from grind_env.array_types import Numbers
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
 from grind_env.shop.calibrate.power_logs import Log
+from grind_env.shop.calibrate.stroke_matching import sharpened
 from grind_env.shop.calibrate.stroke_schedule import Pattern
-from grind_env.shop.calibrate.stroke_search import sharpened
 from grind_env.shop.measurements.measured_sheet import Floats
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03

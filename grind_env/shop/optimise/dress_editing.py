@@ -1,6 +1,6 @@
 """Lead, depth and passes in the text of a dress program: F, infeed words, and the number of passes.
 
-The effect of an edit is always measured on the edited text (`dress.dress_passes`). A change that other numbers in
+The effect of an edit is always measured on the edited text (`dress.dress_run`). A change that other numbers in
 its words cannot express is refused.
 """
 
@@ -17,7 +17,7 @@ from grind_env.control.program_scanner import SourceText
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.axis_roles import plunge_axis
-from grind_env.machine.dress.dress_passes import STEP, DressProgramError, DressRun, run_dress
+from grind_env.machine.dress.dress_run import STEP, DressProgramError, DressRun, run_dress
 from grind_env.shop.optimise.word_editing import (
     ProgramText,
     WordEdit,

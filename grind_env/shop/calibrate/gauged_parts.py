@@ -132,7 +132,7 @@ def measured_of(gauge: GaugedParts | None, parts: int, job: Job) -> Gauged:
     return Gauged(*(np.array([row[k] for row in rows], each) for k, each in enumerate(types)))
 
 
-def refuse_impossible(gauge: GaugedParts, job: Job) -> None:
+def check_gauges(gauge: GaugedParts, job: Job) -> None:
     """Refuse measurements that are impossible for a job; a `CalibrationError` names the part."""
     most = max(part.stock for part in (job.part, *(each.part for each in job.stations)))
     stock, wheel = 1e3 * most, job.setup.wheel.diameter

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from agents.csv_tables import csv_of
 from agents.evaluation_cache import RESULTS
 from agents.evaluations import Evaluations, by_problem, chunks
 from agents.provenance import provenance
 from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
-from agents.result_tables import csv_of
 from agents.study import Found, Study, StudyOptions
 from agents.tuning.rule_tuning import tunable, tune
 from grind_env.data_table import table_of

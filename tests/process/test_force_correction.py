@@ -18,7 +18,7 @@ from grind_env.machine.job.job_file import load_job
 from grind_env.machine.job.job_writer import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.plants import find_plants
-from grind_env.process.force_exponents import CORRECTED, exponents_of
+from grind_env.process.force_correction import CORRECTED, exponents_of
 from grind_env.process.process_interface import PROCESS
 from grind_env.process.stroke_and_dress import dressed_wheel, grind_stroke, stroke_constants
 from tests.machine.harness import drawn_machines
