@@ -46,20 +46,6 @@ def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
     ]
 
 
-SECTIONS = (
-    "Description",
-    "Action space",
-    "Observation space",
-    "Reward",
-    "Episode",
-    "Arguments",
-    "Reference scores",
-    "Example",
-    "Version history",
-)
-"""Headings of a page, in their order."""
-
-
 def page(env_id: str) -> str:
     """Return the page of a registered id, Markdown.
 
@@ -80,9 +66,9 @@ def page(env_id: str) -> str:
         "Version history": _versions(about),
     }
     lines = [f"# {about.id}", f"*{about.title}.*", _facts(about)]
-    for name in SECTIONS:
+    for name, part in parts.items():
         own = "" if name == "Description" else words.get(name, "")
-        lines += [f"## {name}", own, parts[name]]
+        lines += [f"## {name}", own, part]
     return "\n\n".join(line for line in lines if line) + "\n"
 
 
@@ -112,13 +98,13 @@ def _example(about: TaskSheet) -> str:
 
 
 def _versions(about: TaskSheet) -> str:
-    versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
+        table_of(("version", "what changed"), about.note.versions.items()).markdown(),
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
         " other versions are not read.",
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
-    return "\n\n".join([versions, *lines])
+    return "\n\n".join(lines)
 
 
 def _discount(about: TaskSheet) -> str:
