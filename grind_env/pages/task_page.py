@@ -153,9 +153,9 @@ def _observation(about: TaskSheet) -> str:
 def _reward(about: TaskSheet) -> str:
     bounded = math.isfinite(about.reward.least)
     lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
-    if about.costs:
-        lines[0] += f" The reference cost is {about.reference_cost:.4g} $ a step. {RANGE_NOTE}"
-        lines.append(reward_table(about))
+    if about.task is not None:
+        lines[0] += f" The reference cost is {about.task.reference_cost:.4g} $ a step. {RANGE_NOTE}"
+        lines.append(reward_table(about.costs, about.task.reference_cost))
     return "\n\n".join(lines)
 
 

@@ -30,7 +30,6 @@ class TaskSheet:
     task: Task | None
     codec: ActionCodec
     costs: dict[str, RewardSpan]
-    reference_cost: float
     reward: RewardSpan
 
     @property
@@ -78,6 +77,5 @@ def sheet(name: str) -> TaskSheet:
         task=task,
         codec=env.codec,
         costs=costs,
-        reference_cost=0.0 if task is None else task.reference_cost,
         reward=RewardSpan(*note.reward) if note.reward else reward_span(env.task, costs),
     )

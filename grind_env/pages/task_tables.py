@@ -8,7 +8,7 @@ from grind_env.data_table import Column, table_of
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Kind, Task
-from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR
+from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR, RewardSpan
 from grind_env.pages.task_page_data import TaskSheet
 
 LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
@@ -163,12 +163,11 @@ def _log_normal(sigma: float) -> str:
     return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
 
 
-def reward_table(sheet: TaskSheet) -> str:
-    """Return a table of the terms of the reward, with their lowest and highest value in a step."""
-    unit = sheet.reference_cost
+def reward_table(costs: Mapping[str, RewardSpan], unit: float) -> str:
+    """Return a table of the terms of the reward, with their lowest and highest value in a step; `unit` is in $."""
     rows = [
         (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")
-        for name, span in sheet.costs.items()
+        for name, span in costs.items()
     ]
     return table_of(("term", "minus, over the reference cost", "worst", "best"), rows).markdown()
 
