@@ -4,6 +4,7 @@ import math
 
 from grind_env.control import Motion, Position
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
+from grind_env.control.path_geometry import Straight
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 
 
@@ -25,10 +26,11 @@ def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width:
         low, high = max(low, first), min(high, last)
         if high <= low:
             return -math.inf, 0.0
-    nearest = [position_at(start, end, low), position_at(start, end, high)]
+    path = Straight(start, end)
+    nearest = [path.point(low), path.point(high)]
     along = end[axis] - start[axis]
     if abs(along) >= DEPTH_TOLERANCE and low < (share := (tip[axis] - start[axis]) / along) < high:
-        nearest.append(position_at(start, end, share))
+        nearest.append(path.point(share))
     depth = max(tip[plunge] - here[plunge] - rise(radius, abs(here[axis] - tip[axis])) for here in nearest)
     return depth, (high - low) * abs(way)
 
@@ -42,9 +44,3 @@ def half_chord(radius: float, depth: float) -> float:
 def rise(radius: float, distance: float) -> float:
     """Return how much higher the wheel surface is at a distance from its middle, mm; infinite beyond its radius."""
     return radius - math.sqrt(radius * radius - distance * distance) if distance < radius else math.inf
-
-
-def position_at(start: Position, end: Position, share: float) -> Position:
-    """Return the position after a share of a straight way."""
-    x, y, z = (a + share * (b - a) for a, b in zip(start, end, strict=True))
-    return x, y, z
