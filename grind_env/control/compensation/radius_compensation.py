@@ -63,15 +63,11 @@ class Compensation:
         self, command: Command, path: Path, actual: Position, radius: float, ahead: Iterator[Prospect | Barrier]
     ) -> list[Piece]:
         side = command.modes.compensation
-        self.refuse_plane(command)
         self.plane = command.modes.plane
         if self.offset is None:
             return self._leave(path, actual) if side == "G40" else self._enter(command, path, actual, radius, ahead)
-        if side == "G40":
-            _require_line(command, path, "exit")
-            return self._leave(path, actual)
-        coming = next(ahead)
-        if coming is Barrier.COORDINATES:
+        coming = None if side == "G40" else next(ahead)
+        if coming is None or coming is Barrier.COORDINATES:
             _require_line(command, path, "exit")
             return self._leave(path, actual)
         return self._follow(command, path, actual, Offset.of(radius, side), coming, ahead)
@@ -241,10 +237,8 @@ def _lifted(point: Point, position: Position, plane: str) -> Position:
 
 
 def _vector(command: Command) -> Point | None:
-    """Return the I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
+    """Return the I, J, K words of an exit block along the plane's axes; None without them or if all are 0 (15-26)."""
     letters = [INTEGRANDS[axis] for axis in PLANES[command.modes.plane]]
-    if not any(letter in command.lengths for letter in letters):
-        return None
     u, v = (command.lengths[letter].mm if letter in command.lengths else 0.0 for letter in letters)
     return (u, v) if u or v else None
 
