@@ -108,7 +108,8 @@ class Compensation:
             to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
             elements = (PathSegment(move.start, to),)
         self.offset, self.programmed, self._gouge_check = offset, path.end, GougeCheck()
-        pieces = _pieces(elements, actual, path.end, plane)
+        paths = _paths(elements, actual, path.end, plane)
+        pieces = [Piece(each, generated=index > 0) for index, each in enumerate(paths)]
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
 
     def _follow(
@@ -126,15 +127,11 @@ class Compensation:
         place = coming.command.block.place if isinstance(coming, Prospect) else command.block.place
         try:
             junction = self._junction(command, element, coming, ahead, after)
-        except CompensationFault as fault:
-            own = command.block.place if fault.element is element else place
-            raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
-        generated = junction.generated
-        if before != after and isinstance(element, PathArc):
-            arrival = before.beside_end(element)
-            generated = (PathSegment(arrival, junction.end), *generated)
-            junction = Junction(arrival, generated)
-        try:
+            generated = junction.generated
+            if before != after and isinstance(element, PathArc):
+                arrival = before.beside_end(element)
+                generated = (PathSegment(arrival, junction.end), *generated)
+                junction = Junction(arrival, generated)
             run: tuple[Element, ...] = (
                 (PathSegment(start, junction.end),)
                 if before != after and isinstance(element, PathSegment)
@@ -142,13 +139,13 @@ class Compensation:
             )
             share = feed_share(element, before, self.control.minimum_feed_reduction)
         except CompensationFault as fault:
-            own = command.block.place
+            own = command.block.place if fault.element is element else place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         if self.detect and command.action != "G00":
             self._refuse_gouging(command, path, element, (*run, *generated), before.radius)
         self.programmed = path.end
-        pieces = [Piece(piece.path, share=share) for piece in _pieces(run, actual, path.end, plane)]
-        pieces += [Piece(piece.path, generated=True) for piece in _pieces(generated, path.end, path.end, plane)]
+        pieces = [Piece(each, share=share) for each in _paths(run, actual, path.end, plane)]
+        pieces += [Piece(each, generated=True) for each in _paths(generated, path.end, path.end, plane)]
         return pieces + self._lapse(coming, path.end, plane, generated[-1].end if generated else junction.end)
 
     def _refuse_gouging(
@@ -222,9 +219,8 @@ def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
     return Circular(foot, head, _lifted(element.centre, start, plane), element.rotation, plane)
 
 
-def _pieces(elements: tuple[Element, ...], start: Position, end: Position, plane: str) -> list[Piece]:
-    paths = [solid(element, end if index else start, end, plane) for index, element in enumerate(elements)]
-    return [Piece(path, generated=index > 0) for index, path in enumerate(paths)]
+def _paths(elements: tuple[Element, ...], start: Position, end: Position, plane: str) -> list[Path]:
+    return [solid(element, end if index else start, end, plane) for index, element in enumerate(elements)]
 
 
 def _point(position: Position, plane: str) -> Point:
