@@ -233,7 +233,6 @@ class Mover:
         owed = [axis for axis in range(3) if axis not in axes and programmed[axis] != here[axis]]
         self.detour = None
         self.compensation.forget()
-        self.compensation.programmed = None
         goal = _moved(programmed, stops[-1], axes)
         points = [here, *(_moved(_moved(here, programmed, owed), stop, axes) for stop in stops)]
         paths = [Straight(start, end) for start, end in itertools.pairwise(points)]

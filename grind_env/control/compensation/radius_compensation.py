@@ -57,7 +57,7 @@ class Compensation:
 
     def forget(self) -> None:
         """Drop the offset without a motion: the next motion in the plane is an entry, if G41 or G42 is in force."""
-        self.offset = None
+        self.offset = self.programmed = None
 
     def plan(
         self, command: Command, path: Path, actual: Position, radius: float, ahead: Iterator[Prospect | Barrier]
