@@ -1,5 +1,6 @@
 """Blocks that move axes outside the cycles: lines, arcs, dwells, reference moves and grooves."""
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,9 +22,9 @@ from grind_env.control.motion_paths import (
     AXES,
     INTEGRANDS,
     arc_path,
-    displaced,
     dwell_seconds,
     feed_rate,
+    moved_by,
     no_feed_rate,
     target,
 )
@@ -248,7 +249,7 @@ class Mover:
         retract = self.control.groove_retract
         if retract is None:
             retract = INCH_RETRACT if command.modes.inch else METRIC_RETRACT
-        plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), retract)
+        plan = plan_groove(command, moved_by(self.timeline.position, origin, -1.0), retract)
         feed, groove = self.rate(command), 1
         self.timeline.budget.foresee(least_legs(plan), place)
         for leg in groove_legs(plan):
@@ -256,7 +257,7 @@ class Mover:
             if leg.groove != groove and self.control.panel.single_block:
                 yield Hold(self.timeline.time, "single block")
             groove = leg.groove
-            path = Straight(self.timeline.position, _moved_by(leg.end, origin, 1.0))
+            path = Straight(self.timeline.position, moved_by(leg.end, origin, 1.0))
             rate, mark = (feed, (plan.axis, leg.groove)) if leg.kind == "infeed" else (None, None)
             yield from self.timeline.move(place, path, rate, Source.CYCLE, groove=mark)
             if self.recorder is not None:
@@ -269,11 +270,7 @@ class Mover:
             )
 
     def rate(self, command: Command) -> float:
-        modes = command.modes
-
-        def missing() -> ControlError:
-            return no_feed_rate(command)
-
+        modes, missing = command.modes, functools.partial(no_feed_rate, command)
         speed = self.tooling.spindle_speed(modes, missing) if modes.per_revolution else None
         return feed_rate(modes, speed, self.control, missing)
 
@@ -354,8 +351,3 @@ class Mover:
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
     return placed(position, {axis: goal[axis] for axis in axes})
-
-
-def _moved_by(position: Position, way: Position, sign: float) -> Position:
-    x, y, z = (displaced(coordinate, sign * part) for coordinate, part in zip(position, way, strict=True))
-    return x, y, z
