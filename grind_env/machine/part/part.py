@@ -286,16 +286,16 @@ class PartRun:
     def _surface(self, stock: float) -> Surface:
         return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
 
-    def row(self, seconds: float) -> tuple[float, ...]:
+    def row(self) -> tuple[float, ...]:
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         earlier = 0.0 if unground > 0.0 or self.unjudged else self._earlier
         good = earlier * survival(*last)
-        spent = expenses(seconds, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
+        spent = expenses(self.spent, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
         costs = *spent, job.part.scrap_cost * (1.0 - good)
         return (
             self.number,
-            seconds,
+            self.spent,
             self.strokes,
             self.infeeds,
             int(tally.dresses),
