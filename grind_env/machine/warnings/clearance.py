@@ -18,7 +18,7 @@ from grind_env.control import Arc, Motion, Position
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.control.path_geometry import Circular, Straight
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
-from grind_env.machine.dress.wheel_geometry import half_chord, rise
+from grind_env.machine.dress.wheel_geometry import half_chord, rise, shares_within
 from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.part import PartRun
 
@@ -81,22 +81,14 @@ def _over(part: PartRun, start: Position, end: Position, axis: int, radius: floa
     if lowest >= lying.surface:
         return None
     reach = half_chord(radius, lying.surface - lowest)
-    # a wheel at the very edge does not touch
-    sides = (
-        (axis, lying.start - reach, lying.start + lying.length + reach),
-        (cross, lying.across - width, lying.across + lying.width),
+    begins, ends = zip(
+        shares_within(start, end, axis, lying.start - reach, lying.start + lying.length + reach),
+        shares_within(start, end, cross, lying.across - width, lying.across + lying.width),
+        strict=True,
     )
-    low, high = 0.0, 1.0
-    for along, near, far in sides:
-        way = end[along] - start[along]
-        if abs(way) < DEPTH_TOLERANCE:
-            if not near + DEPTH_TOLERANCE < start[along] < far - DEPTH_TOLERANCE:
-                return None
-            continue
-        first, last = sorted(((near - start[along]) / way, (far - start[along]) / way))
-        low, high = max(low, first), min(high, last)
+    low, high = max(begins), min(ends)
     longest = max(abs(b - a) for a, b in zip(start, end, strict=True))
-    if (high - low) * longest < DEPTH_TOLERANCE and start != end:
+    if high < low or ((high - low) * longest < DEPTH_TOLERANCE and start != end):
         return None
     path = Straight(start, end)
     return path.point(low), path.point(high)
