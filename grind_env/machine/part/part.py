@@ -266,25 +266,29 @@ class PartRun:
         rise = max((counted_rise(self._plunges, self.deepest, every), *grooves))
         return StageResult(rise, self.tally.peak_torque, found.Ra, found.worst_error, limits)
 
-    def _ground(self) -> tuple[Strips, Strips]:
-        """Return depth, mm, and roughness, um, of the judged surface: the strips, or the grooves without any stroke."""
+    def _ground(self) -> tuple[Strips, Strips, Strips]:
+        """Return the judged surface, the strips or, without any stroke, the grooves.
+
+        These are the depth, mm, the roughness, um, and the deepest programmed depth, mm.
+        """
         grooves = () if self.strokes else tuple(self._grooves)
         if not grooves:
-            return self._S, self._Rs
-        return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
+            return self._S, self._Rs, self._reached
+        S, Rs, reached = zip(*((groove.S, groove.Rs, groove.reached) for groove in grooves), strict=True)
+        return np.concatenate(S), np.concatenate(Rs), np.concatenate(reached)
 
     @property
     def size_shares(self) -> tuple[float, float, float, float]:
         """Return the mean size error in um, split: wheel wear, growth, deflection, depth left by the program."""
-        grooves = () if self.strokes else tuple(self._grooves)
-        reached = np.concatenate([groove.reached for groove in grooves]) if grooves else self._reached
+        S, _, reached = self._ground()
         growth = -1000.0 * self._grown
-        missed = 1000.0 * float(reached.mean() - self._ground()[0].mean()) - growth
+        missed = 1000.0 * float(reached.mean() - S.mean()) - growth
         wear = min(1000.0 * self._wear, max(missed, 0.0))
         return wear, growth, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
-        return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
+        S, Rs, _ = self._ground()
+        return gauge(S, Rs, stock, self._coverage.least() if self.strokes else None)
 
     def row(self) -> tuple[float, ...]:
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
