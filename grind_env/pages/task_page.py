@@ -108,7 +108,7 @@ def _versions(about: TaskSheet) -> str:
 
 
 def _discount(about: TaskSheet) -> str:
-    env: Any = about.env
+    env = about.env
     env.reset(seed=0, options={"context": "nominal"})
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
@@ -131,7 +131,7 @@ def _description(about: TaskSheet, words: dict[str, str]) -> str:
 
 
 def _actions(about: TaskSheet) -> str:
-    forms = form_table(about.codec.task, predress=about.task is not None)
+    forms = form_table(about.env.codec.task, predress=about.task is not None)
     return f"{action_table(about)}\n\n{forms}"
 
 
@@ -210,7 +210,7 @@ COUNT = 4
 
 def example(about: TaskSheet) -> str:
     """Return a session that makes the environment, takes one step, and makes the vector environment."""
-    env: Any = about.env
+    env = about.env
     size, width = len(about.readings), env.action_space.shape[0]
     lines = [">>> import gymnasium as gym", ">>> import grind_env"]
     program = ""
@@ -237,7 +237,7 @@ def example(about: TaskSheet) -> str:
     lines += ['>>> [name for name in info if name.startswith("reward_")]', repr(names)]
     lines += [
         '>>> info["E"], info["D"]',
-        f"({about.codec.low}, 0.0)",
+        f"({env.codec.low}, 0.0)",
         f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
         ">>> observations, infos = vector.reset(seed=1)",
         ">>> observations.shape, vector.action_space.shape",

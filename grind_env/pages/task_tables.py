@@ -1,7 +1,6 @@
 """The tables of a task page: action, observation, blocks, random draws, reward."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from grind_env.belief.filter_quantities import CUT
 from grind_env.data_table import Column, table_of
@@ -24,7 +23,7 @@ EPISODE = {
 
 def action_table(sheet: TaskSheet) -> str:
     """Return a table of the components of the default action: range and meaning."""
-    space: Any = sheet.env.action_space
+    space = sheet.env.action_space
     rows = [
         (str(k), name, f"{low:g}", f"{high:g}", choice)
         for k, ((name, choice), low, high) in enumerate(zip(_components(sheet), space.low, space.high, strict=True))
@@ -34,7 +33,7 @@ def action_table(sheet: TaskSheet) -> str:
 
 def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
     """Return name and meaning of each component of the default action."""
-    codec = sheet.codec
+    codec = sheet.env.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
         levels = ", ".join(f"{level:g}" for level in codec.levels)
