@@ -82,7 +82,7 @@ class PartRun:
         self._coverage = Coverage(job.part.start, job.part.length, self._centres.size)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in earlier stages
+        self._earlier_power = 0.0  # peak load in earlier stages, W
         # in the last stroke or infeed at full depth: wear of the wheel that was not yet gauged, growth of the part, mm
         self._wear = self._grown = 0.0
         self._left, self._excess = math.inf, 0.0  # wheel volume in the tally when the wheel is used up, and excess, mm3
@@ -210,11 +210,8 @@ class PartRun:
         if not self.cutting or len(self.ended) == len(self.job.part.stages):
             return
         asked = self.job.part.stages[len(self.ended)]
-        result = self._result(asked, self._surface(asked.stock), self.job.limits_at(asked))
-        self._earlier *= survival(*result)
-        self.ended.append(result)
+        self.ended.append(self._result(asked, self._surface(asked.stock), self.job.limits_at(asked)))
         self._earlier_power = max(self._earlier_power, self.tally.peak_load)
-        self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # gauging does not undo a stall
         torque = self.tally.peak_torque if self.stalled else 0.0
         self.tally = self.tally._replace(peak_load=0.0, peak_torque=torque)
@@ -293,8 +290,8 @@ class PartRun:
     def row(self) -> tuple[float, ...]:
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
-        earlier = 0.0 if unground > 0.0 or self.unjudged else self._earlier
-        good = earlier * survival(*last)
+        earlier = math.prod((survival(*each) for each in self.ended), start=1.0)
+        good = 0.0 if unground > 0.0 or self.unjudged else earlier * survival(*last)
         spent = expenses(self.spent, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
         costs = *spent, job.part.scrap_cost * (1.0 - good)
         return (
@@ -312,12 +309,12 @@ class PartRun:
             unground,
             found.Ra,
             min(max(self._earlier_power, tally.peak_load), self.p.power),
-            max(self._earlier_torque, tally.peak_torque),
+            max(each.torque for each in (*self.ended, last)),
             last.rise,
             max(each.rise for each in (*self.ended, last)),
             tally.burn_ratio,
             tally.worn,
             tally.dressed_off,
-            self._earlier,
+            earlier,
             *PartVerdict(good, *costs, sum(costs)),
         )
