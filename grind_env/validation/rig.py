@@ -71,16 +71,13 @@ def grind_strokes(
     Each stroke follows a downfeed of `downfeed` mm, and takes `pause` s more than the way over the part.
     """
     constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
-    Z = before.Z + downfeed
-    face = Z + part_grown(before.part, constants)
-    wheel, part, done = grind_stroke(before.wheel, before.part, before.S, before.Rs, face, b, constants, seconds)
-    S, worn = before.S + done.ae, before.worn + done.worn
-    for _ in range(count - 1):
+    wheel, S, Rs, Z, worn, part = before
+    for _ in range(count):
         Z += downfeed
         face = Z + part_grown(part, constants)
-        wheel, part, done = grind_stroke(wheel, part, S, done.Ra, face, b, constants, seconds)
-        S, worn = S + done.ae, worn + done.worn
-    return RigState(wheel, S, done.Ra, Z, worn, part), done
+        wheel, part, done = grind_stroke(wheel, part, S, Rs, face, b, constants, seconds)
+        S, Rs, worn = S + done.ae, done.Ra, worn + done.worn
+    return RigState(wheel, S, Rs, Z, worn, part), done
 
 
 @entry
