@@ -223,11 +223,9 @@ class Mover:
                 raise command.error("missing-parameter", "G29 has no intermediate point; G28 or G30 comes before it")
             stops = [self.passed, named]
         else:
-            number = 1
-            if command.action == "G30":
-                number = 2
-                if "P" in command.words:
-                    number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
+            number = 2 if command.action == "G30" else 1
+            if "P" in command.words:
+                number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
             self.passed = named
             stops = [named, self.control.reference_points[number - 1]]
         programmed, here = self.position, self.timeline.position

@@ -115,9 +115,8 @@ class Reciprocator:
         side = command.modes.compensation
         if side == "G40":
             return
-        moved = [axis for axis in (plan.axis, plan.plunge_axis, plan.cross_axis) if axis is not None]
-        for axis in moved:
-            if axis in PLANES[command.modes.plane]:
+        for axis in (plan.axis, plan.plunge_axis, plan.cross_axis):
+            if axis is not None and axis in PLANES[command.modes.plane]:
                 raise command.error(
                     "compensation", f"{command.action} moves {AXES[axis]} of the plane of {side}; program G40 before"
                 )
