@@ -264,9 +264,9 @@ class PartRun:
         return StageResult(rise, self.tally.peak_torque, found.Ra, found.worst_error, limits)
 
     def _ground(self) -> tuple[Strips, Strips, Strips]:
-        """Return the judged surface, the strips or, without any stroke, the grooves.
+        """Return depth, mm, roughness, um, and deepest programmed depth, mm, of the strips that are judged.
 
-        These are the depth, mm, the roughness, um, and the deepest programmed depth, mm.
+        Without any stroke, the grooves are judged.
         """
         grooves = () if self.strokes else tuple(self._grooves)
         if not grooves:
