@@ -7,7 +7,7 @@ follow each other by themselves. Positions are computed only for the moments tha
 import itertools
 import math
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,20 +69,18 @@ class Timeline:
     def requested(self) -> bool:
         return self.control.panel.dress_requested or bool(self._requests)
 
-    def wait(self, time: float) -> Iterable[events.Event]:
+    def wait(self, time: float) -> Iterator[events.Event]:
         """Hold before a motion that would begin at `time`, as long as the operator holds the axes (PD-16)."""
         cause = self.control.panel.holding
-        return () if cause is None else self._on_hold(time, cause)
-
-    def _on_hold(self, time: float, cause: str) -> Iterator[events.Event]:
-        yield events.Hold(time, cause)
+        if cause is not None:
+            yield events.Hold(time, cause)
         if self.control.panel.holding is not None:
             raise ControlError(
                 "hold", f"the axes are on hold by {cause}; call resume() or override() before taking another event"
             )
 
     def duration(self, path: Path, feed: float | None) -> float:
-        return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
+        return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration)
 
     def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
         """Return the fraction of a path at which the axes stop if they brake `elapsed` s after its begin."""

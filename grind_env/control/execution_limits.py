@@ -3,7 +3,7 @@
 import math
 
 from grind_env.control.cli_options import CHECK_COMMANDS
-from grind_env.control.errors import ControlError, Place
+from grind_env.control.errors import Place
 
 
 class BlockBudget:
@@ -14,20 +14,16 @@ class BlockBudget:
 
     def spend(self, place: Place, count: int = 1) -> None:
         self.spent += count
-        if self.spent > self.limit:
-            raise self._exceeded(place)
+        self.foresee(0, place)
 
     def foresee(self, count: float, place: Place) -> None:
         """Raise `ControlError` if at least `count` more blocks and strokes would exceed the limit."""
         if self.spent + count > self.limit:
-            raise self._exceeded(place)
-
-    def _exceeded(self, place: Place) -> ControlError:
-        return place.error(
-            "block-budget",
-            f"the program comes to more than {self.limit} blocks and strokes; let it repeat less or infeed more at a "
-            f"time, or allow more of them with --max-blocks of {CHECK_COMMANDS} (block_budget)",
-        )
+            raise place.error(
+                "block-budget",
+                f"the program comes to more than {self.limit} blocks and strokes; let it repeat less or infeed more at "
+                f"a time, or allow more of them with --max-blocks of {CHECK_COMMANDS} (block_budget)",
+            )
 
 
 class Rounds:

@@ -185,7 +185,6 @@ class Interruptions:
         table, timeline.reciprocation = timeline.reciprocation, None
         programmed, plane, detect = compensation.programmed, compensation.plane, compensation.detect
         compensation.forget()
-        compensation.programmed = None
         mover.modes = modes._replace(compensation="G40")
         recorder = mover.recorder = Recorder(timeline.position, mover.remembered)
         mover.source = source

@@ -141,12 +141,8 @@ def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Pro
             command = decode(block, modes, control.number_format)
             if command.tool is not None:
                 new = control.length_offset(command.tool[1])
-                origin = (
-                    origin[0] + new[0] - length[0],
-                    origin[1] + new[1] - length[1],
-                    origin[2] + new[2] - length[2],
-                )
-                length = new
+                x, y, z = (at + to - before for at, to, before in zip(origin, new, length, strict=True))
+                origin, length = (x, y, z), new
             moved = None if 98 in command.m else _motion(command, position, origin, outlook.reciprocating)
             walk.follow(command)
         except ControlError:

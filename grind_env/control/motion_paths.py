@@ -33,6 +33,12 @@ def displaced(start: float, way: float) -> float:
     return round(start + way, COORDINATE_DECIMALS) + 0.0
 
 
+def moved_by(position: Position, way: Position, sign: float) -> Position:
+    """Return the position after a way in each axis, mm, along it if `sign` is 1 and back if it is -1."""
+    x, y, z = (displaced(coordinate, sign * part) for coordinate, part in zip(position, way, strict=True))
+    return x, y, z
+
+
 def target(command: Command, position: Position, origin: Position, without: int | None = None) -> Position:
     """Return the target of the axis words, mm on the machine; the reciprocating axis `without` stays (PD-7)."""
     x, y, z = (

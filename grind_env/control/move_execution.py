@@ -1,5 +1,6 @@
 """Blocks that move axes outside the cycles: lines, arcs, dwells, reference moves and grooves."""
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,9 +22,9 @@ from grind_env.control.motion_paths import (
     AXES,
     INTEGRANDS,
     arc_path,
-    displaced,
     dwell_seconds,
     feed_rate,
+    moved_by,
     no_feed_rate,
     target,
 )
@@ -222,18 +223,15 @@ class Mover:
                 raise command.error("missing-parameter", "G29 has no intermediate point; G28 or G30 comes before it")
             stops = [self.passed, named]
         else:
-            number = 1
-            if command.action == "G30":
-                number = 2
-                if "P" in command.words:
-                    number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
+            number = 2 if command.action == "G30" else 1
+            if "P" in command.words:
+                number = numbers.integer(command.block, command.words["P"], 1, len(self.control.reference_points))
             self.passed = named
             stops = [named, self.control.reference_points[number - 1]]
         programmed, here = self.position, self.timeline.position
         owed = [axis for axis in range(3) if axis not in axes and programmed[axis] != here[axis]]
         self.detour = None
         self.compensation.forget()
-        self.compensation.programmed = None
         goal = _moved(programmed, stops[-1], axes)
         points = [here, *(_moved(_moved(here, programmed, owed), stop, axes) for stop in stops)]
         paths = [Straight(start, end) for start, end in itertools.pairwise(points)]
@@ -249,7 +247,7 @@ class Mover:
         retract = self.control.groove_retract
         if retract is None:
             retract = INCH_RETRACT if command.modes.inch else METRIC_RETRACT
-        plan = plan_groove(command, _moved_by(self.timeline.position, origin, -1.0), retract)
+        plan = plan_groove(command, moved_by(self.timeline.position, origin, -1.0), retract)
         feed, groove = self.rate(command), 1
         self.timeline.budget.foresee(least_legs(plan), place)
         for leg in groove_legs(plan):
@@ -257,7 +255,7 @@ class Mover:
             if leg.groove != groove and self.control.panel.single_block:
                 yield Hold(self.timeline.time, "single block")
             groove = leg.groove
-            path = Straight(self.timeline.position, _moved_by(leg.end, origin, 1.0))
+            path = Straight(self.timeline.position, moved_by(leg.end, origin, 1.0))
             rate, mark = (feed, (plan.axis, leg.groove)) if leg.kind == "infeed" else (None, None)
             yield from self.timeline.move(place, path, rate, Source.CYCLE, groove=mark)
             if self.recorder is not None:
@@ -270,11 +268,7 @@ class Mover:
             )
 
     def rate(self, command: Command) -> float:
-        modes = command.modes
-
-        def missing() -> ControlError:
-            return no_feed_rate(command)
-
+        modes, missing = command.modes, functools.partial(no_feed_rate, command)
         speed = self.tooling.spindle_speed(modes, missing) if modes.per_revolution else None
         return feed_rate(modes, speed, self.control, missing)
 
@@ -355,8 +349,3 @@ class Mover:
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
     return placed(position, {axis: goal[axis] for axis in axes})
-
-
-def _moved_by(position: Position, way: Position, sign: float) -> Position:
-    x, y, z = (displaced(coordinate, sign * part) for coordinate, part in zip(position, way, strict=True))
-    return x, y, z

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from grind_env.control.events import Position
+from grind_env.control.events import Position, placed
 from grind_env.control.modes import PLANES
 
 RADIUS_TOLERANCE = 0.01
@@ -64,11 +64,12 @@ class Circular:
         first, second = PLANES[self.plane]
         normal = 3 - first - second
         direction = self._direction(self.start) + self.rotation * fraction * self.angle
-        result = [0.0, 0.0, 0.0]
-        result[first] = self.centre[first] + self.radius * math.cos(direction)
-        result[second] = self.centre[second] + self.radius * math.sin(direction)
-        result[normal] = self.start[normal] + fraction * (self.end[normal] - self.start[normal])
-        return result[0], result[1], result[2]
+        coordinates = {
+            first: self.centre[first] + self.radius * math.cos(direction),
+            second: self.centre[second] + self.radius * math.sin(direction),
+            normal: self.start[normal] + fraction * (self.end[normal] - self.start[normal]),
+        }
+        return placed(self.start, coordinates)
 
     def moves(self, axis: int) -> bool:
         return axis in PLANES[self.plane] or self.start[axis] != self.end[axis]
@@ -94,9 +95,7 @@ def split(path: Path, fraction: float) -> tuple[Path, Path]:
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
     """Return the arc about the centre at `offset` from the start along the plane's first and second axis (14-5)."""
     first, second = PLANES[plane]
-    centre = list(start)
-    centre[first] += offset[0]
-    centre[second] += offset[1]
+    centre = placed(start, {first: start[first] + offset[0], second: start[second] + offset[1]})
     radius = math.hypot(*offset)
     if radius == 0.0:
         raise ImpossibleArc("the centre is at the start point; I, J or K must lead away from it")
@@ -106,7 +105,7 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
             f"the end is {to_end:.4f} mm from the centre but the start {radius:.4f} mm; "
             f"they may differ by {RADIUS_TOLERANCE} mm"
         )
-    return Circular(start, end, (centre[0], centre[1], centre[2]), rotation, plane)
+    return Circular(start, end, centre, rotation, plane)
 
 
 def arc_with_radius(start: Position, end: Position, radius: float, rotation: int, plane: str) -> Circular:

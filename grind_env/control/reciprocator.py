@@ -12,7 +12,7 @@ from grind_env.control.events import CycleEnd, CyclePlan, CycleStart, Event, Pos
 from grind_env.control.execution_limits import Rounds
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.modes import PLANES
-from grind_env.control.motion_paths import AXES, INTEGRANDS, displaced
+from grind_env.control.motion_paths import AXES, INTEGRANDS, displaced, moved_by
 from grind_env.control.move_execution import Mover
 from grind_env.control.reciprocation import Reciprocation
 
@@ -77,9 +77,8 @@ class Reciprocator:
         table = self.timeline.reciprocation
         self.mover.refuse_displaced(command)
         origin = self.mover.work.origin(command.modes.work_system)
-        x, y, z = (displaced(here, -there) for here, there in zip(self.timeline.position, origin, strict=True))
         situation = Situation(
-            (x, y, z),
+            moved_by(self.timeline.position, origin, -1.0),
             None if table is None else table.axis,
             0.0 if table is None else displaced(table.secondary, -origin[table.axis]),
             self.control.maximum_feed,
@@ -116,9 +115,8 @@ class Reciprocator:
         side = command.modes.compensation
         if side == "G40":
             return
-        moved = [axis for axis in (plan.axis, plan.plunge_axis, plan.cross_axis) if axis is not None]
-        for axis in moved:
-            if axis in PLANES[command.modes.plane]:
+        for axis in (plan.axis, plan.plunge_axis, plan.cross_axis):
+            if axis is not None and axis in PLANES[command.modes.plane]:
                 raise command.error(
                     "compensation", f"{command.action} moves {AXES[axis]} of the plane of {side}; program G40 before"
                 )

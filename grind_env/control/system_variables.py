@@ -9,6 +9,7 @@ from decimal import Decimal
 from grind_env.control.control_settings import WHEEL_RADIUS
 from grind_env.control.events import placed
 from grind_env.control.macro_formulas import VariableFault, rounded
+from grind_env.control.macro_variables import KINDS
 from grind_env.control.modes import WORK_SYSTEMS
 from grind_env.control.motion_paths import AXES, displaced
 from grind_env.control.move_execution import Mover
@@ -20,8 +21,8 @@ PROGRAM_ENDS, MACHINE, PRESENT = 5001, 5021, 5041
 EXTERNAL, FIRST_SYSTEM, SYSTEM_STEP = 5201, 5221, 20
 
 NONE_SUCH = (
-    "#1 to #33 are local, #100 to #199 and #500 to #999 common variables, #2001 to #2099 the radius table, #3000 the "
-    "alarm, #5001 to #5003, #5021 to #5023 and #5041 to #5043 positions and #5201 to #5383 coordinate offsets"
+    f"{KINDS}, #2001 to #2099 the radius table, #3000 the alarm, #5001 to #5003, #5021 to #5023 and #5041 to #5043 "
+    "positions and #5201 to #5383 coordinate offsets"
 )
 
 

@@ -229,7 +229,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             return terminal_view.panel(view)
         if self.render_mode == "rgb_array":
             return frames.render(view)
-        self.follower = self.follower or frames.Follower(view.title)
+        self.follower = self.follower or frames.Follower(view.extent.title)
         self.follower.show(view)
         return None
 

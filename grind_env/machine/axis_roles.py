@@ -4,8 +4,6 @@ An axis is 0 = X, 1 = Y, 2 = Z. In each plane the reciprocating axis is the one 
 plunges and its second one crosses (PD-2), so that the roles are cyclic.
 """
 
-AXES = "XYZ"
-
 
 def plunge_axis(reciprocating: int) -> int:
     """Return the axis that plunges, for the reciprocating axis."""

@@ -21,7 +21,7 @@ from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.part.compiled_strokes import Dressed
 from grind_env.machine.part.feed_moves import FEED, keeps_across, leads_over
 from grind_env.machine.part.groove_cuts import infeed_depth
-from grind_env.machine.part.part import ANYWHERE, SLOWED, PartRun, StageResult
+from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
 from grind_env.machine.part.parts_under_stroke import Swept, cycle_stations, sweep_of, touched_stations
 from grind_env.machine.part.stroke_record import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.unsimulated_cuts import Unjudged
@@ -201,7 +201,7 @@ class GrindingRun(EventConsumer):
             self.watch.take_off(part)
         if part.station in self._shared:
             part.unjudged += (self._shared[part.station],)
-        self.parts.add(part.row(part.spent))
+        self.parts.add(part.row())
         self.stages.append((*part.ended, part.last_stage))
         self.unjudged.append(part.unjudged)
         if part.station != ANYWHERE:
@@ -396,8 +396,7 @@ class GrindingRun(EventConsumer):
         """Add rows of strokes or of an infeed, each with a byte of `plunged`; a stall delays all that follows."""
         if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(table_of(rows)[:, NUMBERS_FROM:]).all()):
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
-        if self.part.tally.peak_torque > SLOWED * self.part.p.rs:
-            self.watch.overload.add(rows, self.part.p)
+        self.watch.overload.add(rows, self.part.p)
         if stalls:
             self.delay += self.part.p.stall_time
             self.mount.memory_time += self.part.p.stall_time

@@ -1,22 +1,10 @@
 """View of a task: its kinds of block, its choices and its page."""
 
-from grind_env.envs.tasks import Kind, Task
+from grind_env.data_table import Column
+from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.schema import document, toml_text
 from grind_env.notebook_views.markup import fragment, items, table
 from grind_env.pages import page as page_of
-
-HEADINGS = (
-    "block",
-    "material",
-    "stock, mm",
-    "pick, mm",
-    "width, mm",
-    "length, mm",
-    "Ra limit, µm",
-    "tolerance, µm",
-    "rise limit, K",
-    "scrap, $",
-)
 
 
 class Page(str):
@@ -40,8 +28,16 @@ def html(task: Task) -> str:
         f"{task.dress_seconds:.1f} s",
         "a reward of -1 is " + (f"{task.reference_cost:.4g} $" if task.reference_cost else "the cheapest fixed plan"),
     ]
-    rows = [_row(kind, task) for kind in task.kinds]
-    return fragment(f"{task.name}: {task.title}", table(HEADINGS, rows, left=2), items(said))
+    columns = (
+        Column("block", "name"),
+        Column("material", "material"),
+        *(Column(f"{length}, mm", length, "g", right=True) for length in ("stock", "pick", "width", "length")),
+        Column("Ra limit, µm", lambda kind: f"{kind.roughness_limit:g}" if kind.roughness_limit else "", right=True),
+        Column("tolerance, µm", lambda kind: f"{kind.tolerance:g}" if kind.tolerance else "", right=True),
+        Column("rise limit, K", lambda kind: task.limits(kind).rise, "g", right=True),
+        Column("scrap, $", "scrap", "g", right=True),
+    )
+    return fragment(f"{task.name}: {task.title}", table(columns, task.kinds), items(said))
 
 
 def page(task: Task) -> Page:
@@ -49,9 +45,3 @@ def page(task: Task) -> Page:
     if task.file:
         return Page(f"# {task.name}\n\n```toml\n{toml_text(document(task))}\n```\n")
     return Page(page_of(task.environment_id))
-
-
-def _row(kind: Kind, task: Task) -> list[str]:
-    asked = [f"{limit:g}" if limit > 0.0 else "" for limit in (kind.roughness_limit, kind.tolerance)]
-    lengths = [f"{value:g}" for value in (kind.stock, kind.pick, kind.width, kind.length)]
-    return [kind.name, kind.material, *lengths, *asked, f"{task.limits(kind).rise:g}", f"{kind.scrap:g}"]

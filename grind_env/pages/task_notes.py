@@ -4,10 +4,9 @@ import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from grind_env.errors import GrindError
-from grind_env.toml import tomllib
+from grind_env.toml import read_toml
 
 FILE = Path(__file__).with_name("notes.toml")
 
@@ -30,8 +29,7 @@ class PageNote:
 @functools.cache
 def load_notes() -> Mapping[str, PageNote]:
     """Return all notes by id."""
-    document: Mapping[str, Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    return {env_id: PageNote(**entry) for env_id, entry in document.items()}
+    return {env_id: PageNote(**entry) for env_id, entry in read_toml(FILE).items()}
 
 
 def note_of(env_id: str) -> PageNote:

@@ -46,20 +46,6 @@ def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
     ]
 
 
-SECTIONS = (
-    "Description",
-    "Action space",
-    "Observation space",
-    "Reward",
-    "Episode",
-    "Arguments",
-    "Reference scores",
-    "Example",
-    "Version history",
-)
-"""Headings of a page, in their order."""
-
-
 def page(env_id: str) -> str:
     """Return the page of a registered id, Markdown.
 
@@ -80,9 +66,9 @@ def page(env_id: str) -> str:
         "Version history": _versions(about),
     }
     lines = [f"# {about.id}", f"*{about.title}.*", _facts(about)]
-    for name in SECTIONS:
+    for name, part in parts.items():
         own = "" if name == "Description" else words.get(name, "")
-        lines += [f"## {name}", own, parts[name]]
+        lines += [f"## {name}", own, part]
     return "\n\n".join(line for line in lines if line) + "\n"
 
 
@@ -112,17 +98,17 @@ def _example(about: TaskSheet) -> str:
 
 
 def _versions(about: TaskSheet) -> str:
-    versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
+        table_of(("version", "what changed"), about.note.versions.items()).markdown(),
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
         " other versions are refused.",
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
-    return "\n\n".join([versions, *lines])
+    return "\n\n".join(lines)
 
 
 def _discount(about: TaskSheet) -> str:
-    env: Any = about.env
+    env = about.env
     env.reset(seed=0, options={"context": "nominal"})
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
@@ -145,7 +131,7 @@ def _description(about: TaskSheet, words: dict[str, str]) -> str:
 
 
 def _actions(about: TaskSheet) -> str:
-    forms = form_table(about.codec.task, predress=about.task is not None)
+    forms = form_table(about.env.codec.task, predress=about.task is not None)
     return f"{action_table(about)}\n\n{forms}"
 
 
@@ -167,9 +153,9 @@ def _observation(about: TaskSheet) -> str:
 def _reward(about: TaskSheet) -> str:
     bounded = math.isfinite(about.reward.least)
     lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
-    if about.costs:
-        lines[0] += f" The reference cost is {about.reference_cost:.4g} $ a step. {RANGE_NOTE}"
-        lines.append(reward_table(about))
+    if about.task is not None:
+        lines[0] += f" The reference cost is {about.task.reference_cost:.4g} $ a step. {RANGE_NOTE}"
+        lines.append(reward_table(about.costs, about.task.reference_cost))
     return "\n\n".join(lines)
 
 
@@ -223,7 +209,7 @@ COUNT = 4
 
 def example(about: TaskSheet) -> str:
     """Return a session that makes the environment, takes one step, and makes the vector environment."""
-    env: Any = about.env
+    env = about.env
     size, width = len(about.readings), env.action_space.shape[0]
     lines = [">>> import gymnasium as gym", ">>> import grind_env"]
     program = ""
@@ -250,7 +236,7 @@ def example(about: TaskSheet) -> str:
     lines += ['>>> [name for name in info if name.startswith("reward_")]', repr(names)]
     lines += [
         '>>> info["E"], info["D"]',
-        f"({about.codec.low}, 0.0)",
+        f"({env.codec.low}, 0.0)",
         f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
         ">>> observations, infos = vector.reset(seed=1)",
         ">>> observations.shape, vector.action_space.shape",

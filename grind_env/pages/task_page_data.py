@@ -7,7 +7,6 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
-from grind_env.envs.actions import ActionCodec
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.observations import Reading
 from grind_env.envs.task_names import environment_id
@@ -24,13 +23,11 @@ class TaskSheet:
     id: str
     note: PageNote
     make: Callable[..., Any]
-    env: gym.Env[Any, Any]
+    env: Any
     readings: tuple[Reading, ...]
     full: tuple[Reading, ...]
     task: Task | None
-    codec: ActionCodec
     costs: dict[str, RewardSpan]
-    reference_cost: float
     reward: RewardSpan
 
     @property
@@ -76,8 +73,6 @@ def sheet(name: str) -> TaskSheet:
         readings=env.observation_info(),
         full=oracle.observation_info(),
         task=task,
-        codec=env.codec,
         costs=costs,
-        reference_cost=0.0 if task is None else task.reference_cost,
         reward=RewardSpan(*note.reward) if note.reward else reward_span(env.task, costs),
     )

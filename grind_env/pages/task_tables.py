@@ -1,14 +1,13 @@
 """The tables of a task page: action, observation, blocks, random draws, reward."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from grind_env.belief.filter_quantities import CUT
 from grind_env.data_table import Column, table_of
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Kind, Task
-from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR
+from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR, RewardSpan
 from grind_env.pages.task_page_data import TaskSheet
 
 LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
@@ -24,7 +23,7 @@ EPISODE = {
 
 def action_table(sheet: TaskSheet) -> str:
     """Return a table of the components of the default action: range and meaning."""
-    space: Any = sheet.env.action_space
+    space = sheet.env.action_space
     rows = [
         (str(k), name, f"{low:g}", f"{high:g}", choice)
         for k, ((name, choice), low, high) in enumerate(zip(_components(sheet), space.low, space.high, strict=True))
@@ -34,7 +33,7 @@ def action_table(sheet: TaskSheet) -> str:
 
 def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
     """Return name and meaning of each component of the default action."""
-    codec = sheet.codec
+    codec = sheet.env.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
         levels = ", ".join(f"{level:g}" for level in codec.levels)
@@ -163,12 +162,11 @@ def _log_normal(sigma: float) -> str:
     return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
 
 
-def reward_table(sheet: TaskSheet) -> str:
-    """Return a table of the terms of the reward, with their lowest and highest value in a step."""
-    unit = sheet.reference_cost
+def reward_table(costs: Mapping[str, RewardSpan], unit: float) -> str:
+    """Return a table of the terms of the reward, with their lowest and highest value in a step; `unit` is in $."""
     rows = [
         (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")
-        for name, span in sheet.costs.items()
+        for name, span in costs.items()
     ]
     return table_of(("term", "minus, over the reference cost", "worst", "best"), rows).markdown()
 

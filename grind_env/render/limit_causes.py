@@ -7,6 +7,7 @@ import numpy as np
 
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.render.curve_data import block_name
 
 DEEP = 1e-6
 """mm; a depth that is short of the stock by less than this reaches it."""
@@ -60,9 +61,7 @@ def _of_stroke(
             f" stroke {stroke['number']}" if stroke["number"] else " a stroke after the cycle",
             "lower J or E",
         )
-    block = record.blocks.get(line, line)
-    place = f"line {line}" if block == line else f"N{block}"
-    return f"{place}{made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
+    return f"{block_name(record, line)}{made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
 
 
 def _by_feeds(record: GrindingRecord, parts: Sequence[int]) -> bool:

@@ -171,9 +171,13 @@ def _draw_coolant(canvas: Canvas, place: Placement, view: EpisodePicture) -> Non
 def _draw_wheel(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     (x, y), radius = place.centre, place.radius
     spin = 2.0 * math.pi * (view.instant.spin if view.instant else 0.0)
+
+    def at(distance: float, angle: float) -> Point:
+        return x + distance * math.cos(angle), y + distance * math.sin(angle)
+
     for k in range(0, 60, 2):
         ghost = 2.0 * math.pi * k / 60.0
-        ends = [(x + place.new_radius * math.cos(a), y + place.new_radius * math.sin(a)) for a in (ghost, ghost + 0.05)]
+        ends = [at(place.new_radius, ghost), at(place.new_radius, ghost + 0.05)]
         if ends[0][1] < place.top - 3.0:
             canvas.line(ends, ink.GREY, 0.7)
     colour = ink.wear_colour(view.wheel.A)
@@ -183,17 +187,12 @@ def _draw_wheel(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     for k in range(GRAINS):
         a = spin + 2.0 * math.pi * k / GRAINS
         out, inner = radius - 1.5, radius - rim * (0.75 if k % 3 else 0.5)
-        canvas.line(
-            [(x + out * math.cos(a), y + out * math.sin(a)), (x + inner * math.cos(a), y + inner * math.sin(a))], darker
-        )
+        canvas.line([at(out, a), at(inner, a)], darker)
     canvas.disc((x, y), radius - rim, ink.WHEEL)
     canvas.disc((x, y), 0.36 * place.new_radius, ink.FLANGE)
     canvas.disc((x, y), 0.33 * place.new_radius, ink.mix(ink.FLANGE, ink.PANEL, 0.25))
     for k in range(6):
-        a = spin + math.pi * k / 3.0
-        canvas.disc(
-            (x + 0.25 * place.new_radius * math.cos(a), y + 0.25 * place.new_radius * math.sin(a)), 2.0, ink.BED
-        )
+        canvas.disc(at(0.25 * place.new_radius, spin + math.pi * k / 3.0), 2.0, ink.BED)
     canvas.disc((x, y), 0.13 * place.new_radius, ink.BED)
     if view.instant is not None and not view.instant.dressing:
         _draw_sparks(canvas, (x, y + radius), spin)

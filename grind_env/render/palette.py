@@ -45,12 +45,8 @@ BLUE_RATIO = 1.5
 
 def mix(first: Colour, second: Colour, share: float) -> Colour:
     """Return a mixture of two colours; `share` is the share of the second, 0 to 1."""
-    a, b = (1.0 - share), share
-    return (
-        round(a * first[0] + b * second[0]),
-        round(a * first[1] + b * second[1]),
-        round(a * first[2] + b * second[2]),
-    )
+    red, green, blue = (round((1.0 - share) * a + share * b) for a, b in zip(first, second, strict=True))
+    return red, green, blue
 
 
 def ramp(colours: tuple[Colour, ...], share: float) -> Colour:

@@ -122,10 +122,6 @@ class EpisodePicture:
     instant: PictureInstant | None = None
 
     @property
-    def title(self) -> str:
-        return self.extent.title
-
-    @property
     def last(self) -> GroundBlock | None:
         """Return the last block ground, whose marks are on the part; None during a block or before the first."""
         return self.ground[-1] if self.ground and self.instant is None else None

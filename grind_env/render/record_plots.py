@@ -93,8 +93,7 @@ def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
         _mark_pauses(panel, shown)
         panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
     _name_blocks(panels[0], shown)
-    if shown.dresses or shown.spark_out is not None:
-        _name_marks(panels[-1], shown)
+    _name_marks(panels[-1], shown)
     panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
     panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
@@ -159,15 +158,13 @@ def _mark_pauses(axes: "Axes", shown: Picture) -> None:
 
 def _name_blocks(axes: "Axes", shown: Picture) -> None:
     """Number the parts and the blocks above the topmost panel."""
-    several = len(shown.parts) > 1
-    if several:
+    if len(shown.parts) > 1:
         _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
     _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
 
 
 def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, height: float) -> None:
-    every = labelled_every(len(places), MOST_LABELS) if places else 1
-    for first, label in places[::every]:
+    for first, label in places[:: labelled_every(len(places), MOST_LABELS)]:
         axes.annotate(
             label,
             (shown.edges[first], 1.0),

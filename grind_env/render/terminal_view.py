@@ -11,10 +11,6 @@ SHOWN = 60
 
 def panel(view: EpisodePicture) -> str:
     """Return the view as lines of at most 100 characters; each bar is a block, each digit its number of dresses."""
-    return printable(_view(view))
-
-
-def _view(view: EpisodePicture) -> str:
     wheel, extent = view.wheel, view.extent
     title = f"{extent.title}: block {view.number} of {extent.blocks}"
     lines = [
@@ -29,7 +25,7 @@ def _view(view: EpisodePicture) -> str:
         ("dresses D", _dresses(view)),
         ("cost", f"{view.price}, {view.scrapped} of {view.finished_parts} parts scrap"),
     ]
-    return "\n".join(f"{name:<18}{text}".rstrip() for name, text in lines if name or text)
+    return printable("\n".join(f"{name:<18}{text}".rstrip() for name, text in lines if name or text))
 
 
 def _line(strip: Strip) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.control import Arc, Dwell, Event, Motion, Rapid, Source
+from grind_env.control.motion_paths import AXES
 from grind_env.control.path_geometry import Circular
 from grind_env.errors import GrindError, quoted
 from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
@@ -14,7 +15,6 @@ from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-AXES = "XYZ"
 ARC_POINTS = 33
 """Number of points drawn of an arc."""
 

@@ -2,6 +2,7 @@
 
 import time
 import tkinter
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,5 @@ class Window:
     def close(self) -> None:
         """Close the window if it is open."""
         self.shown = None
-        try:
+        with suppress(tkinter.TclError):  # the user has closed it
             self.root.destroy()
-        except tkinter.TclError:
-            # the user has closed it
-            return

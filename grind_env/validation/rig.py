@@ -16,11 +16,11 @@ from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.loops.cycle import grown_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.process import equations as eq
-from grind_env.process import stroke_and_dress
 from grind_env.process.catalogue import Catalogue
 from grind_env.process.catalogue_parameters import USUAL_HEIGHT, stroke_parameters
 from grind_env.process.entries import Entry, Machine, Wheel, quantities
 from grind_env.process.process_interface import PROCESS, PartHeat, whole_ms
+from grind_env.process.stroke_and_dress import dress_wheel, dressed_wheel
 from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
 SHARP = 25
@@ -71,28 +71,13 @@ def grind_strokes(
     Each stroke follows a downfeed of `downfeed` mm, and takes `pause` s more than the way over the part.
     """
     constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
-    Z = before.Z + downfeed
-    face = Z + part_grown(before.part, constants)
-    wheel, part, done = grind_stroke(before.wheel, before.part, before.S, before.Rs, face, b, constants, seconds)
-    S, worn = before.S + done.ae, before.worn + done.worn
-    for _ in range(count - 1):
+    wheel, S, Rs, Z, worn, part = before
+    for _ in range(count):
         Z += downfeed
         face = Z + part_grown(part, constants)
-        wheel, part, done = grind_stroke(wheel, part, S, done.Ra, face, b, constants, seconds)
-        S, worn = S + done.ae, worn + done.worn
-    return RigState(wheel, S, done.Ra, Z, worn, part), done
-
-
-@entry
-def dress(wheel: WheelState, passes: float, lead: float, depth: float, p: StrokeParameters) -> tuple[WheelState, float]:
-    """Return the wheel after a dress, and the volume removed, mm3; arguments as in `stroke_and_dress.dress_wheel`."""
-    return stroke_and_dress.dress_wheel(wheel, passes, lead, depth, p)
-
-
-@entry
-def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
-    """Return a fully dressed wheel; arguments as in `process.stroke_and_dress.dressed_wheel`."""
-    return stroke_and_dress.dressed_wheel(ds, wd, lead, depth, p)
+        wheel, part, done = grind_stroke(wheel, part, S, Rs, face, b, constants, seconds)
+        S, Rs, worn = S + done.ae, done.Ra, worn + done.worn
+    return RigState(wheel, S, Rs, Z, worn, part), done
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -216,7 +201,7 @@ class Grinder:
 
     def dress(self, passes: float = 2.0) -> float:
         """Dress with the lead and depth of the set-up; return the wheel volume removed, mm3."""
-        self.wheel, removed = dress(self.wheel, passes, self.setup.lead, self.setup.depth, self.p)
+        self.wheel, removed = dress_wheel(self.wheel, passes, self.setup.lead, self.setup.depth, self.p)
         return removed
 
     def g_ratio(self) -> float:
@@ -235,7 +220,7 @@ class Rig:
         """Return a freshly dressed wheel over a new part; arguments as in `SetUp`."""
         chosen = SetUp(**setup)
         p = self.parameters(chosen)
-        wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
+        wheel = dressed_wheel(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)
 
     def sharp(self, **setup: Any) -> Grinder:

@@ -14,7 +14,7 @@ from grind_env.array_types import Array
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation import measured_data
 from grind_env.validation.check import Band, Check
-from grind_env.validation.fitted_slopes import exponents
+from grind_env.validation.fitted_slopes import exponent, exponents
 from grind_env.validation.rig import Rig
 
 WIDTH = 20.0
@@ -131,7 +131,7 @@ def pooled(rig: Rig) -> float:
     """Return the exponent of Ra on the rate in the usual set-up."""
     wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0]).rate)
     Ra = [rig.with_setup(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
-    return float(exponents([rates], Ra)[0])
+    return exponent(rates.tolist(), Ra)
 
 
 CHECKS = (

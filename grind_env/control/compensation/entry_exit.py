@@ -54,7 +54,7 @@ def exit_junction(
     end = offset.beside_end(last)
     if offset.radius == 0.0:
         return Junction(end, ())
-    if vector is not None and vector != (0.0, 0.0):
+    if vector is not None:
         return Junction(_shifted(last, offset, unit(vector)), ())
     out = outward(last, move, offset)
     if kind == "A" or out < TANGENTIAL:

@@ -57,21 +57,17 @@ class Compensation:
 
     def forget(self) -> None:
         """Drop the offset without a motion: the next motion in the plane is an entry, if G41 or G42 is in force."""
-        self.offset = None
+        self.offset = self.programmed = None
 
     def plan(
         self, command: Command, path: Path, actual: Position, radius: float, ahead: Iterator[Prospect | Barrier]
     ) -> list[Piece]:
         side = command.modes.compensation
-        self.refuse_plane(command)
         self.plane = command.modes.plane
         if self.offset is None:
             return self._leave(path, actual) if side == "G40" else self._enter(command, path, actual, radius, ahead)
-        if side == "G40":
-            _require_line(command, path, "exit")
-            return self._leave(path, actual)
-        coming = next(ahead)
-        if coming is Barrier.COORDINATES:
+        coming = None if side == "G40" else next(ahead)
+        if coming is None or coming is Barrier.COORDINATES:
             _require_line(command, path, "exit")
             return self._leave(path, actual)
         return self._follow(command, path, actual, Offset.of(radius, side), coming, ahead)
@@ -112,7 +108,8 @@ class Compensation:
             to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
             elements = (PathSegment(move.start, to),)
         self.offset, self.programmed, self._gouge_check = offset, path.end, GougeCheck()
-        pieces = _pieces(elements, actual, path.end, plane)
+        paths = _paths(elements, actual, path.end, plane)
+        pieces = [Piece(each, generated=index > 0) for index, each in enumerate(paths)]
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
 
     def _follow(
@@ -130,15 +127,11 @@ class Compensation:
         place = coming.command.block.place if isinstance(coming, Prospect) else command.block.place
         try:
             junction = self._junction(command, element, coming, ahead, after)
-        except CompensationFault as fault:
-            own = command.block.place if fault.element is element else place
-            raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
-        generated = junction.generated
-        if before != after and isinstance(element, PathArc):
-            arrival = before.beside_end(element)
-            generated = (PathSegment(arrival, junction.end), *generated)
-            junction = Junction(arrival, generated)
-        try:
+            generated = junction.generated
+            if before != after and isinstance(element, PathArc):
+                arrival = before.beside_end(element)
+                generated = (PathSegment(arrival, junction.end), *generated)
+                junction = Junction(arrival, generated)
             run: tuple[Element, ...] = (
                 (PathSegment(start, junction.end),)
                 if before != after and isinstance(element, PathSegment)
@@ -146,13 +139,13 @@ class Compensation:
             )
             share = feed_share(element, before, self.control.minimum_feed_reduction)
         except CompensationFault as fault:
-            own = command.block.place
+            own = command.block.place if fault.element is element else place
             raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
         if self.detect and command.action != "G00":
             self._refuse_gouging(command, path, element, (*run, *generated), before.radius)
         self.programmed = path.end
-        pieces = [Piece(piece.path, share=share) for piece in _pieces(run, actual, path.end, plane)]
-        pieces += [Piece(piece.path, generated=True) for piece in _pieces(generated, path.end, path.end, plane)]
+        pieces = [Piece(each, share=share) for each in _paths(run, actual, path.end, plane)]
+        pieces += [Piece(each, generated=True) for each in _paths(generated, path.end, path.end, plane)]
         return pieces + self._lapse(coming, path.end, plane, generated[-1].end if generated else junction.end)
 
     def _refuse_gouging(
@@ -226,9 +219,8 @@ def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
     return Circular(foot, head, _lifted(element.centre, start, plane), element.rotation, plane)
 
 
-def _pieces(elements: tuple[Element, ...], start: Position, end: Position, plane: str) -> list[Piece]:
-    paths = [solid(element, end if index else start, end, plane) for index, element in enumerate(elements)]
-    return [Piece(path, generated=index > 0) for index, path in enumerate(paths)]
+def _paths(elements: tuple[Element, ...], start: Position, end: Position, plane: str) -> list[Path]:
+    return [solid(element, end if index else start, end, plane) for index, element in enumerate(elements)]
 
 
 def _point(position: Position, plane: str) -> Point:
@@ -241,10 +233,8 @@ def _lifted(point: Point, position: Position, plane: str) -> Position:
 
 
 def _vector(command: Command) -> Point | None:
-    """Return the I, J, K words of an exit block along the plane's axes; None without them (15-26)."""
+    """Return the I, J, K words of an exit block along the plane's axes; None without them or if all are 0 (15-26)."""
     letters = [INTEGRANDS[axis] for axis in PLANES[command.modes.plane]]
-    if not any(letter in command.lengths for letter in letters):
-        return None
     u, v = (command.lengths[letter].mm if letter in command.lengths else 0.0 for letter in letters)
     return (u, v) if u or v else None
 

@@ -15,8 +15,9 @@ from grind_env.control import Control, ControlError, Programs, dress_program_mov
 from grind_env.control.block_words import read_block
 from grind_env.control.events import Arc, Line, Motion, Position, Rapid, Source
 from grind_env.control.modal_state import Modes
+from grind_env.control.motion_paths import AXES
 from grind_env.errors import GrindError, listed
-from grind_env.machine.axis_roles import AXES, cross_axis, plunge_axis
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.wheel_geometry import over_diamond
 from grind_env.machine.job import Job
 

@@ -82,14 +82,11 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: T
         points.append(end)
         rates.append(_rate(leg, run, control, feed))
 
-    def ways(step: range) -> Table:
-        return np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
-
     for leg in legs[:first]:
         move(leg, points[-1] + np.subtract(leg.end, leg.start))
     for number in range(passes):
         step = steps[min(number, len(steps) - 1)]
-        way = ways(step)
+        way = np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
         if abs(way[:, cross].sum()) >= STEP:
             way[:, cross] *= (-1.0) ** max(number + 1 - len(steps), 0)
         infeed = max([k for k in infeeds if k in step], default=None)

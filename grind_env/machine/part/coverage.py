@@ -34,11 +34,9 @@ class Coverage:
         return self._whole
 
     def add(self, first: int, last: int, ends: tuple[float, float], Z: float) -> None:
-        """Add a stroke at depth `Z`, mm, between two reversal points over the strips `first` to `last - 1`."""
+        """Add a stroke at depth `Z`, mm, over strips `first` to `last - 1` between reversal points within the part."""
         low, high = self._passed(ends)
-        if high - low == self._cells:
-            np.maximum(self._whole[first:last], Z, out=self.written()[first:last])
-        elif low < high:
+        if low < high:
             place = first, last, low, high
             self._known = None
             self._short[place] = max(self._short.get(place, 0.0), Z)

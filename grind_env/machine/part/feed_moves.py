@@ -13,7 +13,7 @@ from grind_env.control.modes import PLANES
 from grind_env.control.path_geometry import Straight
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.mounted_wheel import first_diameter
-from grind_env.machine.dress.wheel_geometry import half_chord, position_at
+from grind_env.machine.dress.wheel_geometry import half_chord
 from grind_env.machine.job import Job
 
 FEED = "G01"
@@ -113,6 +113,6 @@ def _lies_over(start: Position, end: Position, axis: int, job: Job) -> bool:
     # as far as the body of the wheel reaches
     reach = half_chord(0.5 * first_diameter(job), part.surface - end[plunge_axis(axis)])
     sides = part.start - reach, part.start + part.length + reach
-    places = (position_at(start, end, min(max((side - start[axis]) / way, 0.0), 1.0)) for side in sides)
+    places = (Straight(start, end).point(min(max((side - start[axis]) / way, 0.0), 1.0)) for side in sides)
     least, most = part.across + part.width - width - DEPTH_TOLERANCE, part.across + DEPTH_TOLERANCE
     return all(least <= place[cross] <= most for place in places)

@@ -82,7 +82,7 @@ class PartRun:
         self._coverage = Coverage(job.part.start, job.part.length, self._centres.size)
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
-        self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in earlier stages
+        self._earlier_power = 0.0  # peak load in earlier stages, W
         # in the last stroke or infeed at full depth: wear of the wheel that was not yet gauged, growth of the part, mm
         self._wear = self._grown = 0.0
         self._left, self._excess = math.inf, 0.0  # wheel volume in the tally when the wheel is used up, and excess, mm3
@@ -210,11 +210,8 @@ class PartRun:
         if not self.cutting or len(self.ended) == len(self.job.part.stages):
             return
         asked = self.job.part.stages[len(self.ended)]
-        result = self._result(asked, self._surface(asked.stock), self.job.limits_at(asked))
-        self._earlier *= survival(*result)
-        self.ended.append(result)
+        self.ended.append(self._result(asked, self._surface(asked.stock), self.job.limits_at(asked)))
         self._earlier_power = max(self._earlier_power, self.tally.peak_load)
-        self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # gauging does not undo a stall
         torque = self.tally.peak_torque if self.stalled else 0.0
         self.tally = self.tally._replace(peak_load=0.0, peak_torque=torque)
@@ -266,36 +263,40 @@ class PartRun:
         rise = max((counted_rise(self._plunges, self.deepest, every), *grooves))
         return StageResult(rise, self.tally.peak_torque, found.Ra, found.worst_error, limits)
 
-    def _ground(self) -> tuple[Strips, Strips]:
-        """Return depth, mm, and roughness, um, of the judged surface: the strips, or the grooves without any stroke."""
+    def _ground(self) -> tuple[Strips, Strips, Strips]:
+        """Return depth, mm, roughness, um, and deepest programmed depth, mm, of the strips that are judged.
+
+        Without any stroke, the grooves are judged.
+        """
         grooves = () if self.strokes else tuple(self._grooves)
         if not grooves:
-            return self._S, self._Rs
-        return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
+            return self._S, self._Rs, self._reached
+        S, Rs, reached = zip(*((groove.S, groove.Rs, groove.reached) for groove in grooves), strict=True)
+        return np.concatenate(S), np.concatenate(Rs), np.concatenate(reached)
 
     @property
     def size_shares(self) -> tuple[float, float, float, float]:
         """Return the mean size error in um, split: wheel wear, growth, deflection, depth left by the program."""
-        grooves = () if self.strokes else tuple(self._grooves)
-        reached = np.concatenate([groove.reached for groove in grooves]) if grooves else self._reached
+        S, _, reached = self._ground()
         growth = -1000.0 * self._grown
-        missed = 1000.0 * float(reached.mean() - self._ground()[0].mean()) - growth
+        missed = 1000.0 * float(reached.mean() - S.mean()) - growth
         wear = min(1000.0 * self._wear, max(missed, 0.0))
         return wear, growth, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
-        return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
+        S, Rs, _ = self._ground()
+        return gauge(S, Rs, stock, self._coverage.least() if self.strokes else None)
 
-    def row(self, seconds: float) -> tuple[float, ...]:
+    def row(self) -> tuple[float, ...]:
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
-        earlier = 0.0 if unground > 0.0 or self.unjudged else self._earlier
-        good = earlier * survival(*last)
-        spent = expenses(seconds, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
+        earlier = math.prod((survival(*each) for each in self.ended), start=1.0)
+        good = 0.0 if unground > 0.0 or self.unjudged else earlier * survival(*last)
+        spent = expenses(self.spent, self._off() - self._beyond_wheel(), tally.dresses, job.rates)
         costs = *spent, job.part.scrap_cost * (1.0 - good)
         return (
             self.number,
-            seconds,
+            self.spent,
             self.strokes,
             self.infeeds,
             int(tally.dresses),
@@ -308,12 +309,12 @@ class PartRun:
             unground,
             found.Ra,
             min(max(self._earlier_power, tally.peak_load), self.p.power),
-            max(self._earlier_torque, tally.peak_torque),
+            max(each.torque for each in (*self.ended, last)),
             last.rise,
             max(each.rise for each in (*self.ended, last)),
             tally.burn_ratio,
             tally.worn,
             tally.dressed_off,
-            self._earlier,
+            earlier,
             *PartVerdict(good, *costs, sum(costs)),
         )

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from grind_env.control import Programs
 from grind_env.control.cycle_formulas import motion_time, pick_window
+from grind_env.control.motion_paths import AXES
 from grind_env.control.motion_profile import ramp_time
-from grind_env.machine.axis_roles import AXES
 from grind_env.machine.job import Job
 from grind_env.machine.script.block_settings import Ranges
 from grind_env.machine.script.script_block import ScriptBlock, edge_of, script_error

@@ -20,7 +20,7 @@ from grind_env.machine.loops.stroke_loops import Loops, loops_of, zoned_loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.script.block_settings import BlockSettings, read_settings
-from grind_env.machine.script.script_tables import NO_CYCLE, NUMBERS, BlockRow, PlanRow
+from grind_env.machine.script.script_tables import CYCLE, NO_CYCLE, NUMBERS, BlockRow, PlanRow
 from grind_env.process.process_interface import Drive, Process
 
 read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
@@ -56,7 +56,6 @@ class BlockPlace(NamedTuple):
     saves time."""
 
 
-CYCLE = BlockRow._fields.index("cycle")
 MOTION, PICK, ACROSS = (BlockPlace._fields.index(name) for name in ("motion", "pick", "across"))
 read_place, write_place = column_reader(BlockPlace), column_writer(BlockPlace)
 with_place = replacer(BlockRow, "start", "bottom", "finish", "finish_of_other_blocks", "motion")

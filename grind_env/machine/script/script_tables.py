@@ -108,6 +108,8 @@ class BlockRow(NamedTuple):
     """Stock to grind off by the end of the stage, mm; 0 at the end of the part, where the true stock counts."""
 
 
+CYCLE = BlockRow._fields.index("cycle")
+
 PLAN = ("depth", *(each.name for each in fields(CyclePlan) if each.type in (bool, int, float)))
 PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
 """The `CyclePlan` of a block in numbers; `cycle_of` of its rules makes the numbers of the rules from it.
@@ -148,16 +150,14 @@ def tables_of(script: Script) -> ScriptTables:
         gauged = number > 0 and script.blocks[number - 1].gauged_at_rest
         wait = job.times.load if starts and block.loads else job.times.gauge if gauged else 0.0
         beside = _motions_of(block, job)
-        reached = max(reached, _deepest(block, job))
         depths.append(_deepest(block, job))
+        reached = max(reached, depths[-1])
         ends_stage = block.stops > 0 and stage < len(stages)
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
         motion, stock = float(len(motions)) if beside else NO_BLOCK, asked.stock if ends_stage else 0.0
         row = _row(block, job, job.limits_at(asked), reached, starts)
-        rows.append(
-            row._replace(motion=motion, starts_part=float(starts), wait=wait, judged=float(judged), stock=stock)
-        )
+        rows.append(row._replace(motion=motion, wait=wait, judged=float(judged), stock=stock))
         motions += beside
         if judged:
             for k in range(first_of_stage, number + 1):

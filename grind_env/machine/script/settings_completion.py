@@ -11,9 +11,8 @@ from grind_env.machine.dress.dress_run import DEEPEST_INFEED
 from grind_env.machine.dress.dress_time import dress_seconds
 from grind_env.machine.script.block_settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, DRESS_SECONDS, J, L
 from grind_env.machine.script.script import Script
-from grind_env.machine.script.script_tables import NO_CYCLE, BlockRow, ScriptTables
+from grind_env.machine.script.script_tables import CYCLE, NO_CYCLE, ScriptTables
 
-CYCLE = BlockRow._fields.index("cycle")
 ABOVE_ZERO = math.nextafter(0.0, 1.0)
 
 

@@ -16,9 +16,9 @@ from collections.abc import Callable
 
 from grind_env.control import Arc, Motion, Position
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
-from grind_env.control.path_geometry import Circular
+from grind_env.control.path_geometry import Circular, Straight
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
-from grind_env.machine.dress.wheel_geometry import half_chord, position_at, rise
+from grind_env.machine.dress.wheel_geometry import half_chord, rise, shares_within
 from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.part import PartRun
 
@@ -81,24 +81,17 @@ def _over(part: PartRun, start: Position, end: Position, axis: int, radius: floa
     if lowest >= lying.surface:
         return None
     reach = half_chord(radius, lying.surface - lowest)
-    # a wheel at the very edge does not touch
-    sides = (
-        (axis, lying.start - reach, lying.start + lying.length + reach),
-        (cross, lying.across - width, lying.across + lying.width),
+    begins, ends = zip(
+        shares_within(start, end, axis, lying.start - reach, lying.start + lying.length + reach),
+        shares_within(start, end, cross, lying.across - width, lying.across + lying.width),
+        strict=True,
     )
-    low, high = 0.0, 1.0
-    for along, near, far in sides:
-        way = end[along] - start[along]
-        if abs(way) < DEPTH_TOLERANCE:
-            if not near + DEPTH_TOLERANCE < start[along] < far - DEPTH_TOLERANCE:
-                return None
-            continue
-        first, last = sorted(((near - start[along]) / way, (far - start[along]) / way))
-        low, high = max(low, first), min(high, last)
+    low, high = max(begins), min(ends)
     longest = max(abs(b - a) for a, b in zip(start, end, strict=True))
-    if (high - low) * longest < DEPTH_TOLERANCE and start != end:
+    if high < low or ((high - low) * longest < DEPTH_TOLERANCE and start != end):
         return None
-    return position_at(start, end, low), position_at(start, end, high)
+    path = Straight(start, end)
+    return path.point(low), path.point(high)
 
 
 def into_table(part: PartRun, motion: Motion, axis: int) -> float:
@@ -124,7 +117,7 @@ def _deepest(
         return bound
     if max(abs(end[along] - start[along]) for along in (axis, cross_axis(axis))) <= CELL:
         return max(_deeper(reached, part, here, here, axis, radius) for here in (start, end))
-    half = position_at(start, end, 0.5)
+    half = Straight(start, end).point(0.5)
     found = _deeper(reached, part, half, half, axis, radius)
     # the deeper half first: most often the other one cannot come up to it
     for piece in sorted(((start, half), (half, end)), key=lambda ends: min(each[plunge_axis(axis)] for each in ends)):

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.array_types import Array
 from grind_env.control import Control, CycleStrokes, Infeed, Pick
-from grind_env.machine.axis_roles import AXES
+from grind_env.control.motion_paths import AXES
 from grind_env.machine.dress.dress_run import DressPlan
 from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.job import Job

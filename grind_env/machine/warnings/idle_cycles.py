@@ -10,7 +10,8 @@ from typing import NamedTuple
 from grind_env.array_types import Array
 from grind_env.control import CyclePlan, CycleStrokes
 from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
-from grind_env.machine.axis_roles import AXES, cross_axis, plunge_axis
+from grind_env.control.motion_paths import AXES
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.part.feed_moves import FEED
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unsimulated_cuts import Unjudged

@@ -4,9 +4,10 @@ import math
 
 from grind_env.control import Control, CyclePlan, CycleStrokes, Line, Motion, Pick, Position, Rapid, Source
 from grind_env.control.cycle_formulas import pick_window
+from grind_env.control.motion_paths import AXES
 from grind_env.control.motion_profile import ramp_time
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
-from grind_env.machine.axis_roles import AXES, cross_axis, plunge_axis
+from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.process.entries import Machine
 
 BEYOND_NUMBERS = (
