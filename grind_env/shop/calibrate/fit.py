@@ -108,9 +108,8 @@ class RemainingUncertainty(NamedTuple):
     """
 
     parameters: tuple[Parameter, ...]  # constants and fields of the free term
-    z: Floats  # distance of each from its prior, in prior spreads
     spread: Floats  # posterior over prior spread of each
-    covariance: Floats  # covariance of `z`
+    covariance: Floats  # their covariance, in prior spreads
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,12 +124,10 @@ class Fit:
     # resetting undetermined constants to their priors
     spread: Floats
     determined: NDArray[np.bool_]  # whether the measurements determine each constant
-    covariance: Floats  # covariance of `x`
     width: float  # width of the free term that was used, as a share of its full width
     # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
     scales: Mapping[str, float]
     scale_spreads: Mapping[str, float]  # posterior standard deviation of `scales`
-    drift: float  # logarithm of the ratio of the power levels at the end and the begin of the log
     factors: Mapping[str, float]  # factors by which the errors of each kind were enlarged
     used: NDArray[np.bool_]  # which measurements were used
     predicted: Floats  # predictions of all measurements, with the scales
@@ -308,19 +305,17 @@ def _finished(
         held_out[rows] = solver.without(x, rows, used, factors, free)
     parameters, open_ = (solver.parameters, covariance) if wider is None else wider
     open_ = open_[: len(parameters), : len(parameters)]
-    z, spreads = np.append(x[:count], np.zeros(len(parameters) - count)), np.sqrt(np.diag(open_))
+    spreads = np.sqrt(np.diag(open_))
     spreads[:count] = np.maximum(spreads[:count], spread[:count])
     return Fit(
-        remaining=RemainingUncertainty(parameters, z, spreads, open_),
+        remaining=RemainingUncertainty(parameters, spreads, open_),
         parameters=solver.parameters,
         x=x,
         spread=spread[:count],
         determined=known,
-        covariance=covariance,
         width=width,
         scales={kind: float(bounded(x)[count + k] * scales[kind]) for k, kind in enumerate(scales)},
         scale_spreads={kind: float(spread[count + k] * scales[kind]) for k, kind in enumerate(scales)},
-        drift=float(bounded(x)[-1] * width * DRIFT) if width else 0.0,
         factors=factors,
         used=used,
         predicted=solver.predicted(x),
