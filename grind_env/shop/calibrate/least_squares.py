@@ -202,15 +202,10 @@ class Solver:
 
     def _take_slopes(self, x: Floats) -> None:
         """Take the derivatives of the predictions at `x`, shape (measurements, variables)."""
-        here, columns = self.predicted(x), []
-        for k in range(self.size):
-            ends = []
-            for sign in (1.0, -1.0) if self._step == LONG_STEP else (1.0,):
-                moved = x.copy()
-                moved[k] += sign * self._step
-                ends.append((sign * self._step, self.predicted(moved)))
-            ends = ends if len(ends) == 2 else [*ends, (0.0, here)]
-            columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+        both_sides, columns = self._step == LONG_STEP, []
+        for move in self._step * np.eye(self.size):
+            begin = x - move if both_sides else x
+            columns.append((self.predicted(x + move) - self.predicted(begin)) / (self._step * (1.0 + both_sides)))
         self._at, self._slopes = x.copy(), np.nan_to_num(np.column_stack(columns))
 
     def begin_with(self, other: "Solver", ratio: Floats) -> None:
