@@ -72,24 +72,12 @@ LAG_RUNS = 6
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W."""
+    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W.
+
+    In a log without a time unit ms is tried first; if ms agrees badly, the better of ms and s is taken.
+    """
     if log.sure_of_time:
         return _aligned(log, pattern, expected, 1.0)
-    return _in_either_unit(log, pattern, expected)
-
-
-def refuse_unlike(found: Alignment) -> None:
-    """Refuse a log that does not match the program; a `CalibrationError` says how far off it is."""
-    if found.executions == 0 or found.quality < NEEDED:
-        reached = f"{found.quality:.3f}" if found.executions else "none worth naming"
-        raise CalibrationError(
-            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
-            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
-        )
-
-
-def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Align a log without a time unit: try ms first; if ms agrees badly, take the better of ms and s."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= ENOUGH_QUALITY:
         return in_ms
@@ -276,7 +264,10 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 
 
 def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short."""
+    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short.
+
+    A `CalibrationError` says how far a log is from matching the program.
+    """
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < ENOUGH_QUALITY and log.sure_of_time and log.interval <= LONGEST_INTERVAL:
         means = averaged(log, log.time, FINEST)
@@ -284,7 +275,12 @@ def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignmen
             found = align(replace(means, lag=each), pattern, expected)
             if found.executions and found.quality > best.quality + LONG_LAG_GAIN:
                 best, lag = found, each
-    refuse_unlike(best)
+    if best.executions == 0 or best.quality < NEEDED:
+        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
+        raise CalibrationError(
+            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
+            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
+        )
     return best, lag
 
 
