@@ -35,7 +35,7 @@ SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
-BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
+BESIDE = ("material.g_ratio_exponent", "wheel.roughness_rate", "wheel.initial_wear")
 """Further constants that settings determine, but a log does not."""
 LEAST_SETTING = 1e-9
 """Value of a setting (m/s, mm/s or mm) up to which it counts as missing: with it nothing would be ground."""
