@@ -147,7 +147,7 @@ class Variation(NamedTuple):
         varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
             blocks = self._blocks_of_all_runs(variable)
-            table[:, blocks, variable.column] = variable.settings[points[:, k], None]
+            table[:, blocks, COLUMNS[variable.name]] = variable.settings[points[:, k], None]
             varied[blocks if variable.name == "D" else []] = True
         executions, run = table[..., COLUMNS["D"]], self.base.run_of_block
         for k, number in enumerate(points[:, -1].tolist()):

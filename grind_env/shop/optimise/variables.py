@@ -78,19 +78,12 @@ class SearchVariable:
         return ", ".join(each.place for each in (self, *self.twins))
 
     @property
-    def column(self) -> int:
-        return COLUMNS[self.name]
-
-    def setting(self, level: Decimal) -> float:
-        """Return a value in the units of `BlockSettings`."""
-        value = float(level * self.unit)
-        if isinstance(self.at, DressText):
-            return self.at.setting(self.name, value)
-        return value
-
-    @property
     def settings(self) -> NDArray[np.float64]:
-        return np.array([self.setting(level) for level in self.levels])
+        """Return the levels in the units of `BlockSettings`."""
+        values = [float(level * self.unit) for level in self.levels]
+        if isinstance(self.at, DressText):
+            values = [self.at.setting(self.name, value) for value in values]
+        return np.array(values)
 
     @property
     def start(self) -> int:
