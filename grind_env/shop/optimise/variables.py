@@ -44,9 +44,8 @@ INHERITED = ("E", "J")
 ONE = MILLIMETRE = Decimal(1)
 SPEEDS = (3000.0, 30_000.0)
 """Default range of table speeds, mm/min."""
-MOST_DRESSES = 3
-MOST_SPARK_OUTS = 8
-MOST_PASSES = 4
+WHOLE = {"D": (0, 3), "L": (0, 8), "passes": (1, 4)}
+"""Default ranges of whole values."""
 WIDTH = Decimal("2.5")
 """Picks, leads and depths are tried up to this factor above and below the program's own."""
 STEPS = {
@@ -291,13 +290,11 @@ def _dresses(
         assert run is not None
         try:
             at = dress_text(simulation, text, program, run)
-            own = at.own(name)
-            levels = _levels(name, own, at.unit if name != "passes" else MILLIMETRE, options, simulation)
-            levels = at.writable(name, levels)
+            own, unit = at.own(name), MILLIMETRE if name == "passes" else at.unit
+            levels = at.writable(name, _levels(name, own, unit, options, simulation))
         except DressTextError as error:
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
             continue
-        unit = MILLIMETRE if name == "passes" else at.unit
         yield SearchVariable(
             name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at
         )
@@ -335,9 +332,8 @@ def _fastest(simulation: JobSimulation, blocks: Sequence[int]) -> float:
 
 
 def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tuple[Decimal, Decimal]:
-    whole = {"D": (0, MOST_DRESSES), "L": (0, MOST_SPARK_OUTS), "passes": (1, MOST_PASSES)}
-    if name in whole:
-        low, high = map(Decimal, whole[name])
+    if name in WHOLE:
+        low, high = map(Decimal, WHOLE[name])
         return min(low, own), max(high, own)
     if name == "E":
         return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(min(SPEEDS[1], fastest)) / unit, own)
