@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,13 +52,8 @@ STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
 """Shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best."""
 
 Progress = Callable[[str, int], object]
-
-
-class ScriptRanges(NamedTuple):
-    """Lowest and highest J, `picks` in mm, and L that may be chosen; empty if they are not varied."""
-
-    picks: tuple[float, ...] = ()
-    spark_outs: tuple[int, ...] = ()
+ScriptRanges: TypeAlias = tuple[tuple[float, ...], tuple[int, ...]]
+"""Lowest and highest J, mm, and L that may be chosen, as `trials_of` takes them; empty if they are not varied."""
 
 
 class Variation(NamedTuple):
@@ -72,7 +67,7 @@ class Variation(NamedTuple):
     options: SearchOptions  # options of the search
     # variables and intervals; a point of the search has the number of a level for each variable, then of an interval
     choices: SearchSpace
-    ranges: ScriptRanges  # ranges of J and L, as `trials_of` takes them
+    ranges: ScriptRanges
     margins: Array  # margins of the limits, as shares of them, shape (4,)
     once: Trials  # one run of the program on the expected lot
     base: Trials  # the batch of the unchanged program, on any lots
@@ -314,7 +309,7 @@ def variation_of(
         if not others.words:
             raise OptionError(remark)
         choices = _choices(seen, text, others, runs, of_all=of_all)
-        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
+        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ((), ())
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
     fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > DRAWING_SHARE * budget.seconds)
     return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
@@ -345,6 +340,4 @@ def _base(
 def _ranges(choices: SearchSpace) -> ScriptRanges:
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
     spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
-    return ScriptRanges(
-        (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
-    )
+    return (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
