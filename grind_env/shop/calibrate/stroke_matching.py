@@ -23,9 +23,9 @@ from grind_env.shop.calibrate.log_alignment import (
     MATCHES,
     SAME_FEED,
     Alignment,
+    LogMatch,
     between,
     clarity,
-    judged,
     refined,
     template,
 )
@@ -117,7 +117,7 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
     best = Alignment(none, none, none, none, none, unit)
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
-        found = judged(begin, override, log, pattern, expected, unit)
+        found = LogMatch(log, pattern, expected, begin, override).alignment(unit)
         # tried at n places, noise reaches a log-likelihood of ln n somewhere
         worth_it = number == 0 or likely - so_far >= max(LEAST_EXECUTION_GAIN * so_far / number, np.log(binned.size))
         matches, gain = (
@@ -128,7 +128,11 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
-    return judged(best.begin, best.override, log, pattern, expected, unit, settled=True) if best.executions else best
+    if not best.executions:
+        return best
+    match = LogMatch(log, pattern, expected, best.begin, best.override)
+    match.settle()
+    return match.alignment(unit)
 
 
 def _alike(
