@@ -19,7 +19,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter, chosen_parameters
-from grind_env.shop.calibrate.least_squares import Data, Nuisance, Predict, Solver, bounded
+from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
 from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
@@ -176,7 +176,7 @@ class FitProblem:
     def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = WIDENED_PRIORS) -> Solver:
         """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
-        nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
+        nuisances = [spread * (data.kind == kind) for kind, spread in self.scales.items()]
         if width:
             data = replace(data, error=data.loose_error)
             parameters = (
@@ -185,9 +185,7 @@ class FitProblem:
             )
             first, last = int(data.part.min()), int(data.part.max())
             middle = 0.5 * (first + last)
-            nuisances.append(
-                Nuisance(width * DRIFT, (data.kind == "power") * (data.part - middle) / max(last - first, 1))
-            )
+            nuisances.append(width * DRIFT * ((data.kind == "power") * (data.part - middle) / max(last - first, 1)))
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,13 +77,6 @@ class Data:
         return np.where(power, np.hypot(self.error, LOOSE * usual), self.error)
 
 
-class Nuisance(NamedTuple):
-    """Factor on measurements that is no constant of a catalogue."""
-
-    spread: float  # prior logarithmic standard deviation
-    effect: Floats  # change of the logarithm of each measurement over the change of the factor's logarithm
-
-
 def bounded(x: Floats) -> Floats:
     """Return nuisances limited to `FARTHEST` spreads, so that a known meter is not changed to fit a model."""
     return np.asarray(FARTHEST * np.tanh(x / FARTHEST))
@@ -100,14 +93,15 @@ def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
 class Solver:
     """Residuals and derivatives; variables are parameters, then nuisances, in spreads of the prior.
 
-    `jumps` marks predictions that jump with constants, as under a wheel that crosses; a solver `like` this one has the
-    same data and shares its predictions.
+    A nuisance is a factor on measurements that is no constant of a catalogue, given as the change of the logarithm of
+    each measurement per spread of the prior. `jumps` marks predictions that jump with constants, as under a wheel that
+    crosses; a solver `like` this one has the same data and shares its predictions.
     """
 
     def __init__(
         self,
         parameters: tuple[Parameter, ...],
-        nuisances: Sequence[Nuisance],
+        nuisances: Sequence[Floats],
         data: Data,
         predict: Predict,
         *,
@@ -118,9 +112,7 @@ class Solver:
         self._step = LONG_STEP if jumps else STEP
         self.size = len(parameters) + len(nuisances)
         self._of_kind = {kind: data.kind == kind for kind in data.kinds}
-        self._effects = np.array([each.spread * each.effect for each in nuisances]).reshape(
-            len(nuisances), data.value.size
-        )
+        self._effects = np.array(nuisances).reshape(len(nuisances), data.value.size)
         self._known: dict[Changed, Floats] = {} if like is None else like._known
         self._at: Floats | None = None
         self._slopes: Floats | None = None
