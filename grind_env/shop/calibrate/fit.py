@@ -167,12 +167,6 @@ class FitProblem:
         """Return which variables do not belong to the free term, if there is one."""
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
-    def widened(self, x: Floats) -> Floats:
-        """Return the variables, extended by a free term without effect."""
-        whole = np.zeros(self.outside_free_term.size)
-        whole[self.outside_free_term] = x
-        return whole
-
     def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = WIDENED_PRIORS) -> Solver:
         """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
@@ -234,7 +228,9 @@ def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage:
             place = _settled(at_most, linear.at(width) / ratio, wide.used, report_stage, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
-            there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
+            x = np.zeros(narrow.size)  # with a free term that has no effect
+            x[problem.outside_free_term] = place.x
+            there = _Place(narrow, x, place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.outside_free_term).covariance(WIDTHS[0])
     return _finished(problem, width, place, nominal, report_stage, wider)
 
