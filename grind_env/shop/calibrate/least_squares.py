@@ -121,8 +121,8 @@ class Solver:
         """Return the predicted measurements, in the shape of the values."""
         count = len(self.parameters)
         changes = changes_of(self.parameters, x[:count])
-        key = tuple((each.name, changes[each.kind][each.key]) for each in self.parameters)
-        key = tuple(pair for pair, each in zip(key, self.parameters, strict=True) if pair[1] != each.prior)
+        values = ((each, changes[each.kind][each.key]) for each in self.parameters)
+        key = tuple((each.name, value) for each, value in values if value != each.prior)
         if key not in self._known:
             try:
                 self._known[key] = np.array(self._predict(changes), np.float64)

@@ -106,15 +106,15 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
     spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
     total, length = float(spans.sum() + pattern.pause.sum()), float(log.time[-1] - log.time[0])
     none = np.empty((0, pattern.runs))
+    best = Alignment(none, none, none, none, none, unit)
     if log.time.size < FEWEST or not 0.3 * spans.max() < length < MOST_EXECUTIONS * 20.0 * total:
-        return Alignment(none, none, none, none, none, unit)
+        return best
     binned = _transformed(log, step, total)
     scores, overrides, gains = zip(
         *(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True
     )
     scores = _alike(scores, overrides, gains, binned, pattern)
     most = min(int(length / (0.6 * total)) + 2, MOST_EXECUTIONS)
-    best = Alignment(none, none, none, none, none, unit)
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
         found = LogMatch(log, pattern, expected, begin, override).alignment(unit)
@@ -221,14 +221,14 @@ def _placed(
     """Return the most likely 1, 2, ... executions: begins and overrides, shape (executions, runs), and likelihood."""
     reached = np.zeros(binned.size)  # best score of the earlier runs, if they end by this place
     came: Numbers = np.zeros(binned.size, np.int64)
-    chains: list[tuple[Numbers, Numbers]] = []
+    chains: list[Numbers] = []
     found = []
     places = np.arange(binned.size)
     lengths = [_lengths(pattern, run, overrides[run], binned.step) for run in range(pattern.runs)]
     for number in range(most * pattern.runs):
         run = number % pattern.runs
         total = reached + scores[run]
-        chains.append((came.copy(), places))
+        chains.append(came)
         end = np.minimum(places + lengths[run], binned.size - 1)
         next_reached, next_came = np.full(binned.size, -np.inf), np.zeros(binned.size, np.int64)
         order = np.argsort(total, kind="stable")
@@ -250,10 +250,10 @@ def _lengths(pattern: Pattern, run: int, overrides: Floats, step: float) -> Numb
 
 
 def _traced(
-    chains: Sequence[tuple[Numbers, Numbers]], last: int, binned: _Binned, overrides: Sequence[Floats], runs: int
+    chains: Sequence[Numbers], last: int, binned: _Binned, overrides: Sequence[Floats], runs: int
 ) -> tuple[Floats, Floats]:
     places = [last]
-    for came, _ in reversed(chains[1:]):
+    for came in reversed(chains[1:]):
         places.append(int(came[places[-1]]))
     order = np.array(places[::-1])
     chosen = np.array([overrides[number % runs][place] for number, place in enumerate(order.tolist())])
