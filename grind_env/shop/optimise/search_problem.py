@@ -109,10 +109,6 @@ class Variation(NamedTuple):
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
-    def other_settings(self) -> bool:
-        return any(each.name not in ("E", "D") for each in self.choices.variables)
-
-    @property
     def counts(self) -> list[int]:
         return [*(len(each.levels) for each in self.choices.variables), len(self.choices.intervals)]
 
@@ -158,7 +154,8 @@ class Variation(NamedTuple):
 
     def measure(self, trials: Trials, points: ArrayLike, between: Between = nothing) -> Measures:
         settings = self.settings(trials.own, np.array(points))
-        return trials.measure(settings, other_settings=self.other_settings, between=between)
+        others = any(each.name not in ("E", "D") for each in self.choices.variables)
+        return trials.measure(settings, other_settings=others, between=between)
 
     def counting(self, point: Point) -> Counting | None:
         """Return the counting text of a point's interval; None if every part or no part is dressed."""
@@ -295,7 +292,7 @@ def variation_of(
     once = one_run(programs, job)
     compile_all(once)
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
-    margins = np.array([options.margin(name) for name in LIMITS])
+    margins = np.array([options.margins.get(name, 1.0) for name in LIMITS])
     choices = _choices(once.simulation, text, options, runs)
     base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
     seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
