@@ -53,9 +53,8 @@ class DressText:
 
     def own(self, name: str) -> Decimal:
         """Return the written lead, depth or passes, in the units of the program."""
-        plan = self.run.plan
         if name == "passes":
-            return Decimal(plan.passes)
+            return Decimal(self.run.plan.passes)
         if name == "lead":
             return _number(*self.feeds[0])
         depths = {round(abs(way), 6) for *_, way in self.infeeds}
