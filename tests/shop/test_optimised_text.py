@@ -68,8 +68,7 @@ def test_only_intended_words_change_and_take_the_chosen_values(name: str, folder
     first = script_of(read(asked.text.text), asked.job)
     meant = np.array([own_settings(block.plan, block.dress_plan) for block in first.blocks])
     for variable, number in zip(variables, point, strict=True):
-        value = variable.settings[number]
-        meant[list(variable.blocks), COLUMNS[variable.name]] = value
+        meant[list(variable.blocks), COLUMNS[variable.name]] = variable.settings[number]
     columns = [k for k in range(meant.shape[1]) if k != DRESS_SECONDS]
     assert said[:, columns] == pytest.approx(meant[:, columns], rel=1e-9)
 

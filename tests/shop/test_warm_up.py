@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import gymnasium as gym
@@ -23,10 +22,6 @@ SMALL = (
     "from grind_env.process.catalogue import load_catalogue; from grind_env.validation import Rig; "
     "use = lambda: Rig(load_catalogue()).fresh(); "
 )
-
-
-def single_use(name: str, call: Callable[[], object]) -> Callable[[], dict[str, Callable[[], object]]]:
-    return lambda: {name: call}
 
 
 def test_warm_up_covers_every_environment_id_and_example() -> None:
@@ -71,7 +66,7 @@ def test_warm_up_reports_a_missing_extra(grind: Grind, monkeypatch: pytest.Monke
     def search() -> None:
         raise MissingExtra("the search needs SciPy")
 
-    monkeypatch.setattr(warm_up, "uses", single_use("grind optimise", search))
+    monkeypatch.setattr(warm_up, "uses", lambda: {"grind optimise": search})
     monkeypatch.setattr(warm_up, "kernels", lambda: 3)
     status, out, _ = grind("warm-up")
     assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':40} the search needs SciPy")
@@ -79,7 +74,7 @@ def test_warm_up_reports_a_missing_extra(grind: Grind, monkeypatch: pytest.Monke
 
 def test_warm_up_fails_if_the_cache_stays_empty(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(warm_up, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(warm_up, "uses", single_use("nothing", lambda: None))
+    monkeypatch.setattr(warm_up, "uses", lambda: {"nothing": lambda: None})
     status, _, err = grind("warm-up")
     assert status == 2 and str(tmp_path) in err and "NUMBA_CACHE_DIR" in err
     with pytest.raises(GrindError):
