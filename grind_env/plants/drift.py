@@ -31,10 +31,8 @@ class DriftOwn(NamedTuple):
 
 
 wandered = replacer(None, "drift_dulling", "drift_pressure", "drift_idle")
-driven, shown_as = (
-    replacer(StrokeParameters, "kA", "pm", "power"),
-    replacer(GaugeReadings, "mean_power", "first_power", "peak_power"),
-)
+driven = replacer(StrokeParameters, "kA", "pm", "power")
+shown_as = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 
 
 @inlined

@@ -58,11 +58,9 @@ FIELDS = (
     *("mG", "per_G", "kf", "wi", "per_dr", "kA", "kL", "f0", "f1", "nr"),
 )
 """Constants of a stroke that the laws replace."""
-ruled, dulled, heated = (
-    replacer(StrokeConstants, *FIELDS),
-    replacer(WheelState, "A"),
-    replacer(StrokeResult, "heat", "eps"),
-)
+ruled = replacer(StrokeConstants, *FIELDS)
+dulled = replacer(WheelState, "A")
+heated = replacer(StrokeResult, "heat", "eps")
 
 
 @inlined

@@ -20,11 +20,9 @@ class ThermalOwn(NamedTuple):
     """Growth up to the block before, um."""
 
 
-nearer, grown_to, shown_as = (
-    replacer(WheelState, "W"),
-    replacer(None, "thermal_grown"),
-    replacer(GaugeReadings, "size_error"),
-)
+nearer = replacer(WheelState, "W")
+grown_to = replacer(None, "thermal_grown")
+shown_as = replacer(GaugeReadings, "size_error")
 
 
 @inlined

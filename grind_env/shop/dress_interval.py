@@ -35,9 +35,9 @@ def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -
     """Return the intervals from `low` to `high` runs, and the intervals in blocks between them; most dresses first."""
     runs = [DressInterval(every, DressInterval.counting(parts)) for every in range(low, high + 1)]
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
-    counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
-    within = [each for each in counted if each.every <= high * blocks]
+    least = 1 if low == 1 else low * blocks
+    counted = [DressInterval(every, "block") for every in some if least <= every <= high * blocks]
     # first the interval of the unchanged program: every dressing block dresses in every run
     return tuple(
-        sorted([*runs, *within], key=lambda each: (each.every > 1, each.every / (blocks if each.of == "block" else 1)))
+        sorted([*runs, *counted], key=lambda each: (each.every > 1, each.every / (blocks if each.of == "block" else 1)))
     )

@@ -61,9 +61,6 @@ class SearchOptions:
     def quantity(self) -> str:
         return OBJECTIVES[self.objective]
 
-    def margin(self, limit: str) -> float:
-        return self.margins.get(limit, 1.0)
-
 
 def options_of(
     words: Collection[str] | None = None,

@@ -77,10 +77,6 @@ _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
 _PLUNGE_RISE, _FINISH_RISE = Tally._fields.index("plunge_rise"), Tally._fields.index("finish_rise")
 
 
-class TrialsError(GrindError):
-    """Trials that cannot be made."""
-
-
 class Measures(NamedTuple):
     """Results of C candidates on N lots: means of a part, shape (C, N), and limits."""
 
@@ -338,7 +334,7 @@ def trials_of(
     deviations; `between` is called between two blocks of the first executions, and an error from it ends them.
     """
     if runs < 1:
-        raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
+        raise GrindError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
     if job.parts and runs > len(job.parts):
         raise JobError(
             f"{programs.name}, run {runs} times, grinds more parts than the {len(job.parts)} that have conditions; "
@@ -414,7 +410,7 @@ def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost")
 def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
     """Return the seeds of some lots for a use."""
     if seed < 0:
-        raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
+        raise GrindError(f"the seed is {seed}; choose --seed 0 or more")
     return tuple((seed, int(use), k) for k in range(count))
 
 

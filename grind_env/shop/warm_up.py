@@ -1,7 +1,7 @@
 """Compile ahead of time by running the usual first steps of users."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -28,13 +28,6 @@ SPREAD = 0.02
 """Spread of the exponents of `calibrated`; any other spread above 0 compiles the same code."""
 
 
-class Use(NamedTuple):
-    """One step of the warm-up."""
-
-    name: str
-    call: Callable[[], object]
-
-
 class Warmed(NamedTuple):
     """Result of a warm-up."""
 
@@ -44,20 +37,18 @@ class Warmed(NamedTuple):
     left_out: str = ""  # why the step was left out: an extra is not installed
 
 
-def uses() -> list[Use]:
-    """Return all steps: run every example, step every environment and run a search; some of them calibrated."""
+def uses() -> dict[str, Callable[[], object]]:
+    """Return all steps by name: run every example, step every environment and run a search; some of them calibrated."""
     programs = [examples.path(name) for name in examples.names()]
-    runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
-    steps = [Use(name, partial(step, name)) for name in page_ids()]
     first, search = programs[0], partial(optimise, budget=BUDGET)
     job = calibrated(load_job(job_beside(first)))
-    return [
-        *runs,
-        *steps,
-        Use(f"grind optimise {first.name}", partial(search, first)),
-        Use(f"grind run {first.name}, calibrated", partial(grind_file, first, job)),
-        Use(f"grind optimise {first.name}, calibrated", partial(search, first, job)),
-    ]
+    return {
+        **{f"grind run {program.name}": partial(grind_file, program) for program in programs},
+        **{name: partial(step, name) for name in page_ids()},
+        f"grind optimise {first.name}": partial(search, first),
+        f"grind run {first.name}, calibrated": partial(grind_file, first, job),
+        f"grind optimise {first.name}, calibrated": partial(search, first, job),
+    }
 
 
 def calibrated(job: Job) -> Job:
@@ -77,11 +68,11 @@ def step(name: str) -> None:
         env.close()
 
 
-def warm_up(of: list[Use]) -> Iterator[Warmed]:
+def warm_up(steps: Mapping[str, Callable[[], object]]) -> Iterator[Warmed]:
     """Run the steps one after the other and yield their results."""
     folder = cache_folder()
     compile_at_once()
-    for name, call in of:
+    for name, call in steps.items():
         begin, before = time.perf_counter(), kernels()
         try:
             call()

@@ -183,6 +183,12 @@ def test_a_setting_with_too_many_strokes_is_refused(volume: str, tmp_path: Path)
         calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml")
 
 
+def test_a_table_without_a_measured_value_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text("downfeed [um],volume,Ra\n5,40,\n15,40,\n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match="fewer than two measurements"):
+        calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml")
+
+
 @pytest.mark.nightly
 def test_forces_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:
     path, left = tmp_path / "forces.csv", []

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import gymnasium as gym
@@ -25,12 +24,8 @@ SMALL = (
 )
 
 
-def single_use(name: str, call: Callable[[], object]) -> Callable[[], list[warm_up.Use]]:
-    return lambda: [warm_up.Use(name, call)]
-
-
 def test_warm_up_covers_every_environment_id_and_example() -> None:
-    names = {use.name for use in warm_up.uses()}
+    names = set(warm_up.uses())
     assert {name for name in gym.registry if name.startswith("grind/")} < names
     assert {f"grind run {name}" for name in examples.names()} < names
     assert any(name.startswith("grind optimise ") for name in names)
@@ -42,7 +37,7 @@ def test_warm_up_covers_calibrated_jobs(tmp_path: Path) -> None:
     job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [0.1, 0.1, 0.1]\n{UNRELATED}\n")
     plain, warmed = load_job(EXAMPLES / "plate_g82.toml"), warm_up.calibrated(load_job(EXAMPLES / "plate_g82.toml"))
     assert load_job(job).process == warmed.process != plain.process
-    assert {f"{use.name}, calibrated" for use in warm_up.uses()} & {use.name for use in warm_up.uses()} == {
+    assert {f"{name}, calibrated" for name in warm_up.uses()} & set(warm_up.uses()) == {
         f"grind {command} {examples.names()[0]}, calibrated" for command in ("run", "optimise")
     }
 
@@ -56,7 +51,7 @@ def test_warmed_up_code_runs_without_the_compiler(tmp_path: Path) -> None:
 
     code = (
         "from grind_env.shop import warm_up as w; from grind_env.cli import main; "
-        "w.uses = lambda: [w.Use('a dress', use)]; main(['warm-up'])"
+        "w.uses = lambda: {'a dress': use}; main(['warm-up'])"
     )
     first, last = run(SMALL + code).splitlines()
     made = sorted((tmp_path / "kernels").glob("*.nbc"))
@@ -71,7 +66,7 @@ def test_warm_up_reports_a_missing_extra(grind: Grind, monkeypatch: pytest.Monke
     def search() -> None:
         raise MissingExtra("the search needs SciPy")
 
-    monkeypatch.setattr(warm_up, "uses", single_use("grind optimise", search))
+    monkeypatch.setattr(warm_up, "uses", lambda: {"grind optimise": search})
     monkeypatch.setattr(warm_up, "kernels", lambda: 3)
     status, out, _ = grind("warm-up")
     assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':40} the search needs SciPy")
@@ -79,8 +74,8 @@ def test_warm_up_reports_a_missing_extra(grind: Grind, monkeypatch: pytest.Monke
 
 def test_warm_up_fails_if_the_cache_stays_empty(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(warm_up, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(warm_up, "uses", single_use("nothing", lambda: None))
+    monkeypatch.setattr(warm_up, "uses", lambda: {"nothing": lambda: None})
     status, _, err = grind("warm-up")
     assert status == 2 and str(tmp_path) in err and "NUMBA_CACHE_DIR" in err
     with pytest.raises(GrindError):
-        list(warm_up.warm_up([]))
+        list(warm_up.warm_up({}))

@@ -34,10 +34,6 @@ UNITS = {
 """Units that a header may state, by reading; the first unit is for a header without one."""
 
 
-class InputError(GrindError):
-    """Input that cannot be read any more."""
-
-
 class ReadingsRow(NamedTuple):
     """Unchecked readings of one row."""
 
@@ -91,10 +87,7 @@ class CsvSource:
             self.wait(POLL)
 
     def _text(self) -> str:
-        try:
-            text = read_measured(self.path)
-        except SheetError as error:
-            raise InputError(str(error)) from None
+        text = read_measured(self.path)
         return text[: text.rfind("\n") + 1] if self.follow else text
 
     def _rows(self, text: str) -> list[ReadingsRow]:
@@ -155,7 +148,7 @@ class JsonLines(ReadingSource):
             data = self.stream.readline(LONGEST_LINE)
         except OSError as error:
             why = error.strerror or "not readable"
-            raise InputError(f"standard input cannot be read ({why}): name a file with --measurements") from None
+            raise GrindError(f"standard input cannot be read ({why}): name a file with --measurements") from None
         if len(data) == LONGEST_LINE:
             raise ReadingError(f"line {self.line} of the input has no end: write one JSON object a line")
         return data

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline, JobChoice
@@ -17,15 +16,8 @@ FIRST = 101
 _PROGRAM = re.compile(r"[Oo](\d{1,8})")
 
 
-class BlockVariables(NamedTuple):
-    """Numbers of the variables that a block reads."""
-
-    E: int
-    D: int
-
-
-def variables_of(block: BlockOutline, place: int) -> BlockVariables:
-    """Return the variables in the E and D words of a block (F of a feed move that is a stroke).
+def variables_of(block: BlockOutline, place: int) -> tuple[int, int]:
+    """Return the numbers of the variables in the E and D words of a block (F of a feed move that is a stroke).
 
     Without variables: #101 and #102, #103 and #104 for the next block, ... by its `place` in the part, from 0.
     """
@@ -38,7 +30,7 @@ def variables_of(block: BlockOutline, place: int) -> BlockVariables:
                 f"let it be a variable, such as {letter}#{FIRST + k}"
             )
         found.append(int(match[1]) if match else FIRST + 2 * place + k)
-    return BlockVariables(*found)
+    return found[0], found[1]
 
 
 def check_free(simulation: JobSimulation, path: Path) -> None:
@@ -104,7 +96,7 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
 
 
 def _assignments(block: BlockOutline, place: int, words: Words, source: str) -> dict[int, str]:
-    variables, unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
+    (E, D), unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
     letter = speed_word(block.plan)
-    lines = {variables.E: f"#{variables.E}={words[letter]} ({letter}, {unit}, {source})"}
-    return lines | ({variables.D: f"#{variables.D}={words['D']} (D)"} if "D" in words else {})
+    lines = {E: f"#{E}={words[letter]} ({letter}, {unit}, {source})"}
+    return lines | ({D: f"#{D}={words['D']} (D)"} if "D" in words else {})

@@ -46,9 +46,9 @@ def comparison(found: Calibration, kind: str) -> Graph:
         x=f"modelled {named(kind)}",
         y=f"measured {named(kind)}",
         series=(
-            _points(found, catalogue, fit.nominal, measured, name="catalogue", color=GREY, size=6.0, hollow=True),
-            _points(found, chosen & fit.used, fit.predicted, measured, name="fit", color=BLUE),
-            _points(found, chosen & ~fit.used, fit.predicted, measured, name="left out", color=RED, mark="x", size=6.0),
+            _points(catalogue, fit.nominal, measured, name="catalogue", color=GREY, size=6.0, hollow=True),
+            _points(chosen & fit.used, fit.predicted, measured, name="fit", color=BLUE),
+            _points(chosen & ~fit.used, fit.predicted, measured, name="left out", color=RED, mark="x", size=6.0),
             Series(name="as measured", x=ends, y=ends, color=INK, mark="", joined=True),
         ),
         height=400,
@@ -67,9 +67,9 @@ def residuals(found: Calibration, kind: str) -> Graph:
         x=whole,
         y=f"residual, {UNITS.get(kind, '') if plain else '%'}",
         series=(
-            _points(found, chosen & used & odd, place, residual, name=f"{whole} 1, 3 ...", color=BLUE),
-            _points(found, chosen & used & ~odd, place, residual, name=f"{whole} 2, 4 ...", color=ORANGE, mark="s"),
-            _points(found, chosen & ~used, place, residual, name="left out", color=RED, mark="x", size=6.0),
+            _points(chosen & used & odd, place, residual, name=f"{whole} 1, 3 ...", color=BLUE),
+            _points(chosen & used & ~odd, place, residual, name=f"{whole} 2, 4 ...", color=ORANGE, mark="s"),
+            _points(chosen & ~used, place, residual, name="left out", color=RED, mark="x", size=6.0),
         ),
         rules=(RuleLine("y", 0.0),),
         whole=int(np.ptp(found.data.part)) < MOST_TICKS,
@@ -92,5 +92,5 @@ def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
     return place
 
 
-def _points(found: Calibration, which: NDArray[np.bool_], x: Floats, y: Floats, **look: Any) -> Series:
+def _points(which: NDArray[np.bool_], x: Floats, y: Floats, **look: Any) -> Series:
     return Series(x=x[which], y=y[which], **look)

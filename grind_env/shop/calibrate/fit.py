@@ -19,7 +19,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT, usual_uncertainty
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter
-from grind_env.shop.calibrate.least_squares import Data, Nuisance, Predict, Solver, bounded
+from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
 from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
@@ -108,9 +108,8 @@ class RemainingUncertainty(NamedTuple):
     """
 
     parameters: tuple[Parameter, ...]  # constants and fields of the free term
-    z: Floats  # distance of each from its prior, in prior spreads
     spread: Floats  # posterior over prior spread of each
-    covariance: Floats  # covariance of `z`
+    covariance: Floats  # their covariance, in prior spreads
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,12 +124,10 @@ class Fit:
     # resetting undetermined constants to their priors
     spread: Floats
     determined: NDArray[np.bool_]  # whether the measurements determine each constant
-    covariance: Floats  # covariance of `x`
     width: float  # width of the free term that was used, as a share of its full width
     # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
     scales: Mapping[str, float]
     scale_spreads: Mapping[str, float]  # posterior standard deviation of `scales`
-    drift: float  # logarithm of the ratio of the power levels at the end and the begin of the log
     factors: Mapping[str, float]  # factors by which the errors of each kind were enlarged
     used: NDArray[np.bool_]  # which measurements were used
     predicted: Floats  # predictions of all measurements, with the scales
@@ -170,16 +167,10 @@ class FitProblem:
         """Return which variables do not belong to the free term, if there is one."""
         return np.repeat([True, False, True, False], [len(self.parameters), len(self.free), len(self.scales), 1])
 
-    def widened(self, x: Floats) -> Floats:
-        """Return the variables, extended by a free term without effect."""
-        whole = np.zeros(self.outside_free_term.size)
-        whole[self.outside_free_term] = x
-        return whole
-
     def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = WIDENED_PRIORS) -> Solver:
         """Return the solver at a width of the free term; above 0, the priors of `opened` constants are wider."""
         data, parameters = self.data, self.parameters
-        nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
+        nuisances = [spread * (data.kind == kind) for kind, spread in self.scales.items()]
         if width:
             data = replace(data, error=data.loose_error)
             parameters = (
@@ -188,9 +179,7 @@ class FitProblem:
             )
             first, last = int(data.part.min()), int(data.part.max())
             middle = 0.5 * (first + last)
-            nuisances.append(
-                Nuisance(width * DRIFT, (data.kind == "power") * (data.part - middle) / max(last - first, 1))
-            )
+            nuisances.append(width * DRIFT * ((data.kind == "power") * (data.part - middle) / max(last - first, 1)))
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 
@@ -239,7 +228,9 @@ def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage:
             place = _settled(at_most, linear.at(width) / ratio, wide.used, report_stage, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
-            there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
+            x = np.zeros(narrow.size)  # with a free term that has no effect
+            x[problem.outside_free_term] = place.x
+            there = _Place(narrow, x, place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.outside_free_term).covariance(WIDTHS[0])
     return _finished(problem, width, place, nominal, report_stage, wider)
 
@@ -308,19 +299,17 @@ def _finished(
         held_out[rows] = solver.without(x, rows, used, factors, free)
     parameters, open_ = (solver.parameters, covariance) if wider is None else wider
     open_ = open_[: len(parameters), : len(parameters)]
-    z, spreads = np.append(x[:count], np.zeros(len(parameters) - count)), np.sqrt(np.diag(open_))
+    spreads = np.sqrt(np.diag(open_))
     spreads[:count] = np.maximum(spreads[:count], spread[:count])
     return Fit(
-        remaining=RemainingUncertainty(parameters, z, spreads, open_),
+        remaining=RemainingUncertainty(parameters, spreads, open_),
         parameters=solver.parameters,
         x=x,
         spread=spread[:count],
         determined=known,
-        covariance=covariance,
         width=width,
         scales={kind: float(bounded(x)[count + k] * scales[kind]) for k, kind in enumerate(scales)},
         scale_spreads={kind: float(spread[count + k] * scales[kind]) for k, kind in enumerate(scales)},
-        drift=float(bounded(x)[-1] * width * DRIFT) if width else 0.0,
         factors=factors,
         used=used,
         predicted=solver.predicted(x),

@@ -33,7 +33,7 @@ FREE_TERM: Mapping[str, float] = {
 }
 """Fields of a material that follow deviations from the model, with their full standard deviation (logarithmic for the
 factor): measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8."""
-HEAT = (("material", "heat_factor"),)
+HEAT = ("material.heat_factor",)
 """Further constants that sizes and burn determine, but power does not."""
 SPREADS: Mapping[str, float] = {**USUAL_SPREADS, "material.heat_factor": math.log(2.0)}
 """Logarithmic standard deviations of the priors; the share of heat that enters the work is known to a factor 2."""
@@ -66,14 +66,11 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
 
-def chosen_parameters(
-    job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
-) -> tuple[Parameter, ...]:
+def chosen_parameters(job: Job, names: Collection[str] | None, beside: Sequence[str] = ()) -> tuple[Parameter, ...]:
     """Return the constants that may be fitted."""
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
-    names_beside = [f"{kind}.{key}" for kind, key in beside]
-    usual = [name.split(".") for name in (*USUAL, *names_beside)]
+    usual = [name.split(".") for name in (*USUAL, *beside)]
     return tuple(_parameter(job, kind, key) for kind, key in usual if getattr(entries_of(job)[kind], key) > 0.0)
 
 

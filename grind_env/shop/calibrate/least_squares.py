@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,13 +77,6 @@ class Data:
         return np.where(power, np.hypot(self.error, LOOSE * usual), self.error)
 
 
-class Nuisance(NamedTuple):
-    """Factor on measurements that is no constant of a catalogue."""
-
-    spread: float  # prior logarithmic standard deviation
-    effect: Floats  # change of the logarithm of each measurement over the change of the factor's logarithm
-
-
 def bounded(x: Floats) -> Floats:
     """Return nuisances limited to `FARTHEST` spreads, so that a known meter is not changed to fit a model."""
     return np.asarray(FARTHEST * np.tanh(x / FARTHEST))
@@ -100,14 +93,15 @@ def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
 class Solver:
     """Residuals and derivatives; variables are parameters, then nuisances, in spreads of the prior.
 
-    `jumps` marks predictions that jump with constants, as under a wheel that crosses; a solver `like` this one has the
-    same data and shares its predictions.
+    A nuisance is a factor on measurements that is no constant of a catalogue, given as the change of the logarithm of
+    each measurement per spread of the prior. `jumps` marks predictions that jump with constants, as under a wheel that
+    crosses; a solver `like` this one has the same data and shares its predictions.
     """
 
     def __init__(
         self,
         parameters: tuple[Parameter, ...],
-        nuisances: Sequence[Nuisance],
+        nuisances: Sequence[Floats],
         data: Data,
         predict: Predict,
         *,
@@ -118,9 +112,7 @@ class Solver:
         self._step = LONG_STEP if jumps else STEP
         self.size = len(parameters) + len(nuisances)
         self._of_kind = {kind: data.kind == kind for kind in data.kinds}
-        self._effects = np.array([each.spread * each.effect for each in nuisances]).reshape(
-            len(nuisances), data.value.size
-        )
+        self._effects = np.array(nuisances).reshape(len(nuisances), data.value.size)
         self._known: dict[Changed, Floats] = {} if like is None else like._known
         self._at: Floats | None = None
         self._slopes: Floats | None = None
@@ -129,8 +121,8 @@ class Solver:
         """Return the predicted measurements, in the shape of the values."""
         count = len(self.parameters)
         changes = changes_of(self.parameters, x[:count])
-        key = tuple((each.name, changes[each.kind][each.key]) for each in self.parameters)
-        key = tuple(pair for pair, each in zip(key, self.parameters, strict=True) if pair[1] != each.prior)
+        values = ((each, changes[each.kind][each.key]) for each in self.parameters)
+        key = tuple((each.name, value) for each, value in values if value != each.prior)
         if key not in self._known:
             try:
                 self._known[key] = np.array(self._predict(changes), np.float64)
@@ -202,15 +194,10 @@ class Solver:
 
     def _take_slopes(self, x: Floats) -> None:
         """Take the derivatives of the predictions at `x`, shape (measurements, variables)."""
-        here, columns = self.predicted(x), []
-        for k in range(self.size):
-            ends = []
-            for sign in (1.0, -1.0) if self._step == LONG_STEP else (1.0,):
-                moved = x.copy()
-                moved[k] += sign * self._step
-                ends.append((sign * self._step, self.predicted(moved)))
-            ends = ends if len(ends) == 2 else [*ends, (0.0, here)]
-            columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+        both_sides, columns = self._step == LONG_STEP, []
+        for move in self._step * np.eye(self.size):
+            begin = x - move if both_sides else x
+            columns.append((self.predicted(x + move) - self.predicted(begin)) / (self._step * (1.0 + both_sides)))
         self._at, self._slopes = x.copy(), np.nan_to_num(np.column_stack(columns))
 
     def begin_with(self, other: "Solver", ratio: Floats) -> None:

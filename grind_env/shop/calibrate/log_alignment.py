@@ -245,16 +245,6 @@ class LogMatch:
         return Alignment(self.begin[inside], self.override[inside], correlation, gain, rest, time_unit)
 
 
-def judged(
-    begin: Floats, override: Floats, log: Log, pattern: Pattern, expected: Floats, unit: float, *, settled: bool = False
-) -> Alignment:
-    """Return runs that lie at least partly in the log, with correlations; `settled` moves runs by whole strokes."""
-    match = LogMatch(log, pattern, expected, begin, override)
-    if settled:
-        match.settle()
-    return match.alignment(unit)
-
-
 def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     """Return the alignment with begins and overrides refined between the steps of the search, for a log in s."""
     match = LogMatch(log, pattern, expected, found.begin, found.override)

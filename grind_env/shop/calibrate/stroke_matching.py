@@ -23,9 +23,9 @@ from grind_env.shop.calibrate.log_alignment import (
     MATCHES,
     SAME_FEED,
     Alignment,
+    LogMatch,
     between,
     clarity,
-    judged,
     refined,
     template,
 )
@@ -72,24 +72,12 @@ LAG_RUNS = 6
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W."""
+    """Return the runs of a program in a log, perhaps none; `expected` is the power of each stroke above idle, W.
+
+    In a log without a time unit ms is tried first; if ms agrees badly, the better of ms and s is taken.
+    """
     if log.sure_of_time:
         return _aligned(log, pattern, expected, 1.0)
-    return _in_either_unit(log, pattern, expected)
-
-
-def refuse_unlike(found: Alignment) -> None:
-    """Refuse a log that does not match the program; a `CalibrationError` says how far off it is."""
-    if found.executions == 0 or found.quality < NEEDED:
-        reached = f"{found.quality:.3f}" if found.executions else "none worth naming"
-        raise CalibrationError(
-            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
-            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
-        )
-
-
-def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Align a log without a time unit: try ms first; if ms agrees badly, take the better of ms and s."""
     in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= ENOUGH_QUALITY:
         return in_ms
@@ -118,18 +106,18 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
     spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
     total, length = float(spans.sum() + pattern.pause.sum()), float(log.time[-1] - log.time[0])
     none = np.empty((0, pattern.runs))
+    best = Alignment(none, none, none, none, none, unit)
     if log.time.size < FEWEST or not 0.3 * spans.max() < length < MOST_EXECUTIONS * 20.0 * total:
-        return Alignment(none, none, none, none, none, unit)
+        return best
     binned = _transformed(log, step, total)
     scores, overrides, gains = zip(
         *(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True
     )
     scores = _alike(scores, overrides, gains, binned, pattern)
     most = min(int(length / (0.6 * total)) + 2, MOST_EXECUTIONS)
-    best = Alignment(none, none, none, none, none, unit)
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
-        found = judged(begin, override, log, pattern, expected, unit)
+        found = LogMatch(log, pattern, expected, begin, override).alignment(unit)
         # tried at n places, noise reaches a log-likelihood of ln n somewhere
         worth_it = number == 0 or likely - so_far >= max(LEAST_EXECUTION_GAIN * so_far / number, np.log(binned.size))
         matches, gain = (
@@ -140,7 +128,11 @@ def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Align
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
-    return judged(best.begin, best.override, log, pattern, expected, unit, settled=True) if best.executions else best
+    if not best.executions:
+        return best
+    match = LogMatch(log, pattern, expected, best.begin, best.override)
+    match.settle()
+    return match.alignment(unit)
 
 
 def _alike(
@@ -229,14 +221,14 @@ def _placed(
     """Return the most likely 1, 2, ... executions: begins and overrides, shape (executions, runs), and likelihood."""
     reached = np.zeros(binned.size)  # best score of the earlier runs, if they end by this place
     came: Numbers = np.zeros(binned.size, np.int64)
-    chains: list[tuple[Numbers, Numbers]] = []
+    chains: list[Numbers] = []
     found = []
     places = np.arange(binned.size)
     lengths = [_lengths(pattern, run, overrides[run], binned.step) for run in range(pattern.runs)]
     for number in range(most * pattern.runs):
         run = number % pattern.runs
         total = reached + scores[run]
-        chains.append((came.copy(), places))
+        chains.append(came)
         end = np.minimum(places + lengths[run], binned.size - 1)
         next_reached, next_came = np.full(binned.size, -np.inf), np.zeros(binned.size, np.int64)
         order = np.argsort(total, kind="stable")
@@ -258,10 +250,10 @@ def _lengths(pattern: Pattern, run: int, overrides: Floats, step: float) -> Numb
 
 
 def _traced(
-    chains: Sequence[tuple[Numbers, Numbers]], last: int, binned: _Binned, overrides: Sequence[Floats], runs: int
+    chains: Sequence[Numbers], last: int, binned: _Binned, overrides: Sequence[Floats], runs: int
 ) -> tuple[Floats, Floats]:
     places = [last]
-    for came, _ in reversed(chains[1:]):
+    for came in reversed(chains[1:]):
         places.append(int(came[places[-1]]))
     order = np.array(places[::-1])
     chosen = np.array([overrides[number % runs][place] for number, place in enumerate(order.tolist())])
@@ -276,7 +268,10 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
 
 
 def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short."""
+    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short.
+
+    A `CalibrationError` says how far a log is from matching the program.
+    """
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < ENOUGH_QUALITY and log.sure_of_time and log.interval <= LONGEST_INTERVAL:
         means = averaged(log, log.time, FINEST)
@@ -284,7 +279,12 @@ def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignmen
             found = align(replace(means, lag=each), pattern, expected)
             if found.executions and found.quality > best.quality + LONG_LAG_GAIN:
                 best, lag = found, each
-    refuse_unlike(best)
+    if best.executions == 0 or best.quality < NEEDED:
+        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
+        raise CalibrationError(
+            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
+            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
+        )
     return best, lag
 
 

@@ -106,7 +106,6 @@ class Observations(NamedTuple):
     """
 
     execution: Numbers  # execution of the program, from 0
-    run: Numbers  # run of strokes in the program
     stroke: Numbers  # stroke of the program; of several the first one
     time: Floats  # time of its middle, s of the log
     power: Floats  # mean power above idle, W; in the unit of the log if the scale of its meter is unknown
@@ -158,7 +157,6 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     means = np.array([_mean(samples, each) for each in members])
     return Observations(
         execution=first // strokes,
-        run=pattern.run[first % strokes],
         stroke=first % strokes,
         time=np.array([middle[each].mean() for each in members]),
         power=means[:, 0],

@@ -35,7 +35,7 @@ SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
-BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
+BESIDE = ("material.g_ratio_exponent", "wheel.roughness_rate", "wheel.initial_wear")
 """Further constants that settings determine, but a log does not."""
 LEAST_SETTING = 1e-9
 """Value of a setting (m/s, mm/s or mm) up to which it counts as missing: with it nothing would be ground."""
@@ -67,33 +67,24 @@ def calibrate_table(
     parameters = chosen_parameters(settings, names, BESIDE)
     sheet = read_sheet(table)
     columns = find_columns(sheet, "table", map_, RESPONSES, SETTINGS)
-    measured = [name for name in RESPONSES if name in columns]
     values = {
         name: sheet.quantity(column, _units(name, settings.part.width), **(MEASURED if name in RESPONSES else SET))
         for name, column in columns.items()
     }
     rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
     distinct = list(dict.fromkeys(rows))  # a setting may be measured many times
-    of_row, kind, value = (
-        np.array(each)
-        for each in zip(
-            *(
-                (k, name, values[name][k])
-                for name in measured
-                for k in range(len(rows))
-                if np.isfinite(values[name][k])
-            ),
-            strict=True,
-        )
-    )
-    error = np.array([ERRORS[name] for name in kind.tolist()])
-    setting = np.array([distinct.index(each) + 1 for each in rows])
-    data = Data(value, np.where(kind == "power", error * value, error), kind, setting[of_row])
+    responses = [name for name in RESPONSES if name in columns]
+    measured = [(k, name) for name in responses for k in np.flatnonzero(np.isfinite(values[name])).tolist()]
+    kind = np.array([name for _, name in measured], str)
+    value = np.array([values[name][k] for k, name in measured])
+    error = np.array([ERRORS[name] for _, name in measured])
+    setting = np.array([distinct.index(rows[k]) + 1 for k, _ in measured], np.int64)
+    data = Data(value, np.where(kind == "power", error * value, error), kind, setting)
 
     def predict(changes: Changes) -> Floats:
         changed = with_entries(settings, changes)
         found = {row: _ground(changed, row) for row in distinct}
-        return np.array([found[rows[k]][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
+        return np.array([found[rows[k]][name] for k, name in measured])
 
     report_stage("fitting")
     problem = FitProblem(parameters, {}, data, predict)

@@ -33,7 +33,7 @@ UNLIMITED = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LI
 
 
 def rank_finalists(
-    variation: Variation, search: Search, tried: Mapping[Point, Trade], progress: Progress, label: str = "comparing"
+    variation: Variation, search: Search, tried: Mapping[Point, Trade], progress: Progress
 ) -> list[Point]:
     """Return programs in the order of judgement, at least one.
 
@@ -46,7 +46,7 @@ def rank_finalists(
         return _step_by_step(variation, search.ranked)
     known: dict[Point, Trade] = {}
     quantity, start = variation.options.quantity, variation.start
-    more = variation.search(variation.trials(LotUse.COMPARISON), label, progress, known, comparing=True)
+    more = variation.search(variation.trials(LotUse.COMPARISON), "comparing", progress, known, comparing=True)
     some = dict.fromkeys([*variation.steps_to(search.ranked[0]), *front(tried, quantity, LEVELS_ABOVE_LIMIT)])
     more.run(start, variation.seed, 0, list(some))
     others = [point for point in more.ranked if point in some]

@@ -37,15 +37,8 @@ class Counting(NamedTuple):
 
     def edits(self, text: ProgramText) -> list[Edit]:
         """Return the edits that write the counting lines before each of the blocks."""
-        found = _LINE_END.search(text.text)
-        end = found[0] if found else "\n"
-        lines = "".join(f"{line}{end}" for line in self.lines)
-        return [Edit(source.line, source.column, 0, lines) for source in self.before]
-
-    @property
-    def lines(self) -> tuple[str, ...]:
         every, due, count = self.interval.every, f"#{self.due}", f"#{self.counter}"
-        return (
+        lines = (
             f"(DRESS {self.interval}: {count} COUNTS, {due} IS 1 WHERE IT IS DUE)".upper(),
             f"IF [{count} EQ #0] THEN {count}=0",
             f"{count}={count}+1",
@@ -53,23 +46,22 @@ class Counting(NamedTuple):
             f"IF [{count} GE {every}] THEN {due}=1",
             f"IF [{count} GE {every}] THEN {count}=0",
         )
+        found = _LINE_END.search(text.text)
+        end = found[0] if found else "\n"
+        written = "".join(f"{line}{end}" for line in lines)
+        return [Edit(source.line, source.column, 0, written) for source in self.before]
 
 
 def counting_of(
     interval: DressInterval, programs: Programs, blocks: Sequence[SourceText], taken: Collection[int] = ()
 ) -> Counting | None:
-    """Return the text of a dress interval; None if every run dresses."""
+    """Return the text of a dress interval in dressing `blocks`; None if every run dresses."""
     if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}
     free = [number for number in KEPT if number not in used and number not in taken][:2]
     if len(free) < 2:
         raise GrindError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
-    return Counting(interval, free[1], free[0], _places(interval, programs, blocks))
-
-
-def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
-    """Return the dressing blocks if blocks are counted, else the first block of the main program that is not empty."""
-    if interval.of == "block":
-        return tuple(dict.fromkeys(blocks))
-    return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)
+    if interval.of != "block":  # runs are counted before the first block that is not empty
+        blocks = [next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip())]
+    return Counting(interval, free[1], free[0], tuple(dict.fromkeys(blocks)))

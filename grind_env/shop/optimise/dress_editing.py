@@ -29,7 +29,6 @@ from grind_env.shop.optimise.word_editing import (
     word_of,
 )
 
-SIXTY = 60.0
 NEAR = 1e-6
 """Relative difference of values that are equal; words are decimal numbers, and inches exact."""
 
@@ -54,9 +53,8 @@ class DressText:
 
     def own(self, name: str) -> Decimal:
         """Return the written lead, depth or passes, in the units of the program."""
-        plan = self.run.plan
         if name == "passes":
-            return Decimal(plan.passes)
+            return Decimal(self.run.plan.passes)
         if name == "lead":
             return _number(*self.feeds[0])
         depths = {round(abs(way), 6) for *_, way in self.infeeds}
@@ -69,7 +67,7 @@ class DressText:
     def setting(self, name: str, value: float) -> float:
         """Return a value in units of `BlockSettings`: feed (lead) in mm/s, mean infeed (depth) in mm, or passes."""
         if name == "lead":
-            return value / SIXTY
+            return value / 60.0
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value
 
     def writable(self, name: str, levels: Sequence[Decimal]) -> tuple[Decimal, ...]:
@@ -191,8 +189,7 @@ def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: D
 
 def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Word]:
     for source in reversed([each for each in sources if each.line <= line]):
-        word = word_of(source, "F")
-        if word is not None:
+        if word_of(source, "F") is not None:
             return _plain([source], source.line, "F")
     raise DressTextError("its passes have no F of their own; write one there")
 

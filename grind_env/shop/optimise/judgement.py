@@ -36,8 +36,6 @@ QUANTITIES = {
 }
 UNITS = {"power": "kW", "rise": "K", "Ra": "um", "size": "um"}
 
-LEAST = {"passes": 1}
-
 
 class JudgedProgram(NamedTuple):
     """Result of a program with new words on the lots of the judgement."""
@@ -234,38 +232,27 @@ class LimitCost(NamedTuple):
 def limits_of(variation: Variation, old: Measures, new: Measures, costs: dict[str, LimitCost]) -> tuple[LimitUse, ...]:
     """Return the use of each limit; `costs` has the result without a limit by name, if searched."""
     worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
-
-    def binds(name: str, after: float, margin: float) -> bool:
-        if name not in costs:
-            return after > NEAR * margin
-        return costs[name].price.low > worth and costs[name].share > margin
-
-    job = variation.job
+    job, found = variation.job, []
     every = {each.name: _by_name(job.at_station(k, 0).limits) for k, each in enumerate(job.stations)}
     every = every or {"": _by_name(job.limits)}
-
-    def lowest(name: str) -> float:
-        return min((each[name] for each in every.values() if each[name] > NO_LIMIT), default=NO_LIMIT)
-
-    def differing(name: str) -> tuple[tuple[str, float], ...]:
-        found = tuple((station, each[name]) for station, each in every.items())
-        return found if len({value for _, value in found}) > 1 else ()
-
-    return tuple(
-        LimitUse(
-            name=name,
-            limit=lowest(name),
-            unit=UNITS[name],
-            margin=float(variation.margins[k]),
-            before=float(old.ratios[0, k]),
-            after=float(new.ratios[0, k]),
-            price=costs[name].price if name in costs else None,
-            without=costs[name].share if name in costs else None,
-            binds=binds(name, float(new.ratios[0, k]), float(variation.margins[k])),
-            stations=differing(name),
+    for k, name in enumerate(LIMITS):
+        margin, after, cost = float(variation.margins[k]), float(new.ratios[0, k]), costs.get(name)
+        values = {station: limits[name] for station, limits in every.items()}
+        found.append(
+            LimitUse(
+                name=name,
+                limit=min((value for value in values.values() if value > NO_LIMIT), default=NO_LIMIT),
+                unit=UNITS[name],
+                margin=margin,
+                before=float(old.ratios[0, k]),
+                after=after,
+                price=None if cost is None else cost.price,
+                without=None if cost is None else cost.share,
+                binds=cost.price.low > worth and cost.share > margin if cost is not None else after > NEAR * margin,
+                stations=tuple(values.items()) if len({*values.values()}) > 1 else (),
+            )
         )
-        for k, name in enumerate(LIMITS)
-    )
+    return tuple(found)
 
 
 def _by_name(limits: Limits) -> dict[str, float]:
@@ -320,7 +307,7 @@ def _bound(variable: SearchVariable, number: int) -> str:
     """Return at which end of its range a value is; empty for neither, and for an absolute minimum."""
     if number == len(variable.levels) - 1:
         return "highest"
-    return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
+    return "lowest" if number == 0 and variable.levels[0] > (1 if variable.name == "passes" else 0) else ""
 
 
 def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:

@@ -90,7 +90,7 @@ def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tup
     return replace(load_job(path, plant=MODEL), plant=""), held if held.plant else None, path.name
 
 
-def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
+def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None) -> Optimised:
     """Search on the model's job, and judge the result on another machine."""
     budget, uncertainty, objective = variation.budget, variation.job.uncertainty, variation.options.quantity
     compiled, fleet = variation.base.simulation.compiled, variation.fleet

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,13 +52,8 @@ STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
 """Shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best."""
 
 Progress = Callable[[str, int], object]
-
-
-class ScriptRanges(NamedTuple):
-    """Lowest and highest J, `picks` in mm, and L that may be chosen; empty if they are not varied."""
-
-    picks: tuple[float, ...] = ()
-    spark_outs: tuple[int, ...] = ()
+ScriptRanges: TypeAlias = tuple[tuple[float, ...], tuple[int, ...]]
+"""Lowest and highest J, mm, and L that may be chosen, as `trials_of` takes them; empty if they are not varied."""
 
 
 class Variation(NamedTuple):
@@ -72,7 +67,7 @@ class Variation(NamedTuple):
     options: SearchOptions  # options of the search
     # variables and intervals; a point of the search has the number of a level for each variable, then of an interval
     choices: SearchSpace
-    ranges: ScriptRanges  # ranges of J and L, as `trials_of` takes them
+    ranges: ScriptRanges
     margins: Array  # margins of the limits, as shares of them, shape (4,)
     once: Trials  # one run of the program on the expected lot
     base: Trials  # the batch of the unchanged program, on any lots
@@ -114,10 +109,6 @@ class Variation(NamedTuple):
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
-    def other_settings(self) -> bool:
-        return any(each.name not in ("E", "D") for each in self.choices.variables)
-
-    @property
     def counts(self) -> list[int]:
         return [*(len(each.levels) for each in self.choices.variables), len(self.choices.intervals)]
 
@@ -147,7 +138,7 @@ class Variation(NamedTuple):
         varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
             blocks = self._blocks_of_all_runs(variable)
-            table[:, blocks, variable.column] = variable.settings[points[:, k], None]
+            table[:, blocks, COLUMNS[variable.name]] = variable.settings[points[:, k], None]
             varied[blocks if variable.name == "D" else []] = True
         executions, run = table[..., COLUMNS["D"]], self.base.run_of_block
         for k, number in enumerate(points[:, -1].tolist()):
@@ -163,7 +154,8 @@ class Variation(NamedTuple):
 
     def measure(self, trials: Trials, points: ArrayLike, between: Between = nothing) -> Measures:
         settings = self.settings(trials.own, np.array(points))
-        return trials.measure(settings, other_settings=self.other_settings, between=between)
+        others = any(each.name not in ("E", "D") for each in self.choices.variables)
+        return trials.measure(settings, other_settings=others, between=between)
 
     def counting(self, point: Point) -> Counting | None:
         """Return the counting text of a point's interval; None if every part or no part is dressed."""
@@ -300,7 +292,7 @@ def variation_of(
     once = one_run(programs, job)
     compile_all(once)
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
-    margins = np.array([options.margin(name) for name in LIMITS])
+    margins = np.array([options.margins.get(name, 1.0) for name in LIMITS])
     choices = _choices(once.simulation, text, options, runs)
     base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
     seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
@@ -314,7 +306,7 @@ def variation_of(
         if not others.words:
             raise OptionError(remark)
         choices = _choices(seen, text, others, runs, of_all=of_all)
-        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
+        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ((), ())
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
     fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > DRAWING_SHARE * budget.seconds)
     return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
@@ -345,6 +337,4 @@ def _base(
 def _ranges(choices: SearchSpace) -> ScriptRanges:
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
     spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
-    return ScriptRanges(
-        (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
-    )
+    return (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()

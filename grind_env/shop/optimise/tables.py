@@ -135,9 +135,8 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
         digits, change = decimals(each), each.difference
         kind: Kind = "" if each.name != "cost" else "good" if change.high < 0.0 else "bad" if change.low > 0.0 else ""
         sides = [f"{side if whole else side.value:.{digits}f}" for side in (each.before, each.after)]
-        texts = [name, *sides, "", *(f"{value:.{digits}f}" for value in each.expected)]
-        rows.append([*map(Cell, texts)])
-        rows[-1][3] = Cell(f"{change:+.{digits}f}", kind)
+        expected = [f"{value:.{digits}f}" for value in each.expected]
+        rows.append([*map(Cell, (name, *sides)), Cell(f"{change:+.{digits}f}", kind), *map(Cell, expected)])
     headings = ("of a part", "before", after, f"change ({covered(found)})", "one run: before", after)
     return table_of(headings, rows, left=1)
 

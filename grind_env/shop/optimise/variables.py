@@ -44,9 +44,8 @@ INHERITED = ("E", "J")
 ONE = MILLIMETRE = Decimal(1)
 SPEEDS = (3000.0, 30_000.0)
 """Default range of table speeds, mm/min."""
-MOST_DRESSES = 3
-MOST_SPARK_OUTS = 8
-MOST_PASSES = 4
+WHOLE = {"D": (0, 3), "L": (0, 8), "passes": (1, 4)}
+"""Default ranges of whole values."""
 WIDTH = Decimal("2.5")
 """Picks, leads and depths are tried up to this factor above and below the program's own."""
 STEPS = {
@@ -78,19 +77,12 @@ class SearchVariable:
         return ", ".join(each.place for each in (self, *self.twins))
 
     @property
-    def column(self) -> int:
-        return COLUMNS[self.name]
-
-    def setting(self, level: Decimal) -> float:
-        """Return a value in the units of `BlockSettings`."""
-        value = float(level * self.unit)
-        if isinstance(self.at, DressText):
-            return self.at.setting(self.name, value)
-        return value
-
-    @property
     def settings(self) -> NDArray[np.float64]:
-        return np.array([self.setting(level) for level in self.levels])
+        """Return the levels in the units of `BlockSettings`."""
+        values = [float(level * self.unit) for level in self.levels]
+        if isinstance(self.at, DressText):
+            values = [self.at.setting(self.name, value) for value in values]
+        return np.array(values)
 
     @property
     def start(self) -> int:
@@ -298,13 +290,11 @@ def _dresses(
         assert run is not None
         try:
             at = dress_text(simulation, text, program, run)
-            own = at.own(name)
-            levels = _levels(name, own, at.unit if name != "passes" else MILLIMETRE, options, simulation)
-            levels = at.writable(name, levels)
+            own, unit = at.own(name), MILLIMETRE if name == "passes" else at.unit
+            levels = at.writable(name, _levels(name, own, unit, options, simulation))
         except DressTextError as error:
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
             continue
-        unit = MILLIMETRE if name == "passes" else at.unit
         yield SearchVariable(
             name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at
         )
@@ -342,9 +332,8 @@ def _fastest(simulation: JobSimulation, blocks: Sequence[int]) -> float:
 
 
 def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tuple[Decimal, Decimal]:
-    whole = {"D": (0, MOST_DRESSES), "L": (0, MOST_SPARK_OUTS), "passes": (1, MOST_PASSES)}
-    if name in whole:
-        low, high = map(Decimal, whole[name])
+    if name in WHOLE:
+        low, high = map(Decimal, WHOLE[name])
         return min(low, own), max(high, own)
     if name == "E":
         return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(min(SPEEDS[1], fastest)) / unit, own)

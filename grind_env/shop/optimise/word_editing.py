@@ -124,12 +124,6 @@ def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
     return WordEdit(source, edit, f"{letter}{number} ADDED")
 
 
-def value_text(source: SourceText) -> str | None:
-    """Return the number that a block assigns to a variable, as it is written; None for other blocks."""
-    match = _ASSIGNMENT.fullmatch(source.text)
-    return match[2] if match else None
-
-
 def other_value(source: SourceText, number: str) -> WordEdit:
     """Return the edit with which a block assigns another number to its variable."""
     match = _ASSIGNMENT.fullmatch(source.text)
@@ -241,7 +235,7 @@ class Assignments:
         place, places = self.place(variable, readers[0]), self._assigned.get(variable, [])
         others = self._read.get(variable, Counter()) - Counter(dict.fromkeys(readers, 1))
         others = Counter({each: n for each, n in others.items() if self.place(variable, each) in (place, None)})
-        number = value_text(place) if place else None
+        assigned = _ASSIGNMENT.fullmatch(place.text) if place else None
         own = "give it a variable of its own"
         reasons = {
             f"assign one in the program, for #{variable} has a value from outside": variable in self.given,
@@ -249,15 +243,15 @@ class Assignments:
             "take a variable from #100 on, for a G65 may assign this one": self._macro and variable in LOCALS,
             "change what is assigned": not places,
             f"{own}, for this one is assigned in {_lines(places)}": place is None,
-            f"in {_lines([place] if place else [])}, where it is worked out": number is None,
+            f"in {_lines([place] if place else [])}, where it is worked out": assigned is None,
             f"{own}, for this one is read in {_lines(others)}, too": bool(others),
             f"assign it in {self.file}": place is not None and place.file != self.file,
         }
         why = next((remedy for remedy, holds in reasons.items() if holds), None)
         if why is not None:
             return why
-        assert number is not None and place is not None
-        return Spot(place, letter, number, missing=False, variable=variable)
+        assert assigned is not None and place is not None
+        return Spot(place, letter, assigned[2], missing=False, variable=variable)
 
 
 def _lines(sources: Collection[SourceText]) -> str:

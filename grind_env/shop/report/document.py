@@ -31,7 +31,6 @@ SUFFIXES = (".html", ".htm")
 TITLE = "Grinding report: "
 PAGE = FileKind("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
 """Page that `grind report` recognises as its own: under a default name it replaces no other file."""
-GENERATOR = f"grind_env {__version__}"
 MOST_LINES, LONGEST_LINE = 400, 1000
 """Greatest number of lines of a listing, and of characters of a line."""
 
@@ -110,7 +109,7 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
             title=printable(title),
             facts={printable(name): printable(value) for name, value in (facts or {}).items()},
             sections=[Section(printable(each.title), each.body) for each in sections],
-            generator=GENERATOR,
+            generator=f"grind_env {__version__}",
             style=_markup((TEMPLATES / "page.css").read_text("utf-8")),
         )
     )

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.envs.tasks.schema import SchemaRow
-from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.files import FileError, read_text, shown
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
@@ -63,10 +62,6 @@ def _table(name: str, rows: Sequence[SchemaRow], given: Mapping[str, Any]) -> It
             yield f"#{row.key} = {'' if row.default is None else json.dumps(row.default)}".rstrip()
 
 
-class ExistsError(GrindError):
-    """File that would be overwritten."""
-
-
 def start_folder(folder: Path) -> list[Path]:
     """Write the files into a folder, which is created if missing; return their paths, the program first."""
     example = example_values()
@@ -100,7 +95,7 @@ def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
     paths = [folder / name for name in names]
     for path in paths:
         if _is_there(path):
-            raise ExistsError(f"{shown(path)} is there already, and is not overwritten; name another folder")
+            raise FileError(f"{shown(path)} is there already, and is not overwritten; name another folder")
     return paths
 
 

@@ -17,24 +17,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Look(NamedTuple):
-    """Look of a line: dashes and marks, which also differ in grey."""
-
-    color: str
-    dash: str = "-"
-    mark: str = "o"
-
-
 LINES = (
-    Look(BLUE, "-", "s"),
-    Look(ORANGE, "--", "^"),
-    Look("#6a51a3", "-.", "D"),
-    Look(RED, ":", "v"),
-    Look("#8c564b", "-", "P"),
-    Look("#5aa0d0", "--", "<"),
-    Look("#444444", "-.", ">"),
+    (BLUE, "-", "s"),
+    (ORANGE, "--", "^"),
+    ("#6a51a3", "-.", "D"),
+    (RED, ":", "v"),
+    ("#8c564b", "-", "P"),
+    ("#5aa0d0", "--", "<"),
+    ("#444444", "-.", ">"),
 )
-BEST = Look(GREEN)
+"""Colour, dashes and mark of each line; dashes and marks also differ in grey."""
+BEST = (GREEN, "-", "o")
 LOOKS = dict(zip((*LIMITS, RISK), LINES, strict=False))
 DEAREST = 4.0
 """Highest cost on the axis, as a multiple of the best cost."""

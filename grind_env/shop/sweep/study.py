@@ -239,7 +239,7 @@ def sweep(
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
-    judge = study.with_trials(judgement_trials(study.trials, fleet, seed))
+    judge = _Study(judgement_trials(trials, fleet, seed), parts, progress)
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
         grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
@@ -298,10 +298,6 @@ class _Study:
         self.dressed = self.own[:, DRESS_PASSES] > 0.0
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
-
-    def with_trials(self, trials: Trials) -> "_Study":
-        """Return the study on other lots and machines."""
-        return _Study(trials, self.runs, self.progress)
 
     def best_of(
         self, points: list[SweepPoint], settings: Sequence[_Setting], rivals: Sequence[SweepPoint]
