@@ -78,7 +78,7 @@ def sentences(found: Sweep) -> list[str]:
         if point is not None:
             valley = f"intervals of {first} to {last}" if first != last else "no other"
             said.append(
-                f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
+                f"best interval within the limits: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
                 f"{point.cost.value:.3f} $ a part; {valley} within 2 %"
             )
     for name, point in found.refused.items():
