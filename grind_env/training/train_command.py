@@ -38,7 +38,7 @@ def train(
     job: JobFile = None,
     parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
     variables: FirstVariables = None,
-    plant: Annotated[str, typer.Option(help="Machines: training, public, laws or model (docs/plants).")] = "training",
+    plant: Annotated[str, typer.Option(help="Machines: training, public, laws or model.")] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help="Memory of the agent: none, stack, gru or belief.")] = "gru",

@@ -101,7 +101,7 @@ def sentences(found: Sweep) -> list[str]:
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} "
-        f"{found.counted}s (--parts); the saving is that on new lots"
+        f"{found.counted}s (--parts); saving and cost are corrected on new lots"
     )
     return said
 
