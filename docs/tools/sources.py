@@ -90,7 +90,7 @@ def results() -> Iterator[Page]:
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
         # links to pages of `docs/` are shorter on the site than in the checkout
         content = path.read_bytes()
-        content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
+        content = content.replace(b"](../../docs/", b"](../../") if path.suffix == ".md" else content
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
     yield "benchmark/dress_study.txt", table_of(COLUMNS, read_studies(RESULTS / "dress_study")).markdown().encode()
     shown = [
