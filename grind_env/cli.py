@@ -216,7 +216,7 @@ def facts(
     page: Annotated[str | None, typer.Option(help="Only facts of this page of a manual: 16-13.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the facts as a JSON list.")] = False,
 ) -> None:
-    """List the facts that the simulated control is built on."""
+    """List the rules of the simulated control and their sources."""
     from dataclasses import asdict
 
     from rich.padding import Padding
@@ -248,7 +248,7 @@ def tasks(
     env_id: Annotated[
         str | None,
         typer.Argument(
-            metavar="ID|TASK|FILE", help="Environment id or task to describe, or task file (.toml) to check and print."
+            metavar="ID|TASK|FILE", help="grind/Rush-v0 or rush to describe, or a task file (.toml) to check and print."
         ),
         PROBLEM,
     ] = None,
@@ -351,7 +351,7 @@ def _control(
 
 
 POLICY_EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
-    evaluate: ("grind evaluate --task plate.nc --policy E12000D1", "grind evaluate --core --policy my_rule:Rule"),
+    evaluate: ("grind evaluate --task plate.nc --policy E12000D1", "grind evaluate --core --policy my_rule:MyRule"),
     verify: ("grind verify row.json", "grind verify row.json --seed 31415926535897932384"),
     play: ("grind play --task rush --policy adaptive_rule", "grind play --no-window --output played.nc"),
 }

@@ -30,14 +30,14 @@ NamedPolicy = Annotated[
     FILE,
 ]
 Configs = Annotated[
-    Path | None, typer.Option("--parameters", help="Folder of the rules' parameters; default bundled."), CONFIGS
+    Path | None, typer.Option("--parameters", help="Folder of `python -m agents tune`; default bundled."), CONFIGS
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
 ]
 FALSE = 1
 """Exit status of `grind verify` if a row does not hold."""
-Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or extrapolation.")]
+Split = Annotated[str, typer.Option(help="Drawn contexts: all, inner, interpolation, extrapolation.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""
@@ -58,7 +58,7 @@ def evaluate(
     split: Split = "all",
     first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds, instead of --seeds.")] = None,
     plant: Plant = None,
-    model: Annotated[str | None, typer.Option(help="Machine that the policy assumes; default the simulator.")] = None,
+    model: Annotated[str | None, typer.Option(help="Machine that planners assume; default the simulator.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     other_part: OtherPart = False,

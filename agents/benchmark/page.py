@@ -93,15 +93,15 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
         return []
     columns = (
         Column("task", "task"),
-        Column("E and D of", lambda each: ABOUT.get(each.task, (NONE, NONE))[0]),
-        Column("mainly hidden", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
+        Column("parts", lambda each: ABOUT.get(each.task, (NONE, NONE))[0]),
+        Column("not measured", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
         Column("best known from measurements", lambda each: f"{brief(each.score, False)} ({each.best_known})"),
         Column("planner on state", lambda each: brief(each.on_state, False), right=True),
         Column("room", lambda each: shown(each.room, False), right=True),
     )
     gains = [each.searched.value for each in found if each.searched is not None]
-    rounds = f"{MORE_SEARCH.partition(AT)[2]} rounds of search, not {hindsight.SWEEPS}"
-    said = [f"`{MORE_SEARCH}` ({rounds}) scores at most {max(gains):.1f} points above 100."] if gains else []
+    rounds = f"{MORE_SEARCH.partition(AT)[2]} rounds, not {hindsight.SWEEPS}"
+    said = [f"More search (`{MORE_SEARCH}`: {rounds}) adds at most {max(gains):.1f} points to 100."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 
@@ -135,7 +135,7 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
     said = (
         f"The best agent with the budget 1M is better than the best rule or planner of any budget in {better} of"
         f" {len(found)} tasks and worse in {worse}, by the interval of the paired difference. Both are chosen on the"
-        " episodes that judge them."
+        " episodes that judge them; [Replications](replications.md) compare them on new seeds."
     )
     columns = (
         Column("task", "task"),

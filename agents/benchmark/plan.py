@@ -36,9 +36,9 @@ LIMIT = 1_000_000
 """Number of blocks that training or tuning may grind in the budget class 1M; the other class is open."""
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
-    "reciprocation": ("plates; E also sets the depth", "lot's dulling rate"),
+    "reciprocation": ("plates; a slower table cuts deeper", "lot's dulling rate"),
     "wide_plates": ("plates with size and taper limits", "lot's dulling rate"),
-    "wide_rails": ("two coupled blocks per rail", "lot's dulling rate"),
+    "wide_rails": ("two dependent cycles per rail", "lot's dulling rate"),
     "blades": ("blades that burn easily", "wheel, coolant age"),
     "rush": ("orders with due dates", "lot's dulling rate"),
     "job_shop": ("parts of three kinds", "lot's dulling rate"),

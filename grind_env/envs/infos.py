@@ -1,8 +1,8 @@
 """The `info` of a step, for the single environment and, in arrays, for the vector environment.
 
-All entries are numbers. `reward_time` and the other `reward_` entries are the terms that add up to the reward. By
-default the entries are what a shop knows: readings of gauges and meter, costs, and whether a part was found good. With
-`info="full"`, probabilities replace the verdicts on parts, and true ratios replace the readings.
+All entries but the text `block` of `show_block=True` are numbers. `reward_time` and the other `reward_` entries add up
+to the reward. By default the entries are what a shop knows: readings of gauges and meter, costs, and whether a part was
+found good. With `info="full"`, probabilities replace the verdicts on parts, and true ratios replace the readings.
 """
 
 import math

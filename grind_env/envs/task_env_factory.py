@@ -95,27 +95,27 @@ def make(
 
     ## Action space
 
-    The default is `Box(-1, 1, (2,), float32)`. The first component chooses E on a geometric scale over the speed range
-    of the task (or in equal bins over its speed levels). The second component chooses D: 0 up to 1/3, above 1/3 in bins
-    of equal width from 1 to the largest D. So an untrained policy dresses in the minority of its blocks. Other forms
-    are `action="multidiscrete"`, `MultiDiscrete([levels, largest D + 1])`, `action="discrete"`, the pair as one number,
-    and `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have the levels of E of the task, or
-    24 that divide its range geometrically. `predress=True` adds a third component (a dress if it is above
-    0), factor or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
+    The default is `Box(-1, 1, (2,), float32)`. The first component chooses E from the speed range of the task (table
+    below). The second component chooses D: 0 up to 1/3, above 1/3 in bins of equal width from 1 to the largest D. So an
+    untrained policy dresses in the minority of its blocks. Other forms are `action="multidiscrete"`,
+    `MultiDiscrete([levels, largest D + 1])`, `action="discrete"`, the pair as one number, and `action="dict"`,
+    `{"E": mm/min, "D": executions}`. The two discrete forms have the levels of E of the task, or 24 that divide its
+    range geometrically. `predress=True` adds a third component (a dress if it is above 0), factor or key: a dress
+    before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
 
     ## Observation space
 
-    `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()`
+    `Box`, float32: what a machine measures, noisy and delayed, scaled (see the table). `observation_info()`
     lists every entry; readings that never change in a task are left out. `observation="full"` adds the hidden state of
     the wheel and of the lot, after all measured entries.
 
     ## Reward
 
-    Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
-    cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
-    and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
-    more. The `info` holds only numbers: the terms as `reward_time`, `reward_wheel` and so on, and what a shop knows.
-    `cost` is 1 if this block finished a part that is found bad (more likely scrap than not), else 0. Further entries
+    Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected cost of
+    scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness and wheel
+    changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and more. The
+    `info` of a step holds the terms as `reward_time`, `reward_wheel` and so on, and what a shop knows. `info["cost"]`
+    (not $) is 1 if this block finished a part that is found bad (more likely scrap than not), else 0. Further entries
     are `good_parts`, `block_cost`, `seconds` and the readings of meter and gauges. `power_ratio` and `roughness_ratio`
     are the last readings over their limits. With `info="full"`, `cost` and `good_parts` are probabilities, and the two
     ratios are the true ones of the block (0 where Ra has no limit). Then `burn_ratio` says how near the block came to
@@ -134,9 +134,6 @@ def make(
     `env.spec.max_episode_steps` is one more than the steps of an episode. Wrappers such as `TimeAwareObservation` read
     this number, and a `TimeLimit` of this length truncates no episode. A `max_episode_steps` that you give to
     `gym.make` or `gym.make_vec` truncates.
-
-    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s),
-    during which the part cools.
 
     Args:
         task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`;

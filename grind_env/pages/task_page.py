@@ -115,7 +115,7 @@ def _versions(about: TaskSheet) -> str:
     versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
-        " other versions are not read.",
+        " other versions are refused.",
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
@@ -127,8 +127,8 @@ def _discount(about: TaskSheet) -> str:
     interval = dress_interval(env.simulation, env.given)
     every = "step" if interval == 1 else f"{interval} steps"
     return (
-        f"{SAVINGS_LEFT ** (1.0 / interval):.4f}: the cheapest fixed plan of the nominal episode dresses every {every};"
-        f" at the next dress rewards still count {SAVINGS_LEFT:g}"
+        f"{SAVINGS_LEFT ** (1.0 / interval):.4f}: the cheapest fixed plan without randomness dresses every {every}; a"
+        f" reward at the next dress still counts {SAVINGS_LEFT:g}"
     )
 
 
@@ -196,8 +196,7 @@ def _arguments(about: TaskSheet) -> str:
         for name, default, meaning in arguments(about.make)
         if name != "task" or name not in fixed
     ]
-    listed = table_of(("argument", "default", "meaning"), rows).markdown()
-    return f"{listed}\n\nThe id fixes the argument `task`." if "task" in fixed else listed
+    return table_of(("argument", "default", "meaning"), rows).markdown()
 
 
 def _scores(about: TaskSheet) -> str:
@@ -210,7 +209,7 @@ def _scores(about: TaskSheet) -> str:
         for policy, mean in known.returns.items()
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
-    scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the best of this table."
+    scale = "" if known.ratio else f" The score is linear in the return: 0 is {known.fixed_plan}, 100 hindsight."
     listed = table_of(("policy", "return", heading), rows).markdown()
     return (
         f"Mean return over {EPISODES} evaluation episodes, with standard error, by `python -m agents scores`.{scale} "

@@ -38,12 +38,14 @@ def train(
     job: JobFile = None,
     parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
     variables: FirstVariables = None,
-    plant: Annotated[str, typer.Option(help="Machines: training, public, laws or model.")] = "training",
+    plant: Annotated[
+        str, typer.Option(help="Machine set: training, public or laws; model is the simulator.")
+    ] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help="Memory of the agent: none, stack, gru or belief.")] = "gru",
     max_scrap: Annotated[float | None, typer.Option(help="Largest share of scrap; default no limit.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes, each on another machine.")] = 128,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes, each on a new machine.")] = 128,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Agent file; default PROGRAM or TASK.safetensors."),

@@ -9,7 +9,7 @@ from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import MachineReadings
 from tests.foreign.shop import Block, Part, Shop, cost, depths_of, grind, run, shift, trace
 
-EFFORT = "--parts", "1", "--seed", "1", "--budget", "150 programs", "--json"
+EFFORT = "--parts", "1", "--budget", "150 programs", "--json"
 CALIBRATED = '[catalogue]\nfiles = ["fit.toml"]\n'
 
 
@@ -31,11 +31,11 @@ class Optimised(NamedTuple):
     high: float
 
 
-def optimised(shop: Shop, folder: Path, job: Path) -> Optimised | None:
+def optimised(shop: Shop, folder: Path, job: Path, seed: int = 1) -> Optimised | None:
     """Return the costs, or None if the model condemns the program and nothing is written."""
     lot, better = folder / "lot.nc", folder / "better.nc"
     better.unlink(missing_ok=True)
-    done = grind("optimise", lot, "--job", job, *EFFORT, "-o", better)
+    done = grind("optimise", lot, "--job", job, *EFFORT, "--seed", seed, "-o", better)
     if done.stderr.startswith("grind: The model says this program scraps "):
         assert done.returncode == 3 and not better.exists() and not done.stdout
         return None

@@ -75,7 +75,7 @@ def test_a_judgement_states_its_seeds_split_and_pairing(asked: dict[str, object]
         == (seeds.replace("seeds", "").strip(), split)
     )
     assert line.startswith("score ")
-    assert ("unpaired: a point is worth as in other episodes (evaluation seeds, split all)" in line) == (not paired)
+    assert ("unpaired: 100 is taken from other episodes (evaluation seeds, split all)" in line) == (not paired)
 
 
 def test_a_split_uses_the_evaluation_seeds_with_its_own_contexts() -> None:

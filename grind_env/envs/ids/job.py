@@ -54,7 +54,7 @@ def make(
 
     ## Observation space
 
-    `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled to about -1..1.
+    `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled (see the table).
     `observation_info()` lists every entry; readings that are equal in all blocks of the program are left out, so that
     two programs may have observations of different length. `observation="full"` adds the hidden state of the wheel and
     of the lot, after all measured entries.

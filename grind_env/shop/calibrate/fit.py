@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from grind_env.array_types import Numbers
 from grind_env.errors import listed
 from grind_env.machine.job import Job
-from grind_env.machine.job.drawn_machines import USUAL_DRIFT
+from grind_env.machine.job.drawn_machines import USUAL_DRIFT, usual_uncertainty
 from grind_env.shop.calibrate.exceptions import CalibrationError
-from grind_env.shop.calibrate.fitted_constants import Parameter, chosen_parameters
+from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
 from grind_env.shop.measurements.measured_sheet import Floats
@@ -356,10 +356,10 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
-    """Return the table [uncertainty] as lines of TOML."""
-    remaining = fitted.remaining
+    """Return the table [uncertainty] as lines of TOML; what was not fitted keeps the uncertainty of the catalogue."""
+    remaining, usual = fitted.remaining, usual_uncertainty(job)
     names = [each.name for each in remaining.parameters]
-    others = [each for each in chosen_parameters(job, None) if each.name not in names]
+    others = {name: each for name, each in zip(usual.names, usual.spread, strict=True) if name not in names}
     count, spread = len(names), remaining.spread * np.array([each.spread for each in remaining.parameters])
     scale = np.sqrt(np.diag(remaining.covariance))
     correlation = np.eye(count + len(others))
@@ -371,8 +371,8 @@ def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift
         "# residual: of the power of a block about the model; drift: of the step of the power level from part to part.",
         "[uncertainty]",
         f"source = {source}",
-        f"names = {toml_value([*names, *(each.name for each in others)])}",
-        f"spread = [{', '.join(f'{each:.4g}' for each in (*spread.tolist(), *(each.spread for each in others)))}]",
+        f"names = {toml_value([*names, *others])}",
+        f"spread = [{', '.join(f'{each:.4g}' for each in (*spread.tolist(), *others.values()))}]",
         f"correlation = [\n{rows},\n]",
         f"residual = {residual:.4g}",
         f"drift = {drift:.4g}",
