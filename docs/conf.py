@@ -65,6 +65,7 @@ html_use_index = False  # see docs/tools/lean.py
 html_search_scorer = str(Path(__file__).parent / "tools" / "scorer.js")
 
 add_module_names = False
+smartquotes = False  # a copied --set '#101=15000' must stay as it is
 default_role = "code"  # single backticks are code in this package
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True}

@@ -164,7 +164,7 @@ def verify(
         int | None, typer.Option(min=2, max=10_000, help="Episodes to draw; default as many as in the row.")
     ] = None,
 ) -> None:
-    """Re-run the policy of a submitted row and compare the mean cost.
+    """Re-run a submitted result and compare the mean cost.
 
     With --seed, the mean cost of new episodes must lie in the 95 % prediction interval of the row.
     Exit status 0: the row holds; 1: it does not; 2: it cannot be run.

@@ -22,6 +22,7 @@ MOST_DOTS = 500
 """Greatest number of dots in a key; of a key with thousands of names the TOML reader would keep every prefix."""
 TEXT = re.compile(rb"\"[^\"]*\"|'[^']*'|#.*")
 """Strings and comments of a line, whose dots belong to no key."""
+COMMA = re.compile(rb"=\s*([-+]?\d+),(\d+)")
 BETWEEN_KEYS = re.compile(rb"[^\w\s.-]")
 
 
@@ -42,12 +43,13 @@ def read_toml(path: Path) -> dict[str, Any]:
             raise TomlError(f"the key in line {number} has more than {MOST_DOTS} points; two or three are enough")
     try:
         return tomllib.loads(decoded(data))
-    except EncodingError as error:
-        raise TomlError(str(error)) from None
     except RecursionError:
         raise TomlError("it is nested too deeply") from None
-    except ValueError as error:
-        raise TomlError(reason(error)) from None
+    except (EncodingError, ValueError) as error:
+        place = re.search(r"at line (\d+)", said := reason(error))
+        if place and (comma := COMMA.search(data.splitlines()[int(place[1]) - 1])):
+            said = f"in line {place[1]} write {comma[1].decode()}.{comma[2].decode()}, with a decimal point"
+        raise TomlError(said) from None
 
 
 def files_named(path: Path) -> Iterator[Path]:

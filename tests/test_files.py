@@ -168,10 +168,7 @@ def test_only_utf_8_text_is_read(tmp_path: Path) -> None:
     path.write_bytes(b'\xef\xbb\xbfx = "\xc3\xbc"')
     assert (read_text(path), read_toml(path)) == ('x = "ü"', {"x": "ü"})
     for data, said in (
-        (
-            'a = 1\r\n# Stück\nx = "ü"'.encode("latin-1"),
-            "line 2 is not in UTF-8, but in a code such as Latin-1; save it",
-        ),
+        ('a = 1\r\n# Stück\nx = "ü"'.encode("latin-1"), "line 2 is not in UTF-8, but in a code such as Latin-1; save"),
         (b'\xfcx = ""', "line 1 is not in UTF-8"),
         ('x = "ü"'.encode("utf-16"), "it is in UTF-16, or no text at all; save it as text in UTF-8"),
         ('x = "ü"'.encode("utf-16-le"), "it is in UTF-16"),

@@ -39,7 +39,7 @@ def train(
     parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
     variables: FirstVariables = None,
     plant: Annotated[
-        str, typer.Option(help="Machine set: training, public or laws (docs: plants); model is the simulator.")
+        str, typer.Option(help="Machine set: training, public or laws; model is the simulator.")
     ] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,

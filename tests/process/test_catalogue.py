@@ -292,6 +292,7 @@ def test_unreadable_catalogue_files_are_reported(tmp_path: Path) -> None:
     with pytest.raises(CatalogueError, match=r"none\.toml: the catalogue cannot be read: No such file"):
         load_catalogue(tmp_path / "none.toml")
     assert re.search(r"shop\.toml: the catalogue is not valid TOML: .*line 1", refusal(tmp_path, "[fluid.oil\n"))
+    assert "in line 2 write -1.5, with a decimal point" in refusal(tmp_path, "[fluid.oil]\nconvection = -1,5  # W\n")
     (tmp_path / "latin.toml").write_bytes(b"# caf\xe9")
     with pytest.raises(CatalogueError, match=r"latin\.toml: the catalogue is not valid TOML: line 1 is not in UTF-8"):
         load_catalogue(tmp_path / "latin.toml")

@@ -120,7 +120,7 @@ def test_the_command_writes_a_table_a_csv_file_json_and_a_figure(tmp_path: Path,
     more = ("--csv", tmp_path / "sweep.csv"), ("--json",)
     (status, shown, _), (again, data, _) = (grind(*words, tmp_path / "sweep.png", *each) for each in more)
     assert status == again == 0
-    assert "best dress interval" in shown and max(map(len, shown.splitlines()[1:])) <= 100
+    assert "best interval within" in shown and max(map(len, shown.splitlines()[1:])) <= 100
     told = json.loads(data)
     assert len(told["speeds"]) == 27 and told["valley"][0] >= 1
     with (tmp_path / "sweep.csv").open(encoding="ascii", newline="") as file:

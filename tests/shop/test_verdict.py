@@ -27,8 +27,7 @@ PLATE = EXAMPLES / "plate_g82.nc"
 def judge_kind(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> FitJudgement:
     """Return the judgement of a fit to one kind of measurement, one value per part."""
     count = len(value)
-    each = (np.array(numbers, np.float64) for numbers in (value, nominal, held_out))
-    measured, before, after = each
+    measured, before, after = np.array([value, nominal, held_out], np.float64)
     data = Data(measured, np.zeros(count), np.full(count, kind, "U10"), np.arange(1, count + 1))
     return judge(data, np.ones(count, np.bool_), before, after, after)
 
@@ -81,10 +80,8 @@ def test_a_kind_the_model_does_not_follow_keeps_its_catalogue_constants(tmp_path
     result = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "shop.toml")])
     found = json.loads(result.stdout)
     assert result.exit_code == 0 and found["verdict"]["kept"] == ["Ra"]
-    assert (
-        "chip_energy" in (tmp_path / "shop.toml").read_text()
-        and "roughness =" not in (tmp_path / "shop.toml").read_text()
-    )
+    written = (tmp_path / "shop.toml").read_text()
+    assert "chip_energy" in written and "roughness =" not in written
     assert "roughness" not in found["verdict"]["uses"]
 
 

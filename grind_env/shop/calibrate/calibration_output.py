@@ -49,9 +49,8 @@ def meter_sentences(found: Calibration) -> list[str]:
     said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
     if idle is not None and idle.written and idle.full is None:
         left = grinding_power(found.job, idle)
-        said += [
-            f"power_limit becomes {left + idle.mean:.0f} W, idle included; is the motor rated {left:.0f} W, write that."
-        ]
+        total = f"power_limit becomes {left + idle.mean:.0f} W, idle included"
+        said.append(f"{total}; if the motor is rated {left:.0f} W, write {left:.0f}.")
     return said + [
         f"Scale of the {kind} meter: {value:.3f} ({low:.3f} to {high:.3f})."
         for kind, (value, low, high) in found.scales.items()
@@ -65,15 +64,17 @@ def kept_sentences(found: Calibration) -> list[str]:
 
 
 def error_sentences(found: Calibration) -> list[str]:
-    """Return sentences on prediction errors, then on unused measurements."""
+    """Return a sentence on the prediction errors of each kind of measurement."""
     held_out, whole = found.judged.held_out or {}, "part" if found.program else "setting"
     said = []
     for kind, (count, before, after) in found.judged.errors.items():
-        without = f", {_error(kind, held_out[kind][2])} on left-out {whole}s" if kind in held_out else ""
-        said.append(
-            f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}{without}; with "
-            f"the catalogue {_error(kind, before)}."
-        )
+        tested, old = held_out.get(kind, (count, before, after))[2], _error(kind, before)
+        test = _error(kind, tested)
+        without = f", {test} on left-out {whole}s" if kind in held_out else ""
+        unclear = tested > before and test != old and kind not in found.judged.worse
+        doubt = ", a difference within the scatter" if unclear else ""
+        measured = f"{count} measurement{'s' if count > 1 else ''} of {kind}"
+        said.append(f"Error of {measured}: {_error(kind, after)}{without}; with the catalogue {old}{doubt}.")
     return said
 
 

@@ -150,10 +150,8 @@ class Calibration:
             FileError: the folder does not exist or cannot be written to.
         """
         if self.tells_nothing:
-            raise CalibrationError(
-                f"{self.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
-                "written; log faster, or more parts, or give what was gauged"
-            )
+            remedy = "log faster or more parts, or add gauged parts"
+            raise CalibrationError(f"{path} was not written, because {self.source} determines no constant; {remedy}")
         if self.judged.worse and not force:
             raise WorseFit(
                 f"{path} was not written, because the catalogue predicts {listed(self.judged.worse)} better; log more "

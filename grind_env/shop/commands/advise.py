@@ -32,7 +32,9 @@ def advise(
         Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
     max_step: Annotated[float, typer.Option(help="Largest rise of E, a factor.")] = 1.25,
-    bounds: Annotated[tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min.")] = None,
+    bounds: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min; default 3000 30000.")
+    ] = None,
     shadow: Annotated[bool, typer.Option("--shadow", help="You decide; compare forecasts with readings.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Start a new session.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,

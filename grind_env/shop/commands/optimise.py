@@ -19,7 +19,7 @@ NOT_BETTER, INFEASIBLE = 3, 4
 def optimise(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
-    vary: Annotated[str | None, typer.Option(help="E,D,interval (default all 3),J,L,lead,depth,passes.")] = None,
+    vary: Annotated[str | None, typer.Option(help="E,D,interval (default); J,L; dress lead,depth,passes.")] = None,
     bounds: Annotated[
         list[str] | None, typer.Option(help="Ranges, mm/min and runs: E=5000..9000,interval=1..8")
     ] = None,

@@ -20,8 +20,8 @@ def sweep(
         str | None, typer.Option("--E", help="E of block 1, mm/min, others in ratio; default half to twice its E.")
     ] = None,
     every: Annotated[str | None, typer.Option("--dress-every", help="Parts between dresses; default 1..20.")] = None,
-    lead: Annotated[str | None, typer.Option(help="Dress lead, mm a revolution, as .05..0.2.")] = None,
-    depth: Annotated[str | None, typer.Option(help="Dress depth, mm a pass, as .005..0.03.")] = None,
+    lead: Annotated[str | None, typer.Option(help="Dress lead, mm/rev: .05..0.2; default unchanged.")] = None,
+    depth: Annotated[str | None, typer.Option(help="Dress depth, mm/pass: .005..0.03; default unchanged.")] = None,
     parts: arguments.Runs = 50,
     seed: arguments.Seed = 1,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the cheapest program."), Writes()] = None,

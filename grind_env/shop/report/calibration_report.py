@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
     """Return the page of a calibration, HTML."""
-    none = [paragraph("There is none: nothing was found that could stand in it.")]
+    none = [paragraph("None: the measurements determine no constant.")]
     sections = [
         Section("Verdict", [_verdict(found)]),
         Section("Constants", [_constants(found)]),
@@ -40,19 +40,15 @@ def _verdict(found: Calibration) -> "Markup":
 
 def _constants(found: Calibration) -> "Markup":
     state = Column("state", lambda each: Cell("told", "good") if each.determined else Cell("kept"))
-    caption = (
-        "A constant is kept at the value of the catalogue where the measurements do not tell it. The spread left is "
-        "that after measuring over that before."
-    )
+    caption = "Kept: the measurements do not determine the constant. Spread left: after the fit, in % of that before."
     return table(table_of((*COLUMNS, state), found.estimates), caption)
 
 
 def _figures(found: Calibration) -> "list[Markup]":
     whole = "part" if found.program else "setting"
     said = [
-        "Grey rings are the catalogue as it was, blue points the fit, red crosses were left out; on the line the model "
-        f"is right. Residuals are measured less modelled, each {whole}'s in order of time, those of every second "
-        f"{whole} orange squares."
+        "Grey rings: catalogue; blue points: fit; red crosses: left out. On the line the model is exact. Residuals are "
+        f"measured minus modelled values, in order of time; those of every second {whole} are orange squares."
     ]
     if YES_OR_NO in found.data.kinds:
         said.append("Burn, which is yes or no, is not drawn.")

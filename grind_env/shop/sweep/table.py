@@ -78,7 +78,7 @@ def sentences(found: Sweep) -> list[str]:
         if point is not None:
             valley = f"intervals of {first} to {last}" if first != last else "no other"
             said.append(
-                f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
+                f"best interval within the limits: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
                 f"{point.cost.value:.3f} $ a part; {valley} within 2 %"
             )
     for name, point in found.refused.items():
@@ -101,7 +101,7 @@ def sentences(found: Sweep) -> list[str]:
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} "
-        f"{found.counted}s (--parts); the saving is that on new lots"
+        f"{found.counted}s (--parts); saving and cost are corrected on new lots"
     )
     return said
 
