@@ -13,7 +13,6 @@ from agents.study import Found, Study, StudyOptions
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.nominal_model import model_beside
-from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem_lookup import Problem
 
@@ -31,13 +30,10 @@ class Chunk:
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.split}: {self.who}, seeds {self.seeds.start} to {self.seeds.stop - 1}"
 
-    def policy(self) -> Policy:
-        return named_policy(self.who, self.problem.simulation(), self.configs)
-
 
 def run_chunk(chunk: Chunk) -> Evaluation:
     """Return the evaluation of a chunk; on any machine, a policy on measurements computes with the model."""
-    policy = chunk.policy()
+    policy = named_policy(chunk.who, chunk.problem.simulation(), chunk.configs)
     model = model_beside(chunk.problem) if policy.sees == "measurements" else None
     return run_seeds(policy, chunk.problem.simulation(), chunk.seeds, chunk.split, model)
 

@@ -89,7 +89,7 @@ class Study:
     seconds: Callable[[Any], float] = lambda trial: 0.0  # `seconds(trial)`: estimated CPU-seconds
     trains: bool = True  # whether every row has the versions of Stable-Baselines3 and torch, too
     prepare: Callable[[], object] = lambda: None  # called before the first trial
-    # `draw(found, folder)`: writes the figures of the page
+    # `draw(found, folder)`: writes further files, such as the figures of the page
     draw: Callable[[Found, Path], object] = lambda found, folder: None
     # `publish(found, folder)`: writes further files, and returns text to print
     publish: Callable[[Found, Path], str] | None = None

@@ -61,5 +61,5 @@ def running(cell: BenchmarkCell, request: Request) -> float:
         # the plan before the first sweep takes about as long as a sweep
         return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)
     # policies that know the machine are not judged on out-of-model machines
-    episodes = request.size - request.plants_episodes * (cell.base in EXACT)
+    episodes = request.episodes + request.interpolation_episodes + request.plants_episodes * (cell.base not in EXACT)
     return episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)

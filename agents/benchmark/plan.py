@@ -104,10 +104,6 @@ class Request:
     configs: Path | None = None
     fresh: bool = field(default=False, repr=False)
 
-    @property
-    def size(self) -> int:
-        return self.episodes + self.interpolation_episodes + self.plants_episodes
-
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
     """Return the problems of a list with commas, of `core` or of `all` tasks; refuse two problems of one name."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from agents.benchmark.page import page, room
 from agents.benchmark.plan import ABOUT, FLAGSHIP
 from agents.benchmark.results import Result
-from agents.benchmark.scoring import Sampled, is_ratio
+from agents.benchmark.scoring import Sampled
 from agents.benchmark.summary import shown, summaries
 from agents.provenance import ROOT
 from grind_env.data_table import NONE, Column, table_of
@@ -22,19 +22,18 @@ ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)
 """Policies of the table in the README, by the names that `grind evaluate --policy` takes."""
 
 
-def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
+def section(results: Sequence[Result]) -> str:
     """Return the results table of the README: scores, and costs on the model and on out-of-model machines.
 
     The bundled agents are the agents of training seed 0.
     """
-    ratio = is_ratio(task)
     columns = (
         Column("policy", "policy"),
-        Column("score (95 % CI)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
+        Column("score (95 % CI)", lambda line: shown(line.score, False), right=True),
         Column("$ per good part", "cost", "±.2f", right=True),
         Column("$ on other machines", "plants_cost", "±.2f", right=True),
     )
-    lines = [line for line in summaries([each for each in results if not each.seed], task) if line.policy in ROWS]
+    lines = [line for line in summaries([each for each in results if not each.seed], FLAGSHIP) if line.policy in ROWS]
     return table_of(columns, sorted(lines, key=lambda line: ROWS.index(line.policy))).markdown()
 
 

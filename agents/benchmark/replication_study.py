@@ -11,10 +11,9 @@ import numpy as np
 from agents.benchmark.grid import has_agent
 from agents.benchmark.page import AgentVerdict, verdict
 from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
-from agents.benchmark.results import PLANTS, Result, read_results
+from agents.benchmark.results import PLANTS, Result, read_results, result
 from agents.benchmark.scoring import Sampled, judged
 from agents.benchmark.summary import shown, tasks_of
-from agents.benchmark.trials import result
 from agents.benchmark.trials import study as trials_of
 from agents.csv_tables import check_tables, csv_of
 from agents.provenance import provenance

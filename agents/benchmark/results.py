@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -125,21 +125,14 @@ PREFIXES = ("", INTERPOLATION, PLANTS)
 """Prefixes of the columns of the split `all`, of the split `interpolation`, and of held-out machines."""
 EPISODES = (*(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good")), "curve_steps", "curve_score")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
-WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
-TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model", "digest")
-FACTS = COLUMNS[COLUMNS.index("seeds") :]
-
-
-def column_type(name: str) -> Any:
-    """Return the type of a column."""
-    if name in EPISODES:
-        return pyarrow.list_(pyarrow.float32())
-    if name in (*TEXT, *FACTS):
-        return pyarrow.string()
-    return pyarrow.int64() if name in WHOLE else pyarrow.float64()
-
-
-SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(Result)])
+TYPES = {
+    **dict.fromkeys((int, int | None), pyarrow.int64()),
+    **dict.fromkeys((float, float | None), pyarrow.float64()),
+    **dict.fromkeys((str, str | None), pyarrow.string()),
+    Episodes: pyarrow.list_(pyarrow.float32()),
+}
+"""Types of columns by the annotations of `Result`."""
+SCHEMA = pyarrow.schema([(each.name, TYPES[each.type]) for each in fields(Result)])
 
 
 def result_of(
@@ -187,6 +180,16 @@ def single(run: Evaluation | None, name: str) -> Episodes:
     return values.astype(np.float32)
 
 
+def row_of(found: Result) -> dict[str, Any]:
+    """Return a result as a row, of a file or of the cache."""
+    return {each.name: getattr(found, each.name) for each in fields(Result)}
+
+
+def result(row: Mapping[str, Any]) -> Result:
+    """Return the result in a row of a file or of the cache."""
+    return Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}})
+
+
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
     """Return old and new results, in the order of the table; a new result replaces the old one of the same key."""
     replaced = {each.key for each in new}
@@ -208,7 +211,7 @@ def read_results(folder: Path) -> list[Result]:
         if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
         rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
-        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
+        return [result(row) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error
 
@@ -219,6 +222,5 @@ def write_results(results: Sequence[Result], folder: Path) -> None:
         ["" if (value := getattr(each, name)) is None else csv_cell(value) for name in COLUMNS] for each in results
     ]
     write_whole(folder / CSV, csv_of(COLUMNS, cells))
-    rows = [{name: getattr(each, name) for name in SCHEMA.names} for each in results]
-    table = pyarrow.Table.from_pylist(rows, SCHEMA)
+    table = pyarrow.Table.from_pylist([row_of(each) for each in results], SCHEMA)
     write_atomically(folder / PARQUET, lambda path: parquet.write_table(table, path, compression="zstd"))

@@ -2,17 +2,15 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from agents.benchmark import grid
 from agents.benchmark.cell_measurement import measure
 from agents.benchmark.plan import BenchmarkCell, Request
-from agents.benchmark.results import EPISODES, Result
+from agents.benchmark.results import Result, row_of
 from agents.evaluation_cache import code_of
 from agents.study import Study, of_problem
 from grind_env.policies.problem_lookup import Problem
@@ -68,16 +66,6 @@ def digest(trial: BenchmarkTrial) -> str:
 def run(trial: BenchmarkTrial) -> dict[str, Any]:
     """Return the row of a cell."""
     return row_of(replace(measure(trial.cell, trial.request), digest=digest(trial)))
-
-
-def row_of(found: Result) -> dict[str, Any]:
-    """Return a result as the row that is cached."""
-    return {each.name: getattr(found, each.name) for each in fields(Result)}
-
-
-def result(row: Mapping[str, Any]) -> Result:
-    """Return the result in a cached row."""
-    return Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}})
 
 
 def seconds(trial: BenchmarkTrial) -> float:

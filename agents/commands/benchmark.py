@@ -59,10 +59,10 @@ def benchmark(
     The default task is power_limited. To resume a killed run, repeat the command.
     """
     from agents.benchmark import grid, plan
-    from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, write_results
+    from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, result, write_results
     from agents.benchmark.scoring import judged
     from agents.benchmark.summary import ON_SCREEN, table_of_task
-    from agents.benchmark.trials import result, study
+    from agents.benchmark.trials import study
 
     console = table_console()
     if report:

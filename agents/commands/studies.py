@@ -12,7 +12,7 @@ from agents.benchmark.plan import EPISODES, FLAGSHIP, chosen_problems
 from agents.command_defaults import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
-from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
+from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs, StudyOptions
 from grind_env.envs.task_names import CORE, MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.file_arguments import FILE, PROBLEM, Reads, Writes
@@ -214,8 +214,6 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
     taken = {key: each for key, each in {**shared, **own}.items() if key not in of.without}
 
     def study(**given: Any) -> None:
-        from agents.study import StudyOptions
-
         usual = {key: each.default for key, each in shared.items()} | given
         if "seeds" not in own and not of.seeds and (usual["seeds"], usual["steps"]) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")

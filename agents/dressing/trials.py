@@ -17,10 +17,9 @@ from grind_env.envs.tasks import Dress
 from grind_env.files import is_file
 from grind_env.output_checks import FileKind, check_replaceable
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import FALLBACK, named_policy, usual_name
 from grind_env.policies.problem_lookup import Problem
-from grind_env.policies.registry import make_policy, policy_names
+from grind_env.policies.registry import policy_names
 from grind_env.policies.tuned_parameters import write_whole
 
 PICTURE = FileKind("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
@@ -57,14 +56,14 @@ def study(asked: StudyOptions) -> Study:
         trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]
         trials.append(DressTrial(problem, "plan", every, episodes))
         trials += [DressTrial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
-        trials += [DressTrial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
+        trials += [DressTrial(problem, "decision", name, episodes, runs=runs) for name in deciding(problem)]
     return Study(
         name="dress-study",
         title="",
         trials=trials,
         run=find,
         seconds=seconds,
-        decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
+        decides=decides,
         files={f"{problem.name}.csv": "task,question,policy," for problem in asked.problems},
         publish=partial(write, episodes),
     )
@@ -74,7 +73,7 @@ def find(trial: DressTrial) -> dict[str, object]:
     """Return the finding of a trial."""
     problem, simulation, seeds = trial.problem, trial.problem.simulation(), episode_seeds("evaluation", trial.episodes)
     if isinstance(trial.what, str):
-        policy = decider(trial)
+        policy = named_policy(trial.what, simulation)
         run = cached_evaluation(policy, problem, seeds, trial.runs)
         return asdict(finding(problem.name, simulation, "decision", policy, run))
     if trial.dress is not None:
@@ -93,17 +92,17 @@ def seconds(trial: DressTrial) -> float:
     return 2 * blocks * len(trial.what) * PLANNED
 
 
-def decider(trial: DressTrial) -> Policy:
-    """Return the policy that decides in a trial."""
-    return next(each for each in deciding(trial.problem) if each.name == trial.what)
+def decides(trial: DressTrial) -> object:
+    """Return the fingerprint of the policy that decides in a trial; False for a fixed plan."""
+    what, problem = trial.what, trial.problem
+    return isinstance(what, str) and code_of(named_policy(what, problem.simulation()), problem)
 
 
-def deciding(problem: Problem) -> list[Policy]:
+def deciding(problem: Problem) -> list[str]:
     """Return the policies that decide when to dress in a problem: scripted policies, planners, bundled agent."""
     simulation = problem.simulation()
-    scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
-    bundled = usual_name(simulation)
-    return [*scripted, *([named_policy(bundled, simulation)] if bundled != FALLBACK else [])]
+    names, bundled = policy_names(simulation), usual_name(simulation)
+    return [*(name for name in names if name not in BASELINES), *([bundled] if bundled != FALLBACK else [])]
 
 
 def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:

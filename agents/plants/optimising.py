@@ -33,16 +33,16 @@ def real(programs: Programs, job: Job) -> tuple[float, float]:
     return float(found.cost.mean()), float(found.scrap.mean())
 
 
-def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, float]:
+def optimise_on(machine: StudyMachine) -> dict[str, float]:
     """Return promised and true costs of the search: without a calibration, with one, and with the true model."""
     truth, found = machine.job(), dict[str, float]()
     found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
     with tempfile.TemporaryDirectory() as folder:
         catalogue = calibrated(machine, Path(folder))
-        plain = _judged(uncalibrated(machine.program, seconds), machine, truth)
+        plain = _judged(uncalibrated(machine.program), machine, truth)
         # a refused calibration leaves the machine without one
-        fitted = plain if catalogue is None else _searched(machine, catalogue, truth, seconds)
-    known = _searched(machine, replace(truth, uncertainty=CERTAIN), truth, seconds)
+        fitted = plain if catalogue is None else _searched(machine, catalogue, truth)
+    known = _searched(machine, replace(truth, uncertainty=CERTAIN), truth)
     for way, searched in (("uncalibrated", plain), ("calibrated", fitted), ("known", known)):
         found |= {f"{way}_{what}": value for what, value in searched.items()}
     found["refused"] = float(catalogue is None)
@@ -60,15 +60,15 @@ def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
 
 
 @cache
-def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
+def uncalibrated(program: StudyProgram) -> Optimised:
     """Return the result without a calibration, which is equal for all machines."""
-    return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
+    return find_words(program.path, program.job, parts=PARTS, seconds=SECONDS)
 
 
-def _searched(machine: StudyMachine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
+def _searched(machine: StudyMachine, job: Path | Job, truth: Job) -> dict[str, float]:
     """Return the judged result of a search; a program that the model condemns stays unchanged."""
     try:
-        found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
+        found = find_words(machine.program.path, job, parts=PARTS, seconds=SECONDS)
     except CondemnedError:
         cost, scrap = real(read_file(machine.program.path), truth)
         return {"cost": cost, "scrap": scrap, "promised": cost, "low": cost, "high": cost, "changed": 0.0}

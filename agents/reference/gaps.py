@@ -35,8 +35,8 @@ DULLNESS, GROWTH, ROUGHNESS, STATE = KNOWN = ("dullness", "dullness, growth", "d
 """Knowledge of the rule on the state before a block: the dullness of the wheel, alone, with the dulling rate of the
 lot, or with the Ra of wheel and part; or all."""
 ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
-AGAINST = {**dict.fromkeys((*ROLES[1:], *KNOWN), FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
-"""Role from which each saving is counted."""
+AGAINST = {ADAPTING_E: DRESS, ADAPTING_D: SPEED}
+"""Role from which a saving is counted, if not from the fixed plan."""
 DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
 """Role that saves, for savings whose name is not a role."""
 

@@ -47,7 +47,7 @@ def study(asked: StudyOptions) -> Study:
             simulation = problem.simulation()
             policies = [make_policy(each, simulation, asked.configs) for each in policy_names(simulation)]
             rows = table_rows(policies, runs)
-            write_whole(folder / f"{problem.name}.csv", csv_text(simulation.task, rows, runs))
+            write_whole(folder / f"{problem.name}.csv", csv_text(simulation.task, rows, asked.episodes))
             references = {**read_references(data), problem.id: reference_of(simulation.task, policies, runs)}
             write_whole(data, write_text(references))
             title = f"{simulation.task.title}: {asked.episodes} evaluation episodes"
@@ -76,12 +76,11 @@ def tune_missing(asked: StudyOptions, more: Sequence[str] = ()) -> None:
 
 
 def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:
-    """Return the reference scores of a task: anchors on the episodes of the planner, returns on all."""
-    planned = len(found[REFERENCE].cost)
+    """Return the reference scores of a task, from evaluations on the same episodes."""
     measured = {each.name: found[each.name] for each in policies if each.sees == "measurements"}
     best = min(measured, key=lambda name: float(measured[name].cost.mean()))
     fixed = best_plan(found)
-    zero, hundred = mean_return(task, found[fixed].first(planned)).value, mean_return(task, found[REFERENCE]).value
+    zero, hundred = mean_return(task, found[fixed]).value, mean_return(task, found[REFERENCE]).value
     return Reference(
         zero=zero,
         hundred=hundred,
@@ -101,10 +100,8 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
     return Mean(round(float(returns.mean()), 4), round(error, 4))
 
 
-def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
+def csv_text(task: Task, rows: Sequence[ScoreRow], episodes: int) -> str:
     """Return all numbers unrounded, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
-    seeds = [episode_seeds("evaluation", len(found[row.policy].cost)) for row in rows]
-    facts = [provenance(each, trains=False) for each in seeds]
-    cells = [[task.name, *flat(row), *fact.values()] for row, fact in zip(rows, facts, strict=True)]
-    return csv_of(["task", *columns, *facts[0]], cells)
+    facts = provenance(episode_seeds("evaluation", episodes), trains=False)
+    return csv_of(["task", *columns, *facts], [[task.name, *flat(row), *facts.values()] for row in rows])

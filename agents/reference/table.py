@@ -40,17 +40,12 @@ class ScoreRow:
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
-    """Return the rows of the table; the fixed plan of least mean cost on these episodes scores 0, the planner 100.
-
-    Scores use the episodes of the planner, which are the first episodes of the other policies.
-    """
-    planner = results[REFERENCE]
-    planned = len(planner.cost)
-    fixed = results[best_plan(results)]
+    """Return the rows of the table; the fixed plan of least mean cost on these episodes scores 0, the planner 100."""
+    fixed, planner = results[best_plan(results)], results[REFERENCE]
     rows = []
     for policy in policies:
         run = results[policy.name]
-        score = run.first(planned).score(fixed.first(planned), planner)
+        score = run.score(fixed, planner)
         speed, executions = run.speed, run.dresses
         rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows

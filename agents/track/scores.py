@@ -48,9 +48,9 @@ def points(ours: Array, zero: Array, hundred: Array) -> Array:
     return np.where(hundred < zero, score_of_means(ours, zero, hundred), np.nan)
 
 
-def summary(ours: Array, zero: Array, hundred: Array, seed: int = 0) -> Summary:
+def summary(ours: Array, zero: Array, hundred: Array) -> Summary:
     """Return the scores of costs, shape (machines, seeds); resamples of machines and seeds are equal for all costs."""
-    costs, rng, (machines, seeds) = np.stack([ours, zero, hundred]), np.random.default_rng(seed), ours.shape
+    costs, rng, (machines, seeds) = np.stack([ours, zero, hundred]), np.random.default_rng(0), ours.shape
     m, s = rng.integers(0, machines, (RESAMPLES, machines, 1)), rng.integers(0, seeds, (RESAMPLES, machines, seeds))
     value, draws = costs.mean(axis=2), costs[:, m, s].mean(axis=3)
     statistics: tuple[Callable[[Array], Array], ...] = (

@@ -1,7 +1,6 @@
 """The track as a study: adapters, machines, and estimated CPU time."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,31 +27,6 @@ FILES = {"track.csv": ",".join(RUN), "track.md": "# The track", ANCHORS: ",".joi
 """First characters of each file."""
 SECONDS = {SCALES: 150.0, TRAINED: 105.0, "calibrated": 20.0, "robust_calibrated": 30.0}
 """Measured CPU time of a trial, s; trials of other adapters take about 1 s."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrackStudy(Study):
-    """Study with the anchors of its scores.
-
-    Attributes:
-        anchors: `anchors(ground)`, the anchors of all machines.
-        submit: file of a row for `grind verify`, or None.
-        text: name of the policy of this row.
-    """
-
-    anchors: Callable[[Ground], Mapping[str, Anchors]]
-    submit: Path | None
-    text: str
-
-    def write(self, found: Found, folder: Path) -> str:
-        ground = ground_of(found)
-        anchors = self.anchors(ground)
-        write_anchors(folder / ANCHORS, anchors)
-        if self.submit is not None:
-            costs = [runs[Path(self.text).name].runs.cost[0].mean() for runs in ground.values()]
-            robust = [each.robust[0] for each in anchors.values()]
-            write_rows(self.submit, [track_row(self.text, np.array(costs), np.array(robust))])
-        return super().write(found, folder)
 
 
 def study(
@@ -96,7 +70,15 @@ def study(
     def anchors(ground: Ground) -> Mapping[str, Anchors]:
         return {plant: frozen.get(plant) or anchors_of(runs) for plant, runs in ground.items()}
 
-    return TrackStudy(
+    def draw(found: Found, folder: Path) -> None:
+        ground = ground_of(found)
+        write_anchors(folder / ANCHORS, anchors(ground))
+        if submit is not None:
+            costs = [runs[Path(names[0]).name].runs.cost[0].mean() for runs in ground.values()]
+            robust = [each.robust[0] for each in anchors(ground).values()]
+            write_rows(submit, [track_row(names[0], np.array(costs), np.array(robust))])
+
+    return Study(
         name="track",
         title="The track: machines that a policy does not know",
         trials=trials,
@@ -108,9 +90,7 @@ def study(
         rows=lambda found: rows(ground_of(found)),
         page=lambda found: page(ground_of(found), anchors(ground_of(found))),
         episodes=asked.seeds,
-        anchors=anchors,
-        submit=submit,
-        text=names[0],
+        draw=draw,
         files=FILES,
     )
 

@@ -46,8 +46,6 @@ INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 COST_DIGITS = 1e-3
 """Tolerance of the cost of an episode in a file, $."""
 
-Advance = Callable[[int], object]
-
 
 class SideBySide:
     """Policies on measurements as one policy: each decides for an equal share of the episodes, in this order."""
@@ -77,7 +75,7 @@ class Tuner:
         folder: Path | None,
         episodes: int = TUNING_EPISODES,
         fresh: bool = False,
-        advance: Advance = lambda points: None,
+        advance: Callable[[int], object] = lambda points: None,
     ) -> None:
         self.simulation, self.task = simulation, simulation.task
         self.seeds = {name: episode_seeds(name, episodes) for name in ("training", "validation")}
@@ -114,14 +112,10 @@ class Tuner:
         costs = self._cached(name, lambda point: plan(*point))
         found = grid_search(costs, product(speed_grid(self.task, speeds).tolist(), D, every))
         E, *rest = found.point
-        found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
+        found = found._replace(point=E)
+        if self.task.action.speed_levels is None:
+            found = refine(lambda E: costs([(E, *rest)])[0], found, *self.task.action.speed_ends)
         return plan(found.point, *rest), found.evaluations
-
-    def _refine(self, cost: Callable[[float], float], found: BestPoint) -> BestPoint:
-        if self.task.action.speed_levels is not None:
-            return found
-        low, high = self.task.action.speed_ends
-        return refine(cost, found, low, high)
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
         """Return policy, parameters and evaluations of the CMA-ES run of a rule with the least validation cost."""

@@ -132,12 +132,6 @@ def reward_terms(task: Task) -> dict[str, int]:
 
 
 @inlined
-def counted_rise(kind: KindRow, result: Tally) -> float:
-    """Return the highest temperature rise that counts, K: of all plunges, or of plunges not ground off later."""
-    return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
-
-
-@inlined
 def rates_of(shop: Shop) -> Rates:
     """Return the prices of a task."""
     return Rates(shop.hourly, shop.wheel_price, shop.dress_price)
@@ -171,6 +165,7 @@ def outcome_of(
     scrap_cost = finished * kind.scrap * (1.0 - found.good)
     late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
     change_cost = change * shop.change_price
+    rise = result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
     roughness_ratio = part.Rs / kind.roughness if kind.roughness > NO_LIMIT else 0.0
     cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
     return Outcome(
@@ -187,7 +182,7 @@ def outcome_of(
         finished=finished,
         seconds=seconds,
         burn_ratio=result.burn_ratio,
-        rise=counted_rise(kind, result),
+        rise=rise,
         peak_power=min(result.peak_load, kind.power),
         peak_torque=result.peak_torque,
         roughness=part.Rs,

@@ -72,12 +72,6 @@ def factor(sigma: float, word: float, ranges: float) -> float:
 
 
 @inlined
-def deviation(sigma: float, word: float) -> float:
-    """Return a normal number with standard deviation `sigma`, from a random word."""
-    return spread(sigma, normal(uniform(word)))
-
-
-@inlined
 def spread(sigma: float, z: float) -> float:
     """Return a normal number with standard deviation `sigma`, from a standard normal number."""
     return sigma * z if sigma > 0.0 else 0.0

@@ -38,9 +38,10 @@ from grind_env.envs.past_readings import (
     truth_of,
     write_memory,
 )
-from grind_env.envs.random_numbers import TAPER, deviation, words_of
+from grind_env.envs.random_numbers import TAPER, spread, words_of
 from grind_env.envs.task_gauges import TAPER_NOISE
 from grind_env.kernel import entry, inlined
+from grind_env.kernel.random import normal, uniform
 from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounted_wheel import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.loops.block_change import shift_of
@@ -271,13 +272,6 @@ def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, p
 
 
 @inlined
-def write_forces(parameters: Any, i: int, factor: float) -> None:
-    """Scale all forces of episode i."""
-    for column in FORCE_COLUMNS:
-        parameters[i, column] *= factor
-
-
-@inlined
 def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
     """Write the settings of the block of episode i: all chosen settings, or E, D and the other words of the script."""
     if choices.settings.shape[0] > 0:
@@ -422,7 +416,8 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             write_factored(tables.parameters, i, base, min(number, base.shape[0] - 1), episodes.tape, place, changed)
             factor = episodes.forces[i, min(number, episodes.forces.shape[1] - 1)]
             if factor != 1.0:
-                write_forces(tables.parameters, i, factor)
+                for column in FORCE_COLUMNS:
+                    tables.parameters[i, column] *= factor
             write_settings(tables, choices, i, number)
             came, waited = came_and_waited(tables, number, row, stage)
             starts, rested = row.starts_part > 0.0, stage.rested + came + waited
@@ -551,9 +546,9 @@ def _gauge_zones(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]
 
 @inlined
 def _taper_error(episodes: Any, i: int, spreads: Any) -> float:
-    spread = episodes.source[i, NOISE_FACTOR] * read_sigmas(spreads, 0).measurement * TAPER_NOISE
+    sigma = episodes.source[i, NOISE_FACTOR] * read_sigmas(spreads, 0).measurement * TAPER_NOISE
     word, _, _, _ = words_of(episodes.source[i, KEY_0], episodes.source[i, KEY_1], TAPER, episodes.block[i])
-    return deviation(spread, word)
+    return spread(sigma, normal(uniform(word)))
 
 
 COVERED = SurfaceStore("parts", covered_blocks_of, _lay_covered, _gauge_covered, _none)

@@ -31,7 +31,6 @@ class Guarded:
 
     policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)  # the rule that replaces it
-    step: float = STEP  # largest factor on E from block to block when the policy returns
     PREFIX: ClassVar[str] = "guarded:"
 
     @property
@@ -62,7 +61,7 @@ class Guarded:
         self.stay = np.where(raised, LONGER * self.stay, self.stay)
         over = self.alarmed & (self.left == 0.0) & self.watch.holds
         self.alarmed = (self.alarmed | raised) & ~over
-        most = nearest_speed(task, self.step * self.rule.speeds[n, kind])
+        most = nearest_speed(task, STEP * self.rule.speeds[n, kind])
         self.returning = (self.returning | over) & ~self.alarmed & (own.speeds > most)
         speeds = np.where(self.returning, most, own.speeds)
         E = nearest_speed(task, np.where(self.alarmed, safe.speeds, speeds))

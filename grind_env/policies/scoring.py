@@ -19,7 +19,7 @@ from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.policy_lookup import agent_of, named_policy
 from grind_env.policies.problem_lookup import Problem, find_problem
-from grind_env.policies.registry import FIXED_PLANS, make_policy
+from grind_env.policies.registry import make_policy
 from grind_env.policies.score_statistics import (
     Interval,
     normalised_score,
@@ -197,8 +197,7 @@ def evaluate(
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:
-            plans = [make_policy(name, simulation) for name in FIXED_PLANS if name == known.fixed_plan]
-            fixed = roll_out(plans[0], simulation, start) if plans else None
+            fixed = roll_out(make_policy(known.fixed_plan, simulation), simulation, start)
         except ConfigError:
             fixed = None
         paired = paired and fixed is not None

@@ -21,7 +21,7 @@ from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Step, steps
 from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem_lookup import Problem, find_problem
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import check_policy
 
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
@@ -79,14 +79,13 @@ class TrackMachine:
     Args:
         plant: name of the machine.
         seeds: seeds of the runs. With equal seeds, all policies grind the same lots.
-        problem: problem to grind; by default the problem of the track.
     """
 
-    def __init__(self, plant: str, seeds: Sequence[int], problem: Problem | None = None) -> None:
-        self.problem = find_problem(TASK) if problem is None else problem
-        made: Any = on(self.problem, plant).simulation()
+    def __init__(self, plant: str, seeds: Sequence[int]) -> None:
+        problem = find_problem(TASK)
+        made: Any = on(problem, plant).simulation()
         self.simulation: Simulation = made
-        self.model = model_of(self.problem)
+        self.model = model_of(problem)
         self.first: Plant = made.plants.first
         self.seeds, self.shift = seeds, 0
         self.remembers = [self.first.own for _ in seeds]

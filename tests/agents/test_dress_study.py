@@ -11,7 +11,6 @@ from agents.dressing.findings import DressFinding, best_plan, csv_text, new_over
 from agents.dressing.trials import study
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem_lookup import find_problem
-from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.agents.asking import in_process, study_options
 from tests.policies.harness import changed
@@ -62,7 +61,7 @@ def findings(folder, problem, episodes, monkeypatch, *questions):
 
 def test_a_study_answers_all_questions_and_resumes_from_its_cache(tmp_path, monkeypatch):
     monkeypatch.setattr(studies, "TRAINING", 4)
-    monkeypatch.setattr(trials, "deciding", lambda problem: [Handbook()])
+    monkeypatch.setattr(trials, "deciding", lambda problem: ["handbook"])
     found = findings(tmp_path, PROBLEM, 2, monkeypatch)
     assert {each.question for each in found} == {"interval", "plan", "dresser", "passes", "decision"}
     own_dress = (TASK.dress.lead, TASK.dress.depth, TASK.dress.passes)

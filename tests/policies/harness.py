@@ -60,12 +60,12 @@ def shortened(name: str, blocks: int) -> Simulation:
 
 
 def network_of(
-    simulation: Simulation, form: LearnerForm, family: str, *, lstm: int = 0, hidden: tuple[int, ...] = (128, 128)
+    simulation: Simulation, form: LearnerForm, *, lstm: int = 0, hidden: tuple[int, ...] = (128, 128)
 ) -> Network:
     """Return a network for a simulation."""
     view = form.view(simulation)
     entries, outputs = view.observation_space.shape[0], int(view.action_space.nvec.sum())
-    return Network(family=family, entries=entries, lstm=lstm, hidden=hidden, outputs=outputs, activation="tanh")
+    return Network(family="gru", entries=entries, lstm=lstm, hidden=hidden, outputs=outputs, activation="tanh")
 
 
 def untuned(name: str, simulation: Simulation) -> Any:

@@ -77,11 +77,9 @@ def test_an_episode_does_not_depend_on_other_episodes(kind: str, tmp_path: Path)
         assert np.array_equal(policy.actor.outputs(features[i : i + 1], state)[0][0], again[i])
 
 
-@pytest.mark.parametrize(
-    ("family", "lstm", "digest"), [("actor_critic", 0, "98dfa9d8279ad5d4"), ("gru", 24, "6856937e41bba947")]
-)
-def test_a_network_gives_equal_bits_on_every_machine(family: str, lstm: int, digest: str):
-    network = Network(family=family, entries=37, lstm=lstm, hidden=(64, 48), outputs=28, activation="tanh")
+@pytest.mark.parametrize(("lstm", "digest"), [(0, "98dfa9d8279ad5d4"), (24, "6856937e41bba947")])
+def test_a_network_gives_equal_bits_on_every_machine(lstm: int, digest: str):
+    network = Network(family="gru", entries=37, lstm=lstm, hidden=(64, 48), outputs=28, activation="tanh")
     rng = np.random.default_rng(0)
     tensors = {name: rng.uniform(-0.5, 0.5, shape).astype(np.float32) for name, shape in network.shapes().items()}
     actor = Actor(network, tensors)

@@ -153,7 +153,7 @@ def test_plan_cost_is_the_cost_of_following_the_plan():
 
 @pytest.mark.bits
 def test_forward_plans_do_not_depend_on_other_episodes():
-    many = forward_plans(ORACLE, start_episodes(ORACLE, range(20)))
+    many = forward_plans(ORACLE, start_episodes(ORACLE, range(20)), Surcharge())
     assert (many.speeds == many.speeds[0]).all()
     assert (many.executions == many.executions[0]).all()
 

@@ -24,7 +24,7 @@ from grind_env.policies.problem_lookup import find_problem
 from grind_env.sb3 import load_zip
 from grind_env.task_version import TASK_VERSION
 from tests.examples import examples
-from tests.policies.untrained import recurrent, save, untrained
+from tests.policies.untrained import ACTOR, recurrent, save, untrained
 
 PROBLEM = find_problem("oracle6")
 SIMULATION = PROBLEM.simulation()
@@ -76,8 +76,12 @@ def test_an_agent_file_holds_the_actor_and_its_origin(good: bytes, model: Any):
     assert {"task": "oracle6", "kind": "ppo", "memory": "belief", "actions": "grid"}.items() <= document.items()
     state = model.policy.state_dict()
     tensors = load(good)
-    assert not any("value" in name for name in tensors)
-    assert all(np.array_equal(values, state[name].numpy()) for name, values in tensors.items())
+    assert len(tensors) == 2 * len(ACTOR)
+    assert all(
+        np.array_equal(tensors[f"{own}.{part}"], state[f"{name}.{part}"])
+        for name, own in ACTOR.items()
+        for part in ("weight", "bias")
+    )
 
 
 def test_a_missing_or_damaged_agent_file_is_refused(good: bytes, tmp_path: Path):
@@ -196,7 +200,7 @@ def test_a_wrong_description_is_refused(key: str, value: Any, match: str, good: 
     ("key", "value", "match"),
     [
         ("family", "os.system", "description is damaged"),
-        ("family", "q_network", "description is damaged"),
+        ("family", "actor_critic", "description is damaged"),
         ("entries", 10**9, "description is damaged"),
         ("entries", True, "description is damaged"),
         ("entries", 12, "its tensors are not those"),
@@ -205,7 +209,7 @@ def test_a_wrong_description_is_refused(key: str, value: Any, match: str, good: 
         ("hidden", [1] * 17, "description is damaged"),
         ("hidden", [128.0, 128.0], "description is damaged"),
         ("hidden", "128", "description is damaged"),
-        ("lstm", 64, "description is damaged"),
+        ("lstm", 64, "its tensors are not those"),
         ("activation", "relu", "description is damaged"),
     ],
 )
@@ -223,15 +227,15 @@ def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
         (lambda values: values[:, None], "its tensors are not those"),
     ):
         tensors = load(good)
-        tensors["action_net.bias"] = change(tensors["action_net.bias"])
+        tensors["actor.4.bias"] = change(tensors["actor.4.bias"])
         refused(tmp_path, tensors_with(tensors, metadata), match)
     tensors = load(good)
     refused(tmp_path, tensors_with({**tensors, "more": np.zeros(1, np.float32)}, metadata), "its tensors are not those")
-    del tensors["action_net.bias"]
+    del tensors["actor.4.bias"]
     refused(tmp_path, tensors_with(tensors, metadata), "its tensors are not those")
 
 
-LAYERS = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_net")
+LAYERS = tuple(ACTOR.values())
 
 
 def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
@@ -271,7 +275,7 @@ def test_an_accepted_agent_does_not_overflow(powers: tuple[int, ...], seed: int,
         assert "overflow" in str(error) or "no finite number" in str(error)
         return
     # the features with the largest sums in the first layer, and random ones
-    worst = np.sign(actor.tensors["mlp_extractor.policy_net.0.weight"])
+    worst = np.sign(actor.tensors["actor.0.weight"])
     signs = np.concatenate([worst, np.random.default_rng(seed).choice([-1.0, 1.0], worst.shape)])
     features = (FEATURE_BOUND * signs).astype(np.float32)
     with np.errstate(over="raise", invalid="raise"):
@@ -282,7 +286,7 @@ def test_an_accepted_agent_does_not_overflow(powers: tuple[int, ...], seed: int,
 def test_an_overflowing_network_is_not_saved(tmp_path: Path):
     model = untrained(PROBLEM)
     model.policy.action_net.weight.data[:] = 3e38
-    with pytest.raises(GrindError, match="the weights of action_net are so large"):
+    with pytest.raises(GrindError, match=r"the weights of actor\.4 are so large"):
         save(tmp_path / "agent.safetensors", model, SIMULATION)
     model.policy.action_net.bias.data[0] = float("nan")
     with pytest.raises(GrindError, match="no finite number"):

@@ -1,20 +1,19 @@
 import numpy as np
 import pytest
 from gymnasium import spaces
-from hypothesis import given
-from hypothesis import strategies as st
 
 from grind_env.envs import task_env_factory
 from grind_env.envs.observation_memory import BeliefMemory, belief_entries
-from grind_env.policies.learned.agent_spaces import MEMORIES, STACKED, LearnerView, MemoryKind, RunningMeans
+from grind_env.policies.learned.agent_spaces import STACKED, LearnerView, MemoryKind
 from grind_env.policies.scripted.rules import REFERENCE_AREA
+from grind_env.policies.scripted.sharpness_estimator import SharpnessEstimator
 from tests.policies.harness import simulated
 
 pytestmark = pytest.mark.bits
 
 PLATES = simulated("power_limited")
 ENTRIES = len(PLATES.entries)
-KINDS: tuple[MemoryKind, ...] = ("belief", "stack", "estimates", "none")
+KINDS: tuple[MemoryKind, ...] = ("belief", "stack", "none")
 
 ESTIMATES = 4
 
@@ -74,14 +73,15 @@ def test_episodes_outside_the_mask_remember_nothing_new(memory: MemoryKind):
 
 
 def test_the_belief_view_joins_the_estimates_and_the_belief_of_the_wrapper():
-    view, estimates = LearnerView(PLATES, "belief"), LearnerView(PLATES, "estimates")
-    belief = BeliefMemory(PLATES, 16)
-    for each in (view, estimates, belief):
+    view, belief, estimator = LearnerView(PLATES, "belief"), BeliefMemory(PLATES, 16), SharpnessEstimator(PLATES)
+    for each in (view, belief, estimator):
         each.begin(2)
     scale = belief_entries()[0].scale
     for each in observations(2, 10):
         shown = view.features(each)
-        assert np.array_equal(shown[:, : ENTRIES + ESTIMATES], estimates.features(each))
+        assert np.array_equal(shown[:, :ENTRIES], each)
+        wear_flat = estimator.update(each).wear_flat
+        assert np.array_equal(shown[:, ENTRIES], np.log(wear_flat / REFERENCE_AREA).astype(np.float32))
         wrapped = belief.take(each, None, np.ones(2, bool))
         assert np.array_equal(shown[:, ENTRIES + ESTIMATES : -1], wrapped[:, ENTRIES:])
         believed = scale * wrapped[:, ENTRIES].astype(np.float64)
@@ -106,30 +106,3 @@ def test_the_speed_grid_of_a_task_with_levels_equals_the_levels():
     levels = np.arange(len(task.action.speed_levels or ()))
     decision = view.decide(np.stack([levels, np.zeros_like(levels)], axis=1))
     assert decision.speeds.tolist() == [*(task.action.speed_levels or ())]
-
-
-@given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=30), st.integers(0, 2**32 - 1))
-def test_a_running_mean_weighs_observations_exponentially_by_age(first: list[float], seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    seen = np.stack([np.array(first), rng.normal(size=len(first))], axis=1).astype(np.float32)
-    means = RunningMeans(2)
-    means.begin(3)
-    now = np.ones(3, bool)
-    for row in seen:
-        found = means.take(np.tile(row, (3, 1)), now)
-    ages = np.arange(len(seen))[::-1]
-    wanted = [np.average(seen, axis=0, weights=memory**ages) for memory in MEMORIES]
-    assert found.dtype == np.float32
-    np.testing.assert_allclose(found, np.tile(np.concatenate(wanted), (3, 1)), rtol=1e-5, atol=1e-5)
-
-
-def test_running_means_restart_and_update_single_episodes() -> None:
-    means = RunningMeans(1)
-    means.begin(3)
-    means.take(np.full((3, 1), 4.0, np.float32), np.ones(3, bool))
-    means.restart(np.array([False, True, False]))
-    found = means.take(np.full((3, 1), 2.0, np.float32), np.array([True, True, False]))
-    long = MEMORIES[1]
-    assert found[0, 1] == np.float32((long * 4.0 + 2.0) / (long + 1.0))
-    assert found[1].tolist() == [2.0, 2.0]
-    assert found[2].tolist() == [4.0, 4.0]

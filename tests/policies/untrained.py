@@ -1,4 +1,4 @@
-"""Untrained agents of each family of networks, and a function that saves them."""
+"""Untrained agents with and without a GRU, and a function that saves them."""
 
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,8 @@ from tests.policies.harness import network_of
 
 KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}
 """Observations of agents of Stable-Baselines3."""
+ACTOR = {"mlp_extractor.policy_net.0": "actor.0", "mlp_extractor.policy_net.2": "actor.2", "action_net": "actor.4"}
+"""Layers of an agent file by the layers of Stable-Baselines3."""
 
 
 class Spaces(gym.Env[Any, Any]):
@@ -36,13 +38,16 @@ def untrained(problem: Problem, kind: str = "ppo", seed: int = 3) -> Any:
 def recurrent(simulation: Simulation, lstm: int = 24) -> LearnedPolicy:
     """Return an agent with a GRU."""
     form, rng = LearnerForm("none"), np.random.default_rng(5)
-    network = network_of(simulation, form, "gru", lstm=lstm)
+    network = network_of(simulation, form, lstm=lstm)
     tensors = {name: rng.normal(0.0, 0.3, shape).astype(np.float32) for name, shape in network.shapes().items()}
     return LearnedPolicy(Actor(network, tensors), simulation.task.name, form, "gru")
 
 
 def save(path: Path, model: Any, simulation: Simulation, kind: str = "ppo") -> None:
     """Write the parts of an agent of Stable-Baselines3 that it needs to act."""
-    state = {name: values.detach().cpu().numpy() for name, values in model.policy.state_dict().items()}
-    actor = Actor(network_of(simulation, KINDS[kind], "actor_critic"), state)
+    state = model.policy.state_dict()
+    tensors = {
+        f"{own}.{part}": state[f"{name}.{part}"].numpy() for name, own in ACTOR.items() for part in ("weight", "bias")
+    }
+    actor = Actor(network_of(simulation, KINDS[kind]), tensors)
     write_policy(path, actor, simulation, kind, KINDS[kind], {"settings": {"split": "inner"}})

@@ -49,7 +49,7 @@ def batch(program: Path, parts: int) -> Problem:
 def saved_agent(path: Path, problem: Problem, **description: Any) -> Path:
     """Save a small agent with random weights as `python -m agents train` does and return its path."""
     simulation, form, rng = problem.simulation(), LearnerForm("belief"), np.random.default_rng(17)
-    network = network_of(simulation, form, "actor_critic", hidden=(8,))
+    network = network_of(simulation, form, hidden=(8,))
     tensors = {name: rng.normal(0.0, 0.7, shape).astype(np.float32) for name, shape in network.shapes().items()}
     write_policy(path, Actor(network, tensors), simulation, "ppo", form, description)
     return path

@@ -129,17 +129,17 @@ def _from_file(path: Path) -> Task:
 
 def _document(path: Path) -> dict[str, Any]:
     """Return the content of a task file merged with its base."""
-    layers = [{key: value for key, value in document.items() if key != "base"} for _, document in _layers(path)]
+    layers = [{key: value for key, value in document.items() if key != "base"} for document in _layers(path)]
     document = layers.pop()
     for own in reversed(layers):
         document = _merged(document, own)
     return document
 
 
-def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Yield a task file and its bases, each with its own content."""
+def _layers(path: Path) -> Iterator[dict[str, Any]]:
+    """Yield the own content of a task file and of its bases."""
     document, seen = _parsed(path), [path.resolve()]
-    yield path, document
+    yield document
     while "base" in document:
         path = _base(document["base"], path)
         try:
@@ -151,7 +151,7 @@ def _layers(path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
                 f"base: {path.name} is based on itself in the end; leave out one base", "base", path.name
             )
         seen.append(path.resolve())
-        yield path, document
+        yield document
 
 
 def _base(source: object, path: Path) -> Path:

@@ -3,9 +3,7 @@
 An agent sees the measured observation and a memory of the episode; one observation says little of lot and wheel:
 
 * `belief`: the estimates of the scripted rules, and the belief about the wheel (`grind_env.belief`);
-* `means`: the memory of `belief`, and running means of all measurements;
 * `stack`: the last observations, unchanged;
-* `estimates`: the estimates of the scripted rules alone;
 * `none`: nothing, for agents with a recurrent network, or to measure the value of a memory.
 
 An agent chooses E and D as two integers, because a Gaussian policy does not suit a whole number of dresses.
@@ -28,7 +26,7 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from grind_env.policies.scripted.sharpness_estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 
-MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
+MemoryKind = Literal["belief", "stack", "none"]
 """Memory of a learner."""
 GRID = "multidiscrete"
 """Form of the action in `grind_env.envs.actions`."""
@@ -42,8 +40,6 @@ LEAST_AREA = 1e-4
 """Least believed wear-flat area in the features; smaller areas count as this one."""
 
 BLOCKS_KNOWN = LotMemory._fields.index("blocks")
-MEMORIES = (0.9, 0.98)
-"""Factors on the weight of earlier blocks with each block: memories of about 10 and 50 blocks."""
 NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
 """Empty action space for the stack, because the observation shows E and D of the last block."""
 
@@ -61,39 +57,6 @@ class LearnerForm:
         return LearnerView(simulation, self.memory)
 
 
-class RunningMeans:
-    """Exponentially weighted means of every entry of the observations of N episodes.
-
-    Args:
-        entries: number of entries of an observation.
-    """
-
-    def __init__(self, entries: int) -> None:
-        self.entries = entries
-        self.begin(0)
-
-    def begin(self, n: int) -> None:
-        self.sums = np.zeros((n, len(MEMORIES), self.entries))
-        self.weights = np.zeros((n, len(MEMORIES), 1))
-
-    def restart(self, mask: NDArray[np.bool_]) -> None:
-        """Restart the episodes in `mask`, shape (N,), with their next observation."""
-        self.sums[mask] = 0.0
-        self.weights[mask] = 0.0
-
-    def take(self, observations: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-        """Update the means with observations, shape (N, entries); rows outside `mask` are ignored.
-
-        Returns:
-            The means, shape (N, len(MEMORIES) * entries); a new array.
-        """
-        left = np.array(MEMORIES)[:, None]
-        self.sums[mask] = left * self.sums[mask] + observations[mask, None]
-        self.weights[mask] = left * self.weights[mask] + 1.0
-        means = self.sums / np.maximum(self.weights, 1.0)
-        return means.reshape(len(observations), -1).astype(np.float32)
-
-
 class LearnerView:
     """Features and actions of N episodes of a simulation.
 
@@ -108,9 +71,8 @@ class LearnerView:
         self.codec = ActionCodec(simulation.task, GRID)
         assert isinstance(self.codec.space, spaces.MultiDiscrete)
         self.action_space = self.codec.space
-        self.estimator = SharpnessEstimator(simulation) if memory not in ("stack", "none") else None
-        self.belief = BeliefMemory(simulation, MEMBERS) if memory in ("belief", "means") else None
-        self.means = RunningMeans(len(entries)) if memory == "means" else None
+        self.estimator = SharpnessEstimator(simulation) if memory == "belief" else None
+        self.belief = BeliefMemory(simulation, MEMBERS) if memory == "belief" else None
         measured = spaces.Box(*bounds(entries), dtype=np.float32)
         self.stack = StackMemory(measured, NO_ACTION, STACKED) if memory == "stack" else None
         self.wear_flat_scale = belief_entries()[0].scale
@@ -119,13 +81,13 @@ class LearnerView:
         self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (width,), np.float32)
 
     def begin(self, n: int) -> None:
-        for memory in (self.estimator, self.belief, self.means, self.stack):
+        for memory in (self.estimator, self.belief, self.stack):
             if memory is not None:
                 memory.begin(n)
 
     def restart(self, mask: Flags) -> None:
         """Restart the episodes in `mask`, shape (N,), with their next observation."""
-        for memory in (self.estimator, self.belief, self.means, self.stack):
+        for memory in (self.estimator, self.belief, self.stack):
             if memory is not None:
                 memory.restart(mask)
 
@@ -144,31 +106,31 @@ class LearnerView:
         if self.stack is not None:
             stacked: Features = self.stack.take(observation, None, chosen)
             return stacked
-        parts = [observation] if self.estimator is None else [observation, self._estimates(observation, chosen)]
-        if self.belief is not None:
-            # the result is the observation, followed by the belief
-            belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
-            area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
-            parts += [belief, np.log(area / REFERENCE_AREA)]
-        if self.means is not None:
-            parts.append(self.means.take(observation, chosen))
+        if self.estimator is None or self.belief is None:
+            return observation.astype(np.float32)
+        estimates = _estimates(self.estimator, observation, chosen)
+        # the result is the observation, followed by the belief
+        belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]
+        area = np.maximum(self.wear_flat_scale * belief[:, :1], LEAST_AREA)
+        parts = observation, estimates, belief, np.log(area / REFERENCE_AREA)
         return np.concatenate(parts, axis=1, dtype=np.float32)
-
-    def _estimates(self, observation: NDArray[np.float32], chosen: Flags) -> Features:
-        assert self.estimator is not None
-        memory, kind = self.estimator.memory.copy(), self.estimator.kind
-        estimate: Estimate = self.estimator.update(observation)
-        if not chosen.all():
-            self.estimator.memory[~chosen] = memory[~chosen]
-            self.estimator.kind[~chosen] = kind[~chosen]
-        columns = (
-            np.log(estimate.wear_flat / REFERENCE_AREA),
-            estimate.severity,
-            np.minimum(self.estimator.memory[:, BLOCKS_KNOWN], MEMORY) / MEMORY,
-            np.log1p(estimate.volume / 50.0),
-        )
-        return np.stack(columns, axis=1).astype(np.float32)
 
     def decide(self, actions: NDArray[np.int64]) -> Decision:
         """Return E in mm/min and D of a batch of actions, shape (N, 2)."""
         return Decision(*self.codec.decode(actions))
+
+
+def _estimates(estimator: SharpnessEstimator, observation: NDArray[np.float32], chosen: Flags) -> Features:
+    """Return the estimates of the scripted rules as features; episodes outside `chosen` stay unchanged."""
+    memory, kind = estimator.memory.copy(), estimator.kind
+    estimate: Estimate = estimator.update(observation)
+    if not chosen.all():
+        estimator.memory[~chosen] = memory[~chosen]
+        estimator.kind[~chosen] = kind[~chosen]
+    columns = (
+        np.log(estimate.wear_flat / REFERENCE_AREA),
+        estimate.severity,
+        np.minimum(estimator.memory[:, BLOCKS_KNOWN], MEMORY) / MEMORY,
+        np.log1p(estimate.volume / 50.0),
+    )
+    return np.stack(columns, axis=1).astype(np.float32)

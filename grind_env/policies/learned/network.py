@@ -6,7 +6,6 @@ The network has an optional GRU, then linear layers with tanh between them. The 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -26,24 +25,11 @@ Shape = tuple[int, ...]
 
 GRU = "gru"
 """Name of the GRU in the state of an agent of `grind_env.training.gru_ppo`."""
+FAMILY = "gru"
+"""Family of networks that a file names; the GRU may be left out."""
 GATES = 3
 """Number of gates of a GRU unit; the candidate counts as a gate."""
 ACTIVATION = "tanh"
-
-
-class Layers(NamedTuple):
-    """Names of the acting layers in the state of a network family, and whether a GRU comes first."""
-
-    body: str
-    head: str
-    recurrent: bool = False
-
-
-FAMILIES: Mapping[str, Layers] = {
-    "actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net"),
-    "gru": Layers("actor.{}", "actor.{}", recurrent=True),
-}
-"""Network families that a file may name; other names are refused."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +37,7 @@ class Network:
     """Shape of the acting part of a network.
 
     Args:
-        family: one of `FAMILIES`.
+        family: `FAMILY`.
         entries: length of the feature vector.
         lstm: number of units of the GRU; 0 without a GRU.
         hidden: number of units of each hidden layer.
@@ -68,10 +54,8 @@ class Network:
 
     def linear(self) -> list[str]:
         """Return the names of the linear layers, in order."""
-        layers = FAMILIES[self.family]
-        # an activation follows each layer of the body
-        names = [layers.body.format(2 * i) for i in range(len(self.hidden))]
-        return [*names, layers.head.format(2 * len(self.hidden))]
+        # an activation follows each layer but the last
+        return [f"actor.{2 * i}" for i in range(len(self.hidden) + 1)]
 
     def shapes(self) -> dict[str, Shape]:
         """Return the shape of every tensor by its name in the state of the trained policy."""

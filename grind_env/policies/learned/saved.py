@@ -1,7 +1,7 @@
 """Trained agents on disk: tensors and a description in a `.safetensors` file, which runs no code.
 
 Stable-Baselines3 saves pickles, which can run any code of their author. Here an untrusted file is read as numbers and
-JSON only. Its description names one of a few known networks, and every tensor must have the shape that follows from
+JSON only. Its description names a known network, and every tensor must have the shape that follows from
 this network. A file that does not fit is refused with an error message.
 """
 
@@ -24,7 +24,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason, shortened
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
 from grind_env.policies.learned.agent_spaces import FEATURE_BOUND, LearnerForm, LearnerView, MemoryKind
-from grind_env.policies.learned.network import ACTIVATION, FAMILIES, GRU, Actor, LearnedPolicy, Network, Tensor
+from grind_env.policies.learned.network import ACTIVATION, FAMILY, GRU, Actor, LearnedPolicy, Network, Tensor
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.task_version import TASK_VERSION, of_version
 
@@ -77,13 +77,11 @@ class Description:
         network, names = self.network, (self.task, self.kind, self.spaces, self.machines or "-")
         if not all(name and name.isprintable() and PurePath(name).name == name for name in names):
             raise ValueError("it has a name that is none")
-        if network.family not in FAMILIES or network.activation != ACTIVATION:
+        if network.family != FAMILY or network.activation != ACTIVATION:
             raise ValueError("its network is of no known family or activation")
         units = network.entries, network.outputs, *network.hidden, network.lstm or 1
         if len(network.hidden) > MOST_LAYERS or not all(1 <= each <= MOST_UNITS for each in units):
             raise ValueError("its network has no such layers")
-        if network.lstm and not FAMILIES[network.family].recurrent:
-            raise ValueError(f"{network.family} has no layer that remembers")
 
     @property
     def form(self) -> LearnerForm:

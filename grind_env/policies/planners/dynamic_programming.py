@@ -45,9 +45,6 @@ class Surcharge(NamedTuple):
     """Surcharge for a dress execution, $, because it is missing before a wheel change."""
 
 
-NO_SURCHARGE = Surcharge()
-
-
 def surcharges(task: Task) -> list[Surcharge]:
     """Return the surcharges that are worth trying in a task."""
     seconds = (0.04, 0.08, 0.15) if task.due is not None else (0.0,)
@@ -55,7 +52,7 @@ def surcharges(task: Task) -> list[Surcharge]:
     return [Surcharge(second, execution) for second in seconds for execution in executions]
 
 
-def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge = NO_SURCHARGE) -> Decision:
+def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge) -> Decision:
     """Return a cheap plan for each of N episodes with known tapes: E and D of shape (N, steps).
 
     From every retained state, every E of a grid is tried with every D up to 2. Each class of wear-flat area and volume
