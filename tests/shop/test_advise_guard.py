@@ -28,6 +28,19 @@ def test_advice_stays_within_bounds() -> None:
     assert all(10_000.0 <= speed <= 17_000.0 for speed, _ in advice)
 
 
+def test_advice_is_never_faster_than_the_table_of_the_machine(tmp_path: Path) -> None:
+    program, slow = tmp_path / "part.nc", "[setup]\nmachine_overrides = { maximum_table_speed = 16000 }"
+    program.write_bytes(PLATE.read_bytes())
+    program.with_suffix(".toml").write_text(PLATE.with_suffix(".toml").read_text().replace("[setup]", slow))
+    simulation: Any = batch(program, 2).simulation()
+    adviser, speeds = Adviser(simulation, policy_for(None, simulation)), []
+    for _ in range(4):
+        assert adviser.advice is not None
+        speeds.append(adviser.advice.speed)
+        adviser.take(readings_of({"mean_power": 500.0, "peak_power": 600.0}, "here"))
+    assert max(speeds) == 16_000.0
+
+
 def test_a_shadow_compares_its_forecasts_with_the_readings_of_an_operator(tmp_path: Path) -> None:
     problem = batch(PLATE, 6)
     simulation: Any = problem.simulation()

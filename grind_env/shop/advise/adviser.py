@@ -102,7 +102,7 @@ class Adviser:
     Args:
         simulation: simulation of the program.
         policy: policy on measurements.
-        bounds: lowest and highest advised E, mm/min; the program's range if None.
+        bounds: lowest and highest advised E, mm/min; the program's range if None. The table's maximum holds, too.
         shadow: whether somebody else decides; E and D without a reading are then the program's.
 
     Attributes:
@@ -174,7 +174,8 @@ class Adviser:
             return
         decision = self.policy.act(observation, None)
         number = self.episode.block
-        speed, executions = self.episode.taken(float(decision.speeds[0]), float(decision.executions[0]))
+        fastest = self.simulation.job.setup.machine.maximum_table_speed
+        speed, executions = self.episode.taken(min(float(decision.speeds[0]), fastest), float(decision.executions[0]))
         words = self.simulation.blocks[number].words(JobChoice(speed, executions))
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
