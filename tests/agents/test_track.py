@@ -117,7 +117,7 @@ def test_the_command_runs_the_track_and_resumes_it(
     assert f"| {PLAN} | 0 (0 to 0) |" in (tmp_path / "track.md").read_text()
     assert [*read_anchors(tmp_path / "track_anchors.csv", [0, 1])] == ["public:1"]
     assert status(monkeypatch, *words, "--adapters", "E7000D1") == 0
-    assert "6 runs, 1 to do" in capsys.readouterr().out
+    assert "7 runs, 2 to do" in capsys.readouterr().out
 
 
 def test_with_frozen_anchors_only_the_adapter_is_run_and_a_row_is_written(
