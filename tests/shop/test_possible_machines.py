@@ -152,8 +152,7 @@ def test_the_fleet_has_machines_on_which_the_program_grinds_good_parts() -> None
     fleet, every = (fleet_of(as_it_is, 1, untried=untried) for untried in (False, True))
     assert fleet is not None and every is not None
     assert 400 <= len(fleet.numbers) < fleet.drawn and every.drawn == 0
-    lots = lots_of(9, LotUse.JUDGEMENT, 128)
-    scrap = []
+    lots, scrap = lots_of(9, LotUse.JUDGEMENT, 128), list[float]()
     for each in (fleet, every):
         on = each.trials_for(as_it_is, LotUse.JUDGEMENT, lots)
         scrap.append(float(on.measure(on.own[None]).scrap.mean()))
