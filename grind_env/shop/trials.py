@@ -342,7 +342,7 @@ def trials_of(
             "parts",
         )
     began = monotonic()
-    batch, script = _batch_of_few(programs, job, runs, ranges_of(picks, spark_outs))
+    batch, script = _batch_of_few(programs, job, runs, ranges_of(job, picks, spark_outs))
     execution = (monotonic() - began) / SAMPLE_RUNS
     try:
         simulation = JobSimulation(

@@ -33,6 +33,7 @@ def test_advice_is_never_faster_than_the_table_of_the_machine(tmp_path: Path) ->
     program.write_bytes(PLATE.read_bytes())
     program.with_suffix(".toml").write_text(PLATE.with_suffix(".toml").read_text().replace("[setup]", slow))
     simulation: Any = batch(program, 2).simulation()
+    assert simulation.task.action.speed_ends == (3000.0, 16_000.0)
     adviser, speeds = Adviser(simulation, policy_for(None, simulation)), []
     for _ in range(4):
         assert adviser.advice is not None

@@ -15,10 +15,8 @@ from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
+from grind_env.envs.tasks.tables import USUAL_SPEEDS
 from grind_env.machine.job import Job, Part
-
-ACTION = ActionRange(executions=3, speed_range=(3000.0, 30_000.0))
-"""Table speeds of nearly all tasks; a higher D was never worthwhile."""
 
 SEEN = (
     *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
@@ -57,6 +55,13 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
     return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN) if name not in constant)
 
 
+def action_of(job: Job) -> ActionRange:
+    """Return the usual table speeds that the machine of a job can reach, and D up to 3: more was never worthwhile."""
+    slow, fast = USUAL_SPEEDS
+    fastest = min(fast, job.setup.machine.maximum_table_speed)
+    return ActionRange(executions=3, speed_range=(min(slow, 0.5 * fastest), fastest))
+
+
 def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     """Return a task with the limits and spreads of a job, and with the ranges that its actions and readings need.
 
@@ -71,7 +76,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         name=name,
         title=name,
         file=file,
-        action=ACTION,
+        action=action_of(job),
         setup=replace(task.setup, machine_overrides={"power_limit": job.setup.machine.power_limit}),
         kinds=(
             replace(

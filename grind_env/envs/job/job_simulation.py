@@ -21,7 +21,7 @@ from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episode_state import Episodes, check_running
 from grind_env.envs.job.cost_inputs import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.job_noise_tape import JobGenerator, conditions_of, unfixable_factors
-from grind_env.envs.job.job_observation import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
+from grind_env.envs.job.job_observation import action_of, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.program_outline import (
     INCH,
     JobChoice,
@@ -62,14 +62,15 @@ CHANGE_SECONDS = Shop._fields.index("change_seconds")
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
-def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ranges:
+def ranges_of(job: Job, picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ranges:
     """Return the ranges of choices in the blocks of a program.
 
     Args:
+        job: the job.
         picks: lowest and highest J, mm; none to keep the J of the program.
         spark_outs: lowest and highest L; none to keep the L of the program.
     """
-    return Ranges(E=ACTION.speed_ends, J=picks, L=spark_outs)
+    return Ranges(E=action_of(job).speed_ends, J=picks, L=spark_outs)
 
 
 class JobSimulation(Simulation):
@@ -126,7 +127,7 @@ class JobSimulation(Simulation):
         self.why: ScriptError | None = None  # why the control must execute the program; None if it has a script
         self.script: Script | None = None
         try:
-            self.script = script_of(programs, job, ranges_of(picks, spark_outs)) if script is None else script
+            self.script = script_of(programs, job, ranges_of(job, picks, spark_outs)) if script is None else script
             refuse_more(programs, len(self.script.blocks))
             self.tables, self._approach = tables_of(self.script), self.script.approach
             self.job = job = self.script.job
@@ -136,8 +137,8 @@ class JobSimulation(Simulation):
                 remedy = "with [[stations]] that is for grind run alone, and others need each part finished in turn"
                 raise JobProgramError(f"{error}; {remedy}") from None
         if self.script is None:
-            low, high = ranges_of().E
-            trials = [JobChoice(low, ACTION.executions), JobChoice(high, 0), JobChoice(high, ACTION.executions)]
+            (low, high), most = task.action.speed_ends, task.action.executions
+            trials = [JobChoice(low, most), JobChoice(high, 0), JobChoice(high, most)]
             self.blocks = outline_of_runs(programs, job, trials, between)
         else:
             self.blocks = outline_of_script(self.script, self.tables)

@@ -174,8 +174,7 @@ class Adviser:
             return
         decision = self.policy.act(observation, None)
         number = self.episode.block
-        fastest = self.simulation.job.setup.machine.maximum_table_speed
-        speed, executions = self.episode.taken(min(float(decision.speeds[0]), fastest), float(decision.executions[0]))
+        speed, executions = self.episode.taken(float(decision.speeds[0]), float(decision.executions[0]))
         words = self.simulation.blocks[number].words(JobChoice(speed, executions))
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 

@@ -17,6 +17,7 @@ from grind_env.control.program_scanner import SourceText
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.job.repeated_program import jumps
+from grind_env.envs.tasks.tables import USUAL_SPEEDS
 from grind_env.errors import listed
 from grind_env.machine.dress.dress_run import DEEPEST_INFEED
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
@@ -42,8 +43,6 @@ INHERITED = ("E", "J")
 """Words that a block takes over from the block before (16-13); E is F of a feed move that is a stroke."""
 
 ONE = MILLIMETRE = Decimal(1)
-SPEEDS = (3000.0, 30_000.0)
-"""Default range of table speeds, mm/min."""
 WHOLE = {"D": (0, 3), "L": (0, 8), "passes": (1, 4)}
 """Default ranges of whole values."""
 WIDTH = Decimal("2.5")
@@ -336,7 +335,7 @@ def _usual_bounds(name: str, own: Decimal, unit: Decimal, fastest: float) -> tup
         low, high = map(Decimal, WHOLE[name])
         return min(low, own), max(high, own)
     if name == "E":
-        return min(Decimal(SPEEDS[0]) / unit, own), max(Decimal(min(SPEEDS[1], fastest)) / unit, own)
+        return min(Decimal(USUAL_SPEEDS[0]) / unit, own), max(Decimal(min(USUAL_SPEEDS[1], fastest)) / unit, own)
     low, high = own / WIDTH, own * WIDTH
     return low, max(own, min(high, Decimal(str(DEEPEST_INFEED)) / unit)) if name == "depth" else high
 

@@ -34,8 +34,6 @@ POINTS = 9
 """Number of values of a range of E, lead or depth; with more dress intervals some are left out."""
 AT_ONCE = 16
 """Number of points that are simulated side by side."""
-FASTEST = 30_000.0
-"""Highest E of a sweep by default, mm/min."""
 VALLEY = 0.02
 """Greatest extra cost of the dress intervals in the valley, as a share of the best cost."""
 MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
@@ -234,9 +232,9 @@ def sweep(
     study = _Study(trials, parts, progress)
     require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
-        own_E = float(study.own[0, E])
+        own_E, most = float(study.own[0, E]), study.trials.simulation.task.action.speed_ends[1]
         every = (1, min(LONGEST, parts)) if study.executions.any() else None
-        ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
+        ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, most)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
     judge = _Study(judgement_trials(trials, fleet, seed), parts, progress)
