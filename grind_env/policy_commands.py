@@ -23,14 +23,14 @@ NamedProblem = Annotated[
     str, typer.Option("--task", "--env", "--program", help="Task (name, id, .toml file) or part program."), PROBLEM
 ]
 JobFile = Annotated[str | None, typer.Option(help="Job file of a program; default PROGRAM with .toml."), JOB]
-Parts = Annotated[int, typer.Option(min=1, help="Parts in a batch of a program.")]
+Parts = Annotated[int, typer.Option(min=1, help="Parts that a program grinds in an episode.")]
 NamedPolicy = Annotated[
     str | None,
-    typer.Option(help="Policy, agent file, E8000D0 (E in mm/min), module:name, guarded:POLICY; default plain_gru."),
+    typer.Option(help="Policy (docs/howto/evaluate.md), agent file, E8000D0 (mm/min), module:name; default plain_gru."),
     FILE,
 ]
 Configs = Annotated[
-    Path | None, typer.Option("--parameters", help="Folder of `python -m agents tune`; default bundled."), CONFIGS
+    Path | None, typer.Option("--parameters", help="Folder of tuned parameters; default bundled."), CONFIGS
 ]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
@@ -208,9 +208,9 @@ def play(
     other_part: OtherPart = False,
     configs: Configs = None,
 ) -> None:
-    """Show an episode, its cost and the part program of the policy.
+    """Show an episode, its cost and its part program (G-code).
 
-    With --output the job is written beside the program; `grind run` gives the same parts.
+    With --output, `grind run` on the written program and job repeats the episode.
     """
     from grind_env.errors import printable
     from grind_env.files import write_atomically

@@ -37,7 +37,7 @@ LIMIT = 1_000_000
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
     "reciprocation": ("plates; a slower table cuts deeper", "lot's dulling rate"),
-    "wide_plates": ("plates with size and taper limits", "lot's dulling rate"),
+    "wide_plates": ("plates that must be flat and to size", "lot's dulling rate"),
     "wide_rails": ("two dependent cycles per rail", "lot's dulling rate"),
     "blades": ("blades that burn easily", "wheel, coolant age"),
     "rush": ("orders with due dates", "lot's dulling rate"),

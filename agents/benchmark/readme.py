@@ -17,7 +17,7 @@ from grind_env.policies.tuned_parameters import ConfigError, write_whole
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
-CORE_BEGIN, CORE_END = "<!-- core tasks: written by the same -->", "<!-- end of core tasks -->"
+CORE_BEGIN, CORE_END = "<!-- core tasks -->", "<!-- end of core tasks -->"
 ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)
 """Policies of the table in the README, by the names that `grind evaluate --policy` takes."""
 

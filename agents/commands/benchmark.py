@@ -34,7 +34,7 @@ def benchmark(
     job: JobFile = None,
     parts: Parts = 1,
     policies: Annotated[str | None, typer.Option(help="Rules and planners; default all.")] = None,
-    kinds: Annotated[str | None, typer.Option(help="Kinds of agents; default ppo,plain_gru.")] = None,
+    kinds: Annotated[str | None, typer.Option(help="Agents such as robust; default ppo,plain_gru.")] = None,
     seeds: Annotated[int | None, typer.Option(min=0, help="Agents of each kind; default 1.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; default that of the kind.")] = None,
     episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {EPISODES}.")] = None,
@@ -54,7 +54,7 @@ def benchmark(
     hours: Hours = False,
     report: Annotated[bool, typer.Option("--report", help="Only rewrite figures and README from the results.")] = False,
 ) -> None:
-    """Train agents and compare them with policies on the same episodes.
+    """Train agents and compare them with rules and planners.
 
     The default task is power_limited. To resume a killed run, repeat the command.
     """

@@ -122,9 +122,9 @@ class Judgement:
         price = f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f})"
         lines = [f"{self.title}: {price if math.isfinite(cost.value) else 'no good part'}"]
         if self.score is not None:
-            others = f"unpaired: 100 is taken from other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
-            how = "paired" if self.paired else others
-            lines.append(f"score {self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f}), {how}")
+            others = f", unpaired: 100 is taken from other episodes ({REFERENCE_SEEDS} seeds, split {EVERY})"
+            interval = f"({self.score.low:.1f} to {self.score.high:.1f})"
+            lines.append(f"score {self.score.value:.1f} {interval}{'' if self.paired else others}")
         lines.append(f"{100 * run.scrap:.2f} % scrap, mean E {run.speed:.0f} mm/min, D {run.dresses:.2f}")
         return "\n".join([*lines, self.basis])
 

@@ -36,10 +36,10 @@ def train(
         str, typer.Argument(metavar="TASK|PROGRAM", help="Task (name, id, .toml file) or part program."), PROBLEM
     ],
     job: JobFile = None,
-    parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
+    parts: Annotated[int | None, typer.Option(min=1, help=f"Parts that a program grinds; default {BATCH}.")] = None,
     variables: FirstVariables = None,
     plant: Annotated[
-        str, typer.Option(help="Machine set: training, public or laws; model is the simulator.")
+        str, typer.Option(help="Training machines: public, laws, training (half of each) or model.")
     ] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
@@ -54,7 +54,7 @@ def train(
 ) -> None:
     """Train an agent for a task or a part program in about two minutes.
 
-    The agent is trained on machines whose physics differs from the simulator, and evaluated on others
+    The agent is trained on simulated machines with other physics than the model, and evaluated on others
     (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: the agent is not
     recommended.
     """
