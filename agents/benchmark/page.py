@@ -32,9 +32,10 @@ evaluation episodes ([protocol](../../docs/benchmark/protocol.md)). `python -m a
 **Enter**: `grind evaluate --core --policy my_rule:MyRule` prints your row beside the published ones
 ([in ten minutes](../../docs/benchmark/submit.md))."""
 ROOM = """\
-*Best known*: the best of all policies that see measurements, of any budget; chosen on the episodes that judge it.
-*Planner on state*: `mpc`, which sees the true wheel and lot. *Room*: its points over the best known, paired. Better
-memory or planning can close a part of the room; nobody knows how much measurements allow."""
+*Best known*: the best score of a policy that sees measurements only, trained for any number of steps. The policy was
+chosen on these episodes, so its score is a little too high. *Planner on state*: `mpc`, which sees the true wheel and
+lot. *Room*: score of this planner minus best known, on the same episodes. Better memory or planning can close a part
+of the room; nobody knows how much measurements allow."""
 COLUMNS = """\
 *Over best untrained*: points over the best rule or planner with the same inputs, paired. *Budget*: 1M, at most a
 million blocks were ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *Runs*:
@@ -101,7 +102,7 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     )
     gains = [each.searched.value for each in found if each.searched is not None]
     rounds = f"{MORE_SEARCH.partition(AT)[2]} rounds, not {hindsight.SWEEPS}"
-    said = [f"More search (`{MORE_SEARCH}`: {rounds}) adds at most {max(gains):.1f} points to 100."] if gains else []
+    said = [f"A longer search (`{MORE_SEARCH}`: {rounds}) scores at most {100.0 + max(gains):.1f}."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 

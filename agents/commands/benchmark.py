@@ -56,7 +56,7 @@ def benchmark(
 ) -> None:
     """Train agents and compare them with rules and planners.
 
-    The default task is power_limited. To resume a killed run, repeat the command.
+    The default task is power_limited. To resume, repeat the command.
     """
     from agents.benchmark import grid, plan
     from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, result, write_results
