@@ -118,7 +118,7 @@ def test_only_trainings_are_shortened() -> None:
         script = CI["script"](found)
         left = script.replace(fewer, "").replace("grind train --steps 20000 ", "")
         assert script.count(fewer) >= len(found) > 0 and steps not in left
-    assert shortened == {"README.md", "docs/howto/shop.md", "docs/howto/train.md"}
+    assert shortened == {"README.md", "docs/howto/advise.md", "docs/howto/train.md"}
 
 
 def test_toml_tables_on_pages_are_valid_jobs_or_catalogues(tmp_path: Path) -> None:

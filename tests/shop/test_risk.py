@@ -132,7 +132,7 @@ def test_a_sweep_recommends_only_points_within_the_permitted_risk() -> None:
 
 @pytest.mark.parametrize("command", [optimise_command, sweep_command])
 def test_the_docs_state_the_permitted_risk_in_numbers(command: object) -> None:
-    page = "docs/howto/shop.md"
+    page = "docs/howto/improve.md"
     assert page in str(command.__doc__)
     assert (
         f"on 95 of 100 machines a part costs at most {rule.CALIBRATED:g} times as much as with the program as it is "

@@ -1,4 +1,4 @@
-"""Columns of a measured file, found by names in many languages or by a user's map (docs/howto/shop.md)."""
+"""Columns of a measured file, found by names in many languages or by a user's map (docs/howto/calibrate.md)."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -42,8 +42,8 @@ def advise(
 ) -> None:
     """Recommend E and D of the next block from measurements.
 
-    Readings (docs/howto/shop.md): of blocks peak_power, mean_power, first_power (W above idle), E, D if not as advised;
-    of parts size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel. Sessions resume.
+    Readings (docs/howto/advise.md): of blocks peak_power, mean_power, first_power (W above idle), E, D if not as
+    advised; of parts size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel. Sessions resume.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.shop.advise.session_setup import AdviceRequest, open_session, rehearse

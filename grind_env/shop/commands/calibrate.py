@@ -29,7 +29,7 @@ def calibrate(
 ) -> None:
     """Fit the process model to a power log or a table of settings.
 
-    To use the result, name it last in [catalogue] files of the job. Columns: docs/howto/shop.md.
+    To use the result, name it last in [catalogue] files of the job. Columns: docs/howto/calibrate.md.
     Exit status 3: do not use the fit; the old catalogue predicts unseen parts better.
     """
     from rich.console import Console

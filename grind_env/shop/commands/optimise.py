@@ -43,7 +43,7 @@ def optimise(
     """Optimise a part program: E and D for a lower cost per part.
 
     The new program is written only if it is significantly cheaper and keeps all limits at a small risk
-    (docs/howto/shop.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
+    (docs/howto/improve.md). Exit status 3: nothing better, or the model scraps the original; 4: none keeps the limits.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.machine.job.job_file import job_beside, load_job

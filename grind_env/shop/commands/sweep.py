@@ -33,7 +33,7 @@ def sweep(
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
-    The last column says kept, or names the worst exceeded limit or risk (docs/howto/shop.md).
+    The last column says kept, or names the worst exceeded limit or risk (docs/howto/improve.md).
     Exit status 3: no cheaper program within the limits for -o, or the model scraps the original program.
     """
     from grind_env.control.cli_options import variables_of
