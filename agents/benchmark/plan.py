@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from agents.evaluation_cache import RUNS
-from grind_env.envs.task_names import CORE, task_names
+from grind_env.envs.task_names import CORE, shipped_names
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem_lookup import Problem, find_problem
@@ -107,7 +107,8 @@ class Request:
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
     """Return the problems of a list with commas, of `core` or of `all` tasks; refuse two problems of one name."""
-    listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
+    groups = {"core": CORE, "all": shipped_names()}
+    listed = groups.get(names) or [each.strip() for each in names.split(",")]
     problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
     found = [problem.name for problem in problems]
     if twice := {name for name in found if found.count(name) > 1}:

@@ -13,7 +13,7 @@ from agents.command_defaults import GAP_EPISODES, STUDY_EPISODES, STUDY_MACHINES
 from agents.commands.options import TASKS, Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs, StudyOptions
-from grind_env.envs.task_names import CORE, MODULE_NAMES, task_names
+from grind_env.envs.task_names import CORE, shipped_names
 from grind_env.errors import GrindError
 from grind_env.file_arguments import FILE, PROBLEM, Reads, Writes
 from grind_env.policy_commands import Configs, JobFile, Parts
@@ -120,7 +120,7 @@ COMMANDS = {
         "agents.reference.score_study",
         "Tune missing policies and measure the reference scores of all.",
         "--task power_limited",
-        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
+        tasks=",".join(shipped_names()),
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
@@ -128,7 +128,7 @@ COMMANDS = {
         "Measure the value of adapting E, D or both.\n\n"
         "The fixed plan needs no sensors; the planner knows the wheel state; hindsight also knows the future.",
         "--tasks power_limited,rush",
-        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
+        tasks=",".join(shipped_names()),
         episodes=GAP_EPISODES,
     ),
     "plants": StudyCommand(

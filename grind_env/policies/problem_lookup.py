@@ -11,7 +11,7 @@ from grind_env.envs.arguments import check_file, check_parts
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.job.repeated_program import MOST_PARTS, batch_name
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.task_names import ANY_TASK, MODULE_NAMES, environment_id, task_names
+from grind_env.envs.task_names import ANY_TASK, environment_id, shipped_names
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file, missing
@@ -93,7 +93,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
     """
     if not isinstance(text, str):
         raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
-    names = [name for name in (*task_names(), *MODULE_NAMES) if name != "job"]
+    names = shipped_names()
     of_package = next((name for name in names if text in (name, environment_id(name))), None)
     program = None if of_package or is_task_file(text) else text
     if program is None and (job is not None or parts != 1):
@@ -130,7 +130,7 @@ def _own_name(path: Path, name: str) -> str:
     """Return the name of a file's problem, for tables and folders."""
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
-    if environment_id(name) in map(environment_id, (*task_names(), *MODULE_NAMES)) and name != "job":
+    if environment_id(name) in map(environment_id, shipped_names()):
         raise ProblemError(
             f"{path} has the name of a task of this package, and its results would take the place"
             f" of those of {name}: rename the file"

@@ -8,7 +8,7 @@ from agents import evaluations
 from agents.evaluation_cache import RESULTS
 from agents.reference import score_study
 from agents.reference.score_study import mean_return, reference_of
-from grind_env.envs.task_names import MODULE_NAMES, task_names
+from grind_env.envs.task_names import shipped_names
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -18,7 +18,7 @@ from tests.agents.asking import evaluation, in_process, status, study_options
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
-SCORED = [find_problem(name) for name in (*task_names(), *MODULE_NAMES) if name != "job"]
+SCORED = [*map(find_problem, shipped_names())]
 
 
 def copied_parameters(folder):
