@@ -128,7 +128,7 @@ COMMANDS = {
         "Measure the value of adapting E, D or both.\n\n"
         "The fixed plan needs no sensors; the planner knows the wheel state; hindsight also knows the future.",
         "--tasks power_limited,rush",
-        tasks=",".join(shipped_names()),
+        tasks="core",
         episodes=GAP_EPISODES,
     ),
     "plants": StudyCommand(
@@ -154,7 +154,7 @@ COMMANDS = {
         "agents.dressing.trials",
         "Measure cost over dress interval, lead, depth and passes.",
         "--task power_limited",
-        tasks="all",
+        tasks="core",
         episodes=STUDY_EPISODES,
         without=("seeds", "steps", "configs"),
         free=("tasks",),

@@ -121,7 +121,7 @@ def test_costs_on_the_page_come_from_the_checked_in_studies():
     if not studies:  # no study of this version yet: the page names the version before
         assert f"task version {TASK_VERSION - 1}**" in text
         return
-    assert len(studies) == 11
+    assert len(studies) == 8
     told = set(re.findall(r"\d+\.\d\d\b", text))
     assert told
     assert told <= {f"{each.cost:.2f}" for study in studies for each in study.found}
