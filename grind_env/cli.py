@@ -177,8 +177,8 @@ def run(
 ) -> None:
     """Simulate a program: time, size, Ra, power and cost of each part.
 
-    Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
-    Exit status 1: a part is more likely scrap than good, or not judged.
+    More: docs/howto/shop.md (M00, M01, operator), docs/howto/job-file.md, docs/reference/columns.md.
+    Exit status 1: a part is more likely scrap than good, or has motions that are not simulated.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.machine.grind import grind_file

@@ -80,7 +80,7 @@ def test_the_model_leads_only_after_its_forecasts_have_held() -> None:
             assert not stepped  # the first advice does not wait for the model
         observation, *_ = env.step(env.codec.encode(*decision)[0])
     assert not any(led[:PROVED]) and led[-1]
-    assert "the model leads" in policy.details(0)[0]
+    assert "the model decides" in policy.details(0)[0]
 
 
 def test_several_machines_at_once_get_the_advice_of_each_alone() -> None:

@@ -103,11 +103,11 @@ class AdviserPolicy:
     def details(self, machine: int) -> list[str]:
         """Return sentences that say whether the rule or the model leads, and why."""
         if self.watch is None:
-            return ["the rule leads: only the control can execute this program, so there is no model of it"]
+            return ["the rule decides: only the control can execute this program, so there is no model of it"]
         if self.leads[machine]:
-            return [f"the model leads: its forecasts have held on the last {self.held_blocks[machine]:.0f} blocks"]
+            return [f"the model decides: its forecasts have held on the last {self.held_blocks[machine]:.0f} blocks"]
         off = self.watch.said(machine) or [f"its forecasts have held on {self.held_blocks[machine]:.0f} blocks"]
-        until = f"the rule leads until the model is proved right on {self.needed_blocks[machine]:.0f} blocks in a row"
+        until = f"the rule decides until the model forecasts well {self.needed_blocks[machine]:.0f} blocks in a row"
         return [f"{until}: {off[0]}", *off[1:]]
 
     def _observed(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:

@@ -46,10 +46,10 @@ class Plan(NamedTuple):
     def __str__(self) -> str:
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)
         return (
-            f"It grinds one part, at {cuts}, with one dress between, and goes on as the program does; at most "
-            f"{100.0 * self.power:.0f} % of the power and {100.0 * self.rise:.0f} % of the temperature rise that are "
-            f"allowed, if the wheel ploughs {HARDER:g} times as hard as the catalogue says. Log it two or three times, "
-            "and give what was gauged."
+            f"It grinds one part, at {cuts}, with one dress between, and goes on as the program does; even if "
+            f"the wheel ploughs {HARDER:g} times as hard as the catalogue says, the power stays below "
+            f"{100.0 * self.power:.0f} % and the temperature rise below {100.0 * self.rise:.0f} % of its limit. Log it "
+            "two or three times, and give what was gauged."
         )
 
 

@@ -244,7 +244,7 @@ def _idle(seen: Observations, scale: float, full: float | None, job: Path) -> Id
 def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
     """Return remarks on the alignment of the log."""
     executions = f"{found.executions} times" if found.executions > 1 else "once"
-    remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
+    remarks = [f"the program is in the log {executions}; median correlation with its strokes {found.quality:.2f}"]
     if log.lag:
         remarks.append(f"the meter lags by about {log.lag:.2g} s, which was taken out")
     if not log.sure_of_time:

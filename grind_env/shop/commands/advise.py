@@ -35,15 +35,16 @@ def advise(
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min; default 3000 30000.")
     ] = None,
-    shadow: Annotated[bool, typer.Option("--shadow", help="You decide; compare forecasts with readings.")] = False,
+    shadow: Annotated[bool, typer.Option("--shadow", help="You choose; only compare forecasts.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Start a new session.")] = False,
     explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON objects, one a line.")] = False,
 ) -> None:
     """Recommend E and D of the next block from measurements.
 
-    Readings (docs/howto/advise.md): of blocks peak_power, mean_power, first_power (W above idle), E, D if not as
-    advised; of parts size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel. Sessions resume.
+    Readings of a block: peak_power, mean_power, first_power (W above idle); E, D if not as advised.
+    Of a part: size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel (docs/howto/advise.md).
+    A stopped session resumes.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.shop.advise.session_setup import AdviceRequest, open_session, rehearse

@@ -19,17 +19,17 @@ def calibrate(
     log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="Power log, or table of settings."), FILE] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the fitted catalogue."), Writes()] = None,
     program: Annotated[Path | None, typer.Option(help="Logged program; without it LOG is a table."), PROGRAM] = None,
-    gauge: Annotated[Path | None, typer.Option(help="Ra, size, burn, a row each logged part."), FILE] = None,
+    gauge: Annotated[Path | None, typer.Option(help="File of Ra, size, burn: a row for each part."), FILE] = None,
     map_file: Annotated[Path | None, typer.Option("--columns", help="Names of the columns (.toml)."), FILE] = None,
     names: Annotated[str, typer.Option("--fit", help="Constants to fit: chip_energy,wheel.roughness.")] = "auto",
     force: Annotated[bool, typer.Option("--force", help="Write it even if the old catalogue is better.")] = False,
-    plan: Annotated[Path | None, typer.Option(help="Write a test program, made of --program."), Writes()] = None,
+    plan: Annotated[Path | None, typer.Option(help="Write a test program, made from --program."), Writes()] = None,
     report: ReportFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit the process model to a power log or a table of settings.
 
-    To use the result, name it last in [catalogue] files of the job. Columns: docs/howto/calibrate.md.
+    To use the written file, add it at the end of `files` in [catalogue] of the job. See docs/howto/calibrate.md.
     Exit status 3: do not use the fit; the old catalogue predicts unseen parts better.
     """
     from rich.console import Console

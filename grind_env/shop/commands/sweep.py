@@ -17,9 +17,9 @@ def sweep(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
     speed: Annotated[
-        str | None, typer.Option("--E", help="E of block 1, mm/min, others in ratio; default half to twice its E.")
+        str | None, typer.Option("--E", help="E of the first cycle block, mm/min; default half to twice its E.")
     ] = None,
-    every: Annotated[str | None, typer.Option("--dress-every", help="Parts between dresses; default 1..20.")] = None,
+    every: Annotated[str | None, typer.Option("--dress-every", help="Parts per dress; default 1..20.")] = None,
     lead: Annotated[str | None, typer.Option(help="Dress lead, mm/rev: .05..0.2; default unchanged.")] = None,
     depth: Annotated[str | None, typer.Option(help="Dress depth, mm/pass: .005..0.03; default unchanged.")] = None,
     parts: arguments.Runs = 50,
@@ -33,8 +33,8 @@ def sweep(
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
-    The last column says kept, or names the worst exceeded limit or risk (docs/howto/improve.md).
-    Exit status 3: no cheaper program within the limits for -o, or the model scraps the original program.
+    The E of the other blocks change in proportion. The last column says kept, or names the limit that is exceeded most
+    (docs/howto/improve.md). Exit status 3: -o found no cheaper program, or the model calls the program scrap.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.machine.job.job_file import job_beside

@@ -286,7 +286,7 @@ def ranking_remarks(judged: int, kept: bool, unjudged: int) -> list[str]:
     """Return remarks on first-ranked programs that failed on unseen lots, and on programs that were not judged."""
     ranked, too = ("before it", "") if kept else ("next", ", too")
     which = f"the {judged - 1} programs ranked {ranked} on lots of the search"
-    said = [f"{which} missed a limit, a constraint or the permitted risk on unseen lots{too}"] if judged > 1 else []
+    said = [f"{which} failed on unseen lots{too}: a limit, a constraint or the permitted risk"] if judged > 1 else []
     if unjudged and not kept:
         said.append(f"the budget ended before {unjudged} more programs were judged: raise --budget")
     return said

@@ -71,7 +71,7 @@ def sentences(found: Sweep) -> list[str]:
     if found.plant:
         said.append(f"simulated on {printable(found.plant)}, an out-of-model machine")
     if found.calibration is None:
-        said.append("not calibrated: machines are drawn from the catalogue's uncertainty; try another --seed, too")
+        said.append("not calibrated: the result depends on the machines that were drawn; repeat with another --seed")
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=lambda each: each.cost, default=None)
         first, last = found.valley
@@ -101,7 +101,7 @@ def sentences(found: Sweep) -> list[str]:
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} "
-        f"{found.counted}s (--parts); saving and cost are corrected on new lots"
+        f"{found.counted}s (--parts); saving and cost are computed again on new lots"
     )
     return said
 
