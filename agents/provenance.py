@@ -3,13 +3,13 @@
 import platform
 import shutil
 import subprocess
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from grind_env.task_version import TASK_VERSION
 
 ROOT = Path(__file__).parents[1]
-
 
 TRAINING = ("stable_baselines3", "torch")
 """Packages that only trainings need."""
@@ -40,11 +40,11 @@ def installed(package: str) -> str:
         return "none"
 
 
+@cache  # the first written table makes the checkout dirty
 def commit() -> str:
     """Return the commit of the checkout, with `-dirty` if it has changes; `none` outside git."""
     git = shutil.which("git")
     if git is None:
         return "none"
     command = [git, "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude", "*"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=False)
-    return answer.stdout.strip() or "none"
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip() or "none"
