@@ -228,7 +228,7 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         super().begin(simulation, episodes)
-        self.plan = Fixed(self.E[0], self.D, self.every)
+        self.plan = Fixed(self.task.action.speed_ends[0], self.D, self.every)  # only its D counts
         self.plan.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
