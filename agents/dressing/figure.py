@@ -39,9 +39,10 @@ def dress_figure(found: Sequence[DressFinding], title: str) -> Figure:
 
 def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:
     """Draw the cost against the blocks from dress to dress, at equal distances."""
-    draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
+    draw_costs(axes, found, [f"{each.every}: {each.E:.0f}" for each in found])
+    axes.tick_params("x", rotation=90)
     axes.set_title("one dress every N blocks", fontsize=TITLE)
-    axes.set(xlabel="N, blocks, and the best E, mm/min", ylabel="$ per good part")
+    axes.set(xlabel="N, blocks: best E, mm/min", ylabel="$ per good part")
 
 
 def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:
