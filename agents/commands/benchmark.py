@@ -21,12 +21,12 @@ from agents.benchmark.plan import (
 from agents.commands.options import Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.output_checks import check_replaceable
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION
-from grind_env.terminal import table_console
+from grind_env.terminal_output import table_console
 
 
 def benchmark(

@@ -14,9 +14,10 @@ from agents.plants.trials import HOURS, QUESTIONS, Found, PlantsTrial, answer, c
 from agents.provenance import commit
 from agents.study import Study, StudyOptions
 from grind_env.data_table import Column, table_of
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
 from grind_env.files import is_file
 from grind_env.machine.job.job_file import job_beside, load_job
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.policies.tuned_parameters import write_whole
 from grind_env.task_version import TASK_VERSION
 

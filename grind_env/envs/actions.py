@@ -29,8 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.array_types import Table
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError, GrindWarning, listed, quoted
+from grind_env.errors import GrindError, GrindWarning
 from grind_env.kernel import entry, exp, inlined, log
+from grind_env.message_text import listed, quoted
 
 ACTIONS = ("box", "multidiscrete", "discrete", "dict")
 """Forms of the action."""

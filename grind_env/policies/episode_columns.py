@@ -1,11 +1,13 @@
 """Columns of the tables of `Episodes` that policies read and simulations write."""
 
+from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.cost import Outcome
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.past_readings import History
 from grind_env.process.stroke_types import WheelState
 
 STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")
+NOMINAL_STOCK = KindRow._fields.index("stock")
 NEW_LOT, PRESSURE = TapeRow._fields.index("new_lot"), TapeRow._fields.index("pm")
 PART_ROUGHNESS = TapeRow._fields.index("part_ra")
 ROUGHNESS, SPARE_ROUGHNESS = TapeRow._fields.index("ra_scale"), TapeRow._fields.index("spare_ra_scale")

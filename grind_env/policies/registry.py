@@ -9,7 +9,7 @@ from typing import Any, get_origin
 
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import did_you_mean, quoted
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.message_text import shortened
 from grind_env.render.curve_data import (
     BLUE,
     GREEN,

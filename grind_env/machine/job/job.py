@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 from grind_env.control import Position
 from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.motion_paths import displaced
-from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.process import toml_tables
 from grind_env.process.catalogue_parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.cost import NO_LIMIT, Limits, Rates

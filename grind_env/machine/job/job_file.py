@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grind_env.errors import shortened
 from grind_env.files import ReadError, beside, is_file, missing, shown
 from grind_env.machine.job.job import (
     PART_AT_STATION,
@@ -26,6 +25,7 @@ from grind_env.machine.job.job import (
     wrong,
 )
 from grind_env.machine.job.uncertainty import Uncertainty, uncertainty_of
+from grind_env.message_text import shortened
 from grind_env.process.catalogue import USUAL, Catalogue
 from grind_env.process.entries import CatalogueError, Entry, Quantity
 from grind_env.process.toml_tables import (

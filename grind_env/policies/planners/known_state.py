@@ -24,12 +24,13 @@ from grind_env.policies.episode_columns import (
     DUE,
     GAUGED,
     LOADING,
+    NOMINAL_STOCK,
     OF_WHEEL,
     PRESSURE,
     VOLUME,
     WORK,
 )
-from grind_env.policies.policy import NOMINAL_STOCK, Sees
+from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
 from grind_env.policies.scripted.sharpness_estimator import Estimate, thrift
 

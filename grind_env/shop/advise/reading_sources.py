@@ -8,8 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.files import shown
+from grind_env.message_text import quoted
 from grind_env.shop.advise.operator_readings import ReadingError
 from grind_env.shop.measurements.measured_sheet import (
     MICROMETRES,

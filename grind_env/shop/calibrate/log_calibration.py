@@ -11,11 +11,11 @@ import numpy as np
 from grind_env.array_types import Numbers
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.errors import listed
 from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
+from grind_env.message_text import listed
 from grind_env.plants.plant_names import MODEL
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.column_names import Map, read_map
