@@ -25,9 +25,9 @@ from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters, f
 from grind_env.shop.calibrate.gauged_parts import Gauged, GaugedParts, check_gauges, gauges_of, measured_of, read_gauge
 from grind_env.shop.calibrate.least_squares import Changes, Data
 from grind_env.shop.calibrate.log_alignment import SAME_FEED, Alignment
+from grind_env.shop.calibrate.meter_lag import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.power_logs import Log, averaged, read_log
 from grind_env.shop.calibrate.result import Calibration, Idle
-from grind_env.shop.calibrate.stroke_matching import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.stroke_power import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.stroke_schedule import Pattern, RepeatedProgram, pattern_of, powers
 from grind_env.shop.calibrate.verdict import Errors
