@@ -12,20 +12,7 @@ from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Due
-from grind_env.policies.episode_columns import (
-    CHANGES,
-    DUE,
-    GAUGED,
-    LISTED,
-    NEW_LOT,
-    NOMINAL_STOCK,
-    OF_WHEEL,
-    PART_ROUGHNESS,
-    ROUGHNESS,
-    SPARE_ROUGHNESS,
-    STOCK,
-    WORK,
-)
+from grind_env.policies import episode_columns as columns
 from grind_env.policies.policy import Sees
 
 
@@ -45,20 +32,22 @@ def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes |
         later = np.arange(blocks) > shown.block[:, None]
         coming = shown.coming()
         expected = np.repeat(coming[:, None], blocks, axis=1)
-        expected[..., LISTED] = shown.tape[..., LISTED]
-        nominal = simulation.kinds[simulation.branches.rows_of(expected), NOMINAL_STOCK]
-        expected[..., STOCK] = expected[..., GAUGED] = nominal
-        expected[..., NEW_LOT] = 0.0
+        expected[..., columns.LISTED] = shown.tape[..., columns.LISTED]
+        nominal = simulation.kinds[simulation.branches.rows_of(expected), columns.NOMINAL_STOCK]
+        expected[..., columns.STOCK] = expected[..., columns.GAUGED] = nominal
+        expected[..., columns.NEW_LOT] = 0.0
         # later parts do not have the random roughness factor of the coming part
-        expected[..., ROUGHNESS] /= expected[..., PART_ROUGHNESS]
-        expected[..., SPARE_ROUGHNESS] /= expected[..., PART_ROUGHNESS]
-        expected[..., PART_ROUGHNESS] = 1.0
+        expected[..., columns.ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]
+        expected[..., columns.SPARE_ROUGHNESS] /= expected[..., columns.PART_ROUGHNESS]
+        expected[..., columns.PART_ROUGHNESS] = 1.0
         shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
-        first_wheel = shown.memory[:, CHANGES] == 0.0
-        for old, new in OF_WHEEL:
+        first_wheel = shown.memory[:, columns.CHANGES] == 0.0
+        for old, new in columns.OF_WHEEL:
             shown.tape[first_wheel, :, new] = shown.tape[first_wheel, :, old]
         if simulation.task.due is not None:
-            shown.tape[..., DUE] = expected_dates(simulation.task.due, shown.tape, coming[:, DUE], shown.block)
+            shown.tape[..., columns.DUE] = expected_dates(
+                simulation.task.due, shown.tape, coming[:, columns.DUE], shown.block
+            )
     return shown
 
 
@@ -73,6 +62,6 @@ def expected_dates(dates: Due, tape: Array, due: Array, block: NDArray[np.int64]
     """
     period = np.arange(tape.shape[1]) // dates.blocks
     # the first block of a period holds the work of the whole period
-    work = np.cumsum(tape[:, :: dates.blocks, WORK], axis=1)[:, period]
+    work = np.cumsum(tape[:, :: dates.blocks, columns.WORK], axis=1)[:, period]
     done = work[np.arange(len(due)), np.minimum(block, tape.shape[1] - 1)][:, None]
     return np.asarray(due[:, None] + sum(dates.slack) / 2.0 * np.maximum(work - done, 0.0))
