@@ -74,7 +74,6 @@ def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[
 
 
 def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> Sequence[str]:
-    """Return the given names, or all known names."""
     for name in names or ():
         if name not in known:
             raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")

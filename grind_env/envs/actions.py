@@ -209,7 +209,6 @@ class ActionCodec:
         return tuple(choice)
 
     def _clipped(self, values: Table, bad: int) -> Table:
-        """Return a `table` within the bounds."""
         clipped = np.clip(values, self._low, self._high)
         beyond = np.abs(values - clipped)
         far = beyond > ROUNDING * np.maximum(np.abs(clipped), 1.0)

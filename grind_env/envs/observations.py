@@ -167,7 +167,6 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
 
 
 def _table(task: Task) -> list[Reading]:
-    """Return every reading, in the order of `Readings`."""
     power = task.machine.power_limit
     low, high = task.action.speed_ends
     centre, half = (low + high) / 2.0, (high - low) / 2.0

@@ -7,7 +7,7 @@ with named tuples 6 us.
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -60,23 +60,8 @@ CHANGES, SURVIVAL, STALLED, CLOCK = (
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
 FINISH, DEEPEST, ACROSS = (BlockPlace._fields.index(name) for name in ("finish", "pick", "across"))
-
-
 with_seconds = replacer(Tally, "seconds")
 with_words, write_row = replacer(BlockSettings, "E", "D"), column_writer(BlockSettings)
-
-
-class StepStages(NamedTuple):
-    """The compiled parts of a step."""
-
-    prepare: Callable[..., None]
-    """`prepare(tables, episodes, choices, active, results)`: writes places of blocks, parameters and loaded parts, and
-    into the results whether the spindle has stalled on the part before."""
-    grind: Callable[..., None]
-    """`grind(tables, episodes, choices, active, results)`: runs the cycles."""
-    settle: Callable[..., None]
-    """`settle(tables, episodes, choices, active, results, outcomes)`: writes costs and readings, and advances to the
-    next blocks."""
 
 
 @inlined
@@ -135,8 +120,8 @@ def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokePa
 
 
 @functools.cache
-def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
-    """Return the parts of the step of scripts on parts that the wheel covers as a whole (`covered`), or in zones."""
+def stages_of(process: Process, gauge: Gauge, covered: bool) -> tuple[Callable[..., None], ...]:
+    """Return the compiled parts of `step_of`: `prepare`, `grind` and `settle`."""
     surfaces, blocks_of, lay, gauge_part, error_of = COVERED if covered else IN_ZONES
     surface_array, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
     (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
@@ -150,6 +135,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
 
     @entry
     def prepare(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Write places, parameters and loaded parts, and into the results whether the spindle has stalled before."""
         shop = read_shop(tables.shops, 0)
         for i in active:
             place = place_of(episodes.block[i], episodes.tape.shape[1])
@@ -181,12 +167,14 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
 
     @entry
     def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        """Run the cycles."""
         grind_blocks(tables, episodes.wheels, episodes[surface_array], results, active)
 
     @entry
     def settle(
         tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any
     ) -> None:
+        """Write costs and readings, and advance to the next blocks."""
         shop = read_shop(tables.shops, 0)
         for i in active:
             number, p = tables.rows[i], read_parameters(tables.parameters, i)
@@ -226,7 +214,7 @@ def stages_of(process: Process, gauge: Gauge, covered: bool) -> StepStages:
             episodes.tape, episodes.block, episodes.source, episodes.schedule, tables.drawn, tables.spreads, active
         )
 
-    return StepStages(prepare, grind, settle)
+    return prepare, grind, settle
 
 
 @functools.cache

@@ -255,6 +255,5 @@ class Assignments:
 
 
 def _lines(sources: Collection[SourceText]) -> str:
-    """Return the lines of blocks, in words."""
     lines: Sequence[str] = [str(source.line) for source in sources]
     return f"line{'s' if len(lines) > 1 else ''} {listed(lines)}" if lines else "nothing"
