@@ -116,7 +116,7 @@ def text_in(path: Path) -> Text:
                 return Text(path.name, str(path), functools.partial(io.BytesIO, contents(handle, path)))
             return Text(path.name, str(path), functools.partial(_reopened, path, _state(handle)))
     except ReadError as error:
-        raise ControlError("file", f"{error}; name a text file") from None
+        raise _unreadable(error) from None
 
 
 class Scanner:
@@ -188,6 +188,10 @@ class Scanner:
         return data.decode(errors="surrogateescape")
 
 
+def _unreadable(error: ReadError) -> ControlError:
+    return ControlError("file", f"{error}; name a text file")
+
+
 def _state(handle: BinaryIO) -> tuple[int, ...]:
     status = os.fstat(handle.fileno())
     return status.st_ino, status.st_size, status.st_mtime_ns
@@ -197,7 +201,7 @@ def _reopened(path: Path, state: tuple[int, ...]) -> BinaryIO:
     try:
         handle = open_file(path)
     except ReadError as error:
-        raise ControlError("file", f"{error}; name a text file") from None
+        raise _unreadable(error) from None
     if isinstance(handle, io.BytesIO) or _state(handle) != state:
         handle.close()
         raise changed(str(path))
