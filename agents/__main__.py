@@ -10,7 +10,7 @@ def main() -> None:
     """Run the command; a user's mistake, or a file that cannot be written, gives one sentence and exit status 2."""
     try:
         from agents.application import app
-        from grind_env.terminal import command
+        from grind_env.command_exit import command
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     with command("agents"):

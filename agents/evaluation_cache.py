@@ -23,6 +23,7 @@ from grind_env.envs.simulation import Simulation, advance
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scripted.rules import Random
 
@@ -76,7 +77,7 @@ def code_of(policy: Policy, problem: Problem) -> str:
     """Return a fingerprint of a policy, its problem and its model."""
     model = model_beside(problem) if policy.sees == "measurements" else None
     simulation = problem.simulation()
-    made_of = sources(type(policy).__module__), *map(sources, modules_of(simulation))
+    made_of = [sources(name) for name in (type(policy).__module__, reveal.__module__, *modules_of(simulation))]
     known = hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
     return known + ("" if model is None else behaviour(model))
 

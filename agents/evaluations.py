@@ -7,7 +7,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark.grid import DECISION, USUAL_DECISION
+from agents.benchmark.cpu_time import DECISION, USUAL_DECISION
 from agents.evaluation_cache import CHUNK, cached_file, code_of, read_cached, write_cached
 from agents.study import Found, Study, StudyOptions
 from grind_env.envs.distribution_splits import EVERY

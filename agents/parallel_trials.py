@@ -19,7 +19,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from agents.provenance import commit
-from grind_env.errors import GrindError, quoted, reason
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted, reason
 from grind_env.optional_libraries import needing
 
 Answers = Generator[tuple[Any, Any], None, None]

@@ -17,13 +17,14 @@ from agents.csv_tables import check_tables, csv_of
 from agents.evaluation_cache import RUNS, behaviour, sources
 from agents.parallel_trials import run_all
 from agents.provenance import TRAINING, installed, provenance
+from grind_env.command_exit import command
 from grind_env.errors import GrindError
 from grind_env.file_arguments import Application, Keeps
 from grind_env.files import ReadError, read_text
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.tuned_parameters import write_whole
-from grind_env.terminal import command, table_console
+from grind_env.terminal_output import table_console
 
 Found = Mapping[Any, Any]
 """Results by trial."""

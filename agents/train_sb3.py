@@ -27,15 +27,16 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.provenance import installed
+from grind_env.command_exit import command
 from grind_env.envs.wrappers import VectorBeliefFilter, VectorForLearning
-from grind_env.errors import GrindError, did_you_mean, printable, quoted, reason
+from grind_env.errors import GrindError
 from grind_env.file_arguments import Application, Writes
 from grind_env.files import write_atomically
+from grind_env.message_text import did_you_mean, printable, quoted, reason
 from grind_env.policies.nominal_model import training_machines
 from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policy_commands import NamedProblem
 from grind_env.sb3 import SB3VecEnv
-from grind_env.terminal import command
 from grind_env.training.gru_ppo import LAST_SEED
 
 CHECKPOINTS = 24

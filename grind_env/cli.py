@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
+from grind_env.command_exit import BAD_INPUT, command
 from grind_env.command_help import HelpfulGroup
-from grind_env.errors import GrindError, printable, quoted
+from grind_env.errors import GrindError
 from grind_env.figures import commands as figure_commands
 from grind_env.file_arguments import JOB, PROBLEM, Application, Writes
+from grind_env.message_text import printable, quoted
 from grind_env.policy_commands import evaluate, play, verify
 from grind_env.shop.commands import EXAMPLES, arguments
 from grind_env.task_version import TASK_VERSION
-from grind_env.terminal import BAD_INPUT, command, table_console
+from grind_env.terminal_output import table_console
 from grind_env.training import train_command as training_command
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from grind_env.errors import printable
+from grind_env.message_text import printable
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType

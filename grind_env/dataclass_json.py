@@ -7,7 +7,8 @@ from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Literal, get_args, get_origin
 
-from grind_env.errors import GrindError, quoted, reason, shortened
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted, reason, shortened
 
 
 class FormError(GrindError):

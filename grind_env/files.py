@@ -12,7 +12,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from grind_env.errors import GrindError, closest, shortened
+from grind_env.errors import GrindError
+from grind_env.message_text import closest, shortened
 
 MOST_BYTES = 64_000_000
 """Largest input file, bytes; a part program of three million blocks is no longer."""

@@ -13,7 +13,7 @@ import typer
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
 from grind_env.output_checks import FileKind
 from grind_env.shop.commands.arguments import CsvFile, OtherPart, Plant
-from grind_env.terminal import progress
+from grind_env.terminal_output import progress
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
@@ -73,8 +73,9 @@ def evaluate(
     Score 0: the best fixed plan; 100: a planner that knows all future lots. With --plant only costs are printed.
     Details: docs/howto/evaluate.md.
     """
-    from grind_env.errors import GrindError, printable
+    from grind_env.errors import GrindError
     from grind_env.files import write_csv
+    from grind_env.message_text import printable
     from grind_env.policies.policy_lookup import usual_name
     from grind_env.policies.problem_lookup import find_problem
     from grind_env.policies.scoring import evaluate as judge
@@ -125,13 +126,13 @@ def _evaluate_core(
     as_json: bool,
 ) -> None:
     from grind_env.envs.task_names import CORE
-    from grind_env.errors import printable
     from grind_env.files import write_csv
+    from grind_env.message_text import printable
     from grind_env.policies.core_scores import AGENT, SAID, evaluate_core
     from grind_env.policies.problem_lookup import find_problem
     from grind_env.policies.submissions import row_of, write_rows
     from grind_env.score_scale import EPISODES
-    from grind_env.terminal import table_console
+    from grind_env.terminal_output import table_console
 
     begin = time.monotonic()
     problems = {task: find_problem(task) for task in CORE}
@@ -169,8 +170,9 @@ def verify(
     With --seed, the mean cost of new episodes must lie in the 95 % prediction interval of the row.
     Exit status 0: the row holds; 1: it does not; 2: it cannot be run.
     """
-    from grind_env.errors import GrindError, printable, shortened
+    from grind_env.errors import GrindError
     from grind_env.files import shown
+    from grind_env.message_text import printable, shortened
     from grind_env.policies.problem_lookup import find_problem
     from grind_env.policies.submissions import read_rows
     from grind_env.policies.submissions import verify as verified
@@ -212,9 +214,9 @@ def play(
 
     With --output, `grind run` on the written program and job repeats the episode.
     """
-    from grind_env.errors import printable
     from grind_env.files import write_atomically
     from grind_env.machine.job.job_writer import job_text
+    from grind_env.message_text import printable
     from grind_env.policies.nominal_model import on
     from grind_env.policies.played_episodes import play as play_episode
     from grind_env.policies.problem_lookup import find_problem
@@ -247,7 +249,7 @@ def play(
 def _policy(
     text: str | None, simulation: "Simulation", configs: Path | None, trust: bool, other_part: bool
 ) -> "Policy":
-    from grind_env.errors import printable
+    from grind_env.message_text import printable
     from grind_env.policies.policy_lookup import Unzip, agent_of, chosen_policy
 
     unzip: Unzip | None = None

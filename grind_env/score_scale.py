@@ -10,8 +10,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from grind_env.errors import GrindError, quoted, reason
+from grind_env.errors import GrindError
 from grind_env.files import ReadError
+from grind_env.message_text import quoted, reason
 from grind_env.task_version import TASK_VERSION
 from grind_env.toml import TomlError, read_toml, toml_text
 

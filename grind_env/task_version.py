@@ -3,7 +3,7 @@
 Ids stay `-v0` until 1.0. Tables of results, reference scores, tuned parameters and trained agents carry the number.
 """
 
-from grind_env.errors import quoted
+from grind_env.message_text import quoted
 
 TASK_VERSION = 4
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from grind_env.errors import GrindError, reason
+from grind_env.errors import GrindError
 from grind_env.files import EncodingError, decoded, read_bytes
+from grind_env.message_text import reason
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -13,8 +13,9 @@ from rich.table import Table
 from grind_env.array_types import Array
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.blocks.task_simulation import NO_SETTINGS
+from grind_env.envs.step_arrays import Choices, EpisodeArrays, Scratch, Tables
 from grind_env.envs.task_gauges import GAUGE
-from grind_env.envs.transition import Choices, EpisodeArrays, Scratch, Tables, stages_of
+from grind_env.envs.transition import stages_of
 from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.stroke_totals import Tally

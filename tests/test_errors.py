@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from grind_env.control import check, read
 from grind_env.envs.tasks import load_task
-from grind_env.errors import GrindError, quoted, shortened
+from grind_env.errors import GrindError
 from grind_env.machine.job.job_file import load_job
+from grind_env.message_text import quoted, shortened
 from grind_env.pages import page
 from grind_env.process.catalogue import load_catalogue
 

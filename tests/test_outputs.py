@@ -13,8 +13,8 @@ import typer.main
 
 from agents.application import app as agents
 from grind_env.cli import app as grind
+from grind_env.command_exit import command
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, PROGRAM, Reads, Writes, checked, roles_of
-from grind_env.terminal import command
 
 
 class Leaf(NamedTuple):

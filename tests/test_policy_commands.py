@@ -10,8 +10,8 @@ from typer import Context
 
 from agents.application import app as agents
 from grind_env.cli import app as grind
+from grind_env.command_exit import command
 from grind_env.command_help import RENAMED
-from grind_env.terminal import command
 from tests.test_outputs import TREE
 
 ROOT = Path(__file__).parents[1]

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import grind_env
-from grind_env.errors import printable
 from grind_env.files import FORMULA, csv_cell
+from grind_env.message_text import printable
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"

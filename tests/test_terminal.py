@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import grind_env
+from grind_env.command_exit import command
 from grind_env.errors import GrindError, GrindWarning
-from grind_env.terminal import command
 from tests.command import status
 from tests.examples import few
 

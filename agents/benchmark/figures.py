@@ -14,7 +14,7 @@ from agents.benchmark.aggregate import MEASURES, aggregates, all_runs, scored_ta
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.files import write_atomically
-from grind_env.policies.score_statistics import CLIP, Interval, ScoredRuns
+from grind_env.policies.score_statistics import CLIP, ScoredRuns
 
 WIDTH = 9.0
 """Width of the figures, inches; at `DPI` a little wider than a page of a repository."""
@@ -65,7 +65,9 @@ def aggregate_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tas
     of = {each.policy: each for each in results}
     for panel, measure in zip(figure.subplots(1, len(MEASURES), sharey=True), MEASURES, strict=True):
         for k, name in enumerate(names):
-            _dot(panel, found[name][measure], -k, SEES[of[name].sees], MARKS[of[name].kind])
+            one, colour = found[name][measure], SEES[of[name].sees]
+            panel.plot([one.low, one.high], [-k, -k], color=colour, lw=2.2, alpha=0.55, solid_capstyle="butt")
+            panel.plot([one.value], [-k], MARKS[of[name].kind], color=colour, ms=4.5)
         panel.set_title(measure, fontsize=9)
         panel.set_yticks([-k for k in range(len(names))], names, fontsize=8)
         panel.tick_params(axis="x", labelsize=8)
@@ -109,12 +111,6 @@ def curve_figure(results: Sequence[Result]) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8, frameon=False)
     return figure
-
-
-def _dot(panel: Axes, interval: Interval, place: float, colour: str, mark: str) -> None:
-    """Draw an estimate with its interval, on a separate line."""
-    panel.plot([interval.low, interval.high], [place, place], color=colour, lw=2.2, alpha=0.55, solid_capstyle="butt")
-    panel.plot([interval.value], [place], mark, color=colour, ms=4.5)
 
 
 def plain(panel: Axes, axis: str) -> None:

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 from agents.evaluation_cache import RUNS
 from grind_env.envs.task_names import CORE, shipped_names
-from grind_env.errors import did_you_mean, quoted
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
@@ -89,6 +89,10 @@ class BenchmarkCell(NamedTuple):
     @property
     def trains(self) -> bool:
         return self.seed is not None
+
+    def has_agent(self, runs: Path) -> bool:
+        """Return whether the cache has an agent of the cell."""
+        return self.trains and any((runs / self.task).glob(f"{self.name}-*"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,8 @@ from agents.benchmark.plan import ON_BELIEF, PLAIN, BenchmarkCell
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.tuned_parameters import read_tuned, tuned_folder
 

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agents.benchmark.grid import has_agent
 from agents.benchmark.page import AgentVerdict, verdict
 from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
 from agents.benchmark.results import PLANTS, Result, read_results, result
@@ -97,7 +96,7 @@ def replicate(
         if each.task == problem.name and AT not in each.policy
     ]
     # newly trained agents would be other agents
-    gone = [cell for cell in cells if cell.trains and not (cell.policy in KINDS and has_agent(cell, options.runs))]
+    gone = [cell for cell in cells if cell.trains and not (cell.policy in KINDS and cell.has_agent(options.runs))]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
         options.console.print(f"left out, because their agents are not in the cache: {', '.join(names)}", markup=False)

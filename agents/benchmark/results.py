@@ -16,8 +16,8 @@ from agents.benchmark.plan import LONG, BenchmarkCell
 from agents.csv_tables import csv_of
 from agents.provenance import provenance, shown_seeds
 from grind_env.array_types import Array
-from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
+from grind_env.message_text import reason
 from grind_env.output_checks import FileKind
 from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.policy import Sees

@@ -11,15 +11,8 @@ import numpy as np
 from agents.benchmark.results import PLANTS, PREFIXES, Result
 from grind_env.array_types import Array
 from grind_env.envs.task_names import environment_id
+from grind_env.policies import score_statistics
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
-from grind_env.policies.score_statistics import (
-    RESAMPLES,
-    Interval,
-    percentile_interval,
-    resampled_means,
-    resampled_runs,
-    score_of_means,
-)
 from grind_env.score_scale import find_reference
 
 Draws = tuple[Array, Array]
@@ -55,7 +48,7 @@ class Sampled:
 
     def scores(self) -> Draws | None:
         """Return scores, shape (k,), and of each resample, shape (resamples, k); None if an anchor was not run."""
-        return self._against(score_of_means, self.fixed(), self.index.get((REFERENCE, None)))
+        return self._against(score_statistics.score_of_means, self.fixed(), self.index.get((REFERENCE, None)))
 
     def ratios(self) -> Draws | None:
         """Return costs over the cost of the best fixed plan, with resamples; None if a fixed plan was not run."""
@@ -65,7 +58,7 @@ class Sampled:
         """Return costs per good part, $, with resamples."""
         return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
 
-    def gain(self, ours: str, theirs: str) -> Interval | None:
+    def gain(self, ours: str, theirs: str) -> score_statistics.Interval | None:
         """Return the score of one policy minus the score of another, paired over episodes, and over the runs of each.
 
         None if one of the policies or an anchor was not run.
@@ -75,10 +68,13 @@ class Sampled:
         if fixed is None or planner is None or not all(runs):
             return None
         (mean, draws), _ = self.of_first(self.lengths[[*runs[0], *runs[1], fixed, planner]].min())
-        drawn = [resampled_runs(draws[:, of, None], seed)[..., 0].mean(axis=-1) for seed, of in enumerate(runs)]
-        one, other = (score_of_means(mean[of].mean(), mean[fixed], mean[planner]) for of in runs)
-        ones, others = (score_of_means(each, draws[:, fixed], draws[:, planner]) for each in drawn)
-        return percentile_interval(float(one - other), ones - others)
+        drawn = [
+            score_statistics.resampled_runs(draws[:, of, None], seed)[..., 0].mean(axis=-1)
+            for seed, of in enumerate(runs)
+        ]
+        one, other = (score_statistics.score_of_means(mean[of].mean(), mean[fixed], mean[planner]) for of in runs)
+        ones, others = (score_statistics.score_of_means(each, draws[:, fixed], draws[:, planner]) for each in drawn)
+        return score_statistics.percentile_interval(float(one - other), ones - others)
 
     def _against(self, of_costs: Callable[..., Array], *anchors: int | None) -> Draws | None:
         """Return `of_costs` of the mean costs of each result and of the anchors, over their common episodes."""
@@ -90,7 +86,7 @@ class Sampled:
 
     def _each(self, number: Callable[[Array, Array, list[int]], Array], lengths: Array) -> Draws:
         """Return `number` for each result over its first `lengths` episodes, and for each resample."""
-        mean, draws = np.empty(len(lengths)), np.empty((RESAMPLES, len(lengths)))
+        mean, draws = np.empty(len(lengths)), np.empty((score_statistics.RESAMPLES, len(lengths)))
         for n in np.unique(lengths):
             of = np.flatnonzero(lengths == n).tolist()
             (cost, costs), (good, goods) = self.of_first(int(n))
@@ -103,7 +99,7 @@ class Sampled:
 def _of_first(results: tuple[Result, ...], prefix: str, n: int) -> tuple[Draws, Draws]:
     found = [np.asarray(getattr(each, f"{prefix}{name}"), float) for name in ("cost", "good") for each in results]
     values, k = np.array([each[:n] if len(each) >= n else np.full(n, np.nan) for each in found]), len(results)
-    means, draws = values.mean(axis=-1), resampled_means(values)
+    means, draws = values.mean(axis=-1), score_statistics.resampled_means(values)
     return (means[:k], draws[:, :k]), (means[k:], draws[:, k:])
 
 
@@ -113,12 +109,12 @@ def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:
     return Sampled(found, prefix) if found else None
 
 
-def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interval | None:
+def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> score_statistics.Interval | None:
     """Return the mean over the results with these indices, with an interval over runs and episodes."""
     if found is None or not runs:
         return None
-    values, draws = found[0][list(runs)], resampled_runs(found[1][:, list(runs), None])[..., 0]
-    return percentile_interval(float(values.mean()), draws.mean(axis=-1))
+    values, draws = found[0][list(runs)], score_statistics.resampled_runs(found[1][:, list(runs), None])[..., 0]
+    return score_statistics.percentile_interval(float(values.mean()), draws.mean(axis=-1))
 
 
 def is_ratio(task: str) -> bool:
@@ -148,7 +144,7 @@ def judged(results: Sequence[Result]) -> list[Result]:
     return filled
 
 
-def spread(name: str, interval: Interval | None) -> dict[str, float | None]:
+def spread(name: str, interval: score_statistics.Interval | None) -> dict[str, float | None]:
     """Return an interval as three columns; nan becomes None."""
     values = (None, None, None) if interval is None or np.isnan(interval.value) else interval
     return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))

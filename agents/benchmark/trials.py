@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark import grid
 from agents.benchmark.cell_measurement import measure
+from agents.benchmark.cpu_time import evaluation_seconds, training_seconds
 from agents.benchmark.plan import BenchmarkCell, Request
 from agents.benchmark.results import Result, row_of
 from agents.evaluation_cache import code_of
@@ -70,7 +70,7 @@ def run(trial: BenchmarkTrial) -> dict[str, Any]:
 
 def seconds(trial: BenchmarkTrial) -> float:
     """Return the estimated CPU time of a trial, s."""
-    return grid.making(trial.cell, trial.request) + grid.running(trial.cell, trial.request)
+    return training_seconds(trial.cell, trial.request) + evaluation_seconds(trial.cell, trial.request)
 
 
 def study(

@@ -8,25 +8,16 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from agents.benchmark.plan import (
-    EPISODES,
-    FLAGSHIP,
-    INTERPOLATION_EPISODES,
-    PLANTS_EPISODES,
-    USUAL_KINDS,
-    Request,
-    chosen_problems,
-    planned,
-)
+from agents.benchmark import plan
 from agents.commands.options import Tasks, going_on
 from agents.evaluation_cache import RESULTS, RUNS
 from agents.study import Fresh, Hours, Jobs, Options, Ray, Results, Runs
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.output_checks import check_replaceable
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.task_version import TASK_VERSION
-from grind_env.terminal import table_console
+from grind_env.terminal_output import table_console
 
 
 def benchmark(
@@ -37,12 +28,13 @@ def benchmark(
     kinds: Annotated[str | None, typer.Option(help="Agents such as robust; default ppo,plain_gru.")] = None,
     seeds: Annotated[int | None, typer.Option(min=0, help="Agents of each kind; default 1.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; default that of the kind.")] = None,
-    episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {EPISODES}.")] = None,
+    episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {plan.EPISODES}.")] = None,
     interpolation_episodes: Annotated[
-        int | None, typer.Option(min=0, help=f"Episodes of the split interpolation; default {INTERPOLATION_EPISODES}.")
+        int | None,
+        typer.Option(min=0, help=f"Episodes of the split interpolation; default {plan.INTERPOLATION_EPISODES}."),
     ] = None,
     plants_episodes: Annotated[
-        int | None, typer.Option(min=0, help=f"Episodes on held-out machines; default {PLANTS_EPISODES}.")
+        int | None, typer.Option(min=0, help=f"Episodes on held-out machines; default {plan.PLANTS_EPISODES}.")
     ] = None,
     jobs: Jobs = 2,
     ray: Ray = None,
@@ -58,7 +50,7 @@ def benchmark(
 
     The default task is power_limited. To resume, repeat the command.
     """
-    from agents.benchmark import grid, plan
+    from agents.benchmark import grid
     from agents.benchmark.results import CSV, TABLE, Result, merged, read_results, result, write_results
     from agents.benchmark.scoring import judged
     from agents.benchmark.summary import ON_SCREEN, table_of_task
@@ -72,19 +64,19 @@ def benchmark(
     folder = results or (RESULTS if published else runs)
     check_replaceable(folder / CSV, TABLE, "--results")
     before = read_results(folder)  # a damaged file fails now, not after hours of work
-    chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
+    chosen = plan.chosen_problems(tasks or ("core" if full else plan.FLAGSHIP), job, parts)
     if full:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
     else:
-        trained = list(USUAL_KINDS) if kinds is None else listed(kinds) or []
-        cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
+        trained = list(plan.USUAL_KINDS) if kinds is None else listed(kinds) or []
+        cells = plan.planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
     usual = grid if full else plan
     episodes = episodes or usual.EPISODES
     if interpolation_episodes is None:
         interpolation_episodes = usual.INTERPOLATION_EPISODES
     if plants_episodes is None:
         plants_episodes = usual.PLANTS_EPISODES
-    request = Request(
+    request = plan.Request(
         episodes=episodes,
         interpolation_episodes=interpolation_episodes,
         plants_episodes=plants_episodes,

@@ -16,8 +16,9 @@ from agents.evaluation_cache import RUNS
 from agents.provenance import provenance
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.distribution_splits import EVERY, SPLITS
-from grind_env.errors import GrindError, printable
+from grind_env.errors import GrindError
 from grind_env.files import FileError
+from grind_env.message_text import printable
 from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
 from grind_env.policies.nominal_model import model_beside
 from grind_env.policies.policy import Policy

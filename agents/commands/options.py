@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from grind_env.command_exit import INTERRUPTED
 from grind_env.file_arguments import PROBLEM
-from grind_env.terminal import INTERRUPTED
 
 TASKS = "--tasks", "--task", "--env", "--program"
 Tasks = Annotated[

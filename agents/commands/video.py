@@ -7,8 +7,8 @@ import typer
 
 from agents.command_defaults import PICTURES
 from grind_env.envs.distribution_splits import EVERY
-from grind_env.errors import printable
 from grind_env.file_arguments import FILE, Writes
+from grind_env.message_text import printable
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policy_commands import Configs, JobFile, NamedProblem, Parts, Split

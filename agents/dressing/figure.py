@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullLocator
 
 from agents.dressing.findings import DressFinding, about
-from grind_env.render.record_plots import BLUE, GREEN, GREY, ORANGE
+from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE
 
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
 TITLE = 10

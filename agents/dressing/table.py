@@ -8,7 +8,7 @@ from typing import NamedTuple
 from agents.csv_tables import csv_rows, typed
 from agents.dressing.findings import DressFinding, about
 from grind_env.data_table import Column
-from grind_env.errors import reason
+from grind_env.message_text import reason
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.task_version import TASK_VERSION
 

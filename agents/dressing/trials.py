@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agents.benchmark.cpu_time import DECISION, USUAL_DECISION
 from agents.benchmark.figures import write_figure
-from agents.benchmark.grid import DECISION, USUAL_DECISION
 from agents.dressing.figure import dress_figure
 from agents.dressing.findings import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
 from agents.evaluation_cache import RUNS, cached_evaluation, code_of

@@ -14,9 +14,10 @@ from agents.plants.trials import HOURS, QUESTIONS, Found, PlantsTrial, answer, c
 from agents.provenance import commit
 from agents.study import Study, StudyOptions
 from grind_env.data_table import Column, table_of
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
 from grind_env.files import is_file
 from grind_env.machine.job.job_file import job_beside, load_job
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.policies.tuned_parameters import write_whole
 from grind_env.task_version import TASK_VERSION
 
@@ -73,7 +74,6 @@ def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[
 
 
 def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> Sequence[str]:
-    """Return the given names, or all known names."""
     for name in names or ():
         if name not in known:
             raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")

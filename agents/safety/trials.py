@@ -17,8 +17,9 @@ from grind_env.envs.simulation import Simulation, advance
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.score_statistics import Interval, bootstrap

@@ -20,7 +20,7 @@ from agents.tuning.minimisers import BestPoint, CachedCosts, evolve, grid_search
 from agents.tuning.tunable_parameters import RULES, from_vector, rounded, vector_size
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import quoted
+from grind_env.message_text import quoted
 from grind_env.output_checks import check_replaceable
 from grind_env.policies.choices import Decision, speed_grid
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes

@@ -1,87 +1,45 @@
 """The 9/Series control: part-program text in, a stream of motions, cycles and dresses out; no physics."""
 
-from grind_env.control.control_settings import Control
-from grind_env.control.errors import ControlError
-from grind_env.control.events import (
-    Arc,
-    CycleAhead,
-    CycleEnd,
-    CyclePlan,
-    CycleStart,
-    CycleStrokes,
-    DressEnd,
-    DressStart,
-    Dwell,
-    Event,
-    FeedAhead,
-    Hold,
-    Infeed,
-    Instant,
-    InterruptEnd,
-    InterruptStart,
-    Line,
-    Message,
-    Motion,
-    Pick,
-    Position,
-    ProgramEnd,
-    ProgramStop,
-    Rapid,
-    Source,
-    Spindle,
-    Stroke,
-    Switch,
-    TableStop,
-)
-from grind_env.control.numbers import NumberFormat
-from grind_env.control.operator_actions import Interrupt
-from grind_env.control.program_check import Report, check
-from grind_env.control.program_execution import Execution, dress_program_moves, execute
-from grind_env.control.program_reader import Programs, read, read_file
-from grind_env.control.trace_records import error_record, record
-
-__all__ = [
-    "Arc",
-    "Control",
-    "ControlError",
-    "CycleAhead",
-    "CycleEnd",
-    "CyclePlan",
-    "CycleStart",
-    "CycleStrokes",
-    "DressEnd",
-    "DressStart",
-    "Dwell",
-    "Event",
-    "Execution",
-    "FeedAhead",
-    "Hold",
-    "Infeed",
-    "Instant",
-    "Interrupt",
-    "InterruptEnd",
-    "InterruptStart",
-    "Line",
-    "Message",
-    "Motion",
-    "NumberFormat",
-    "Pick",
-    "Position",
-    "ProgramEnd",
-    "ProgramStop",
-    "Programs",
-    "Rapid",
-    "Report",
-    "Source",
-    "Spindle",
-    "Stroke",
-    "Switch",
-    "TableStop",
-    "check",
-    "dress_program_moves",
-    "error_record",
-    "execute",
-    "read",
-    "read_file",
-    "record",
-]
+from grind_env.control.control_settings import Control as Control
+from grind_env.control.errors import ControlError as ControlError
+from grind_env.control.events import Arc as Arc
+from grind_env.control.events import CycleAhead as CycleAhead
+from grind_env.control.events import CycleEnd as CycleEnd
+from grind_env.control.events import CyclePlan as CyclePlan
+from grind_env.control.events import CycleStart as CycleStart
+from grind_env.control.events import CycleStrokes as CycleStrokes
+from grind_env.control.events import DressEnd as DressEnd
+from grind_env.control.events import DressStart as DressStart
+from grind_env.control.events import Dwell as Dwell
+from grind_env.control.events import Event as Event
+from grind_env.control.events import FeedAhead as FeedAhead
+from grind_env.control.events import Hold as Hold
+from grind_env.control.events import Infeed as Infeed
+from grind_env.control.events import Instant as Instant
+from grind_env.control.events import InterruptEnd as InterruptEnd
+from grind_env.control.events import InterruptStart as InterruptStart
+from grind_env.control.events import Line as Line
+from grind_env.control.events import Message as Message
+from grind_env.control.events import Motion as Motion
+from grind_env.control.events import Pick as Pick
+from grind_env.control.events import Position as Position
+from grind_env.control.events import ProgramEnd as ProgramEnd
+from grind_env.control.events import ProgramStop as ProgramStop
+from grind_env.control.events import Rapid as Rapid
+from grind_env.control.events import Source as Source
+from grind_env.control.events import Spindle as Spindle
+from grind_env.control.events import Stroke as Stroke
+from grind_env.control.events import Switch as Switch
+from grind_env.control.events import TableStop as TableStop
+from grind_env.control.numbers import NumberFormat as NumberFormat
+from grind_env.control.operator_actions import Interrupt as Interrupt
+from grind_env.control.program_check import Report as Report
+from grind_env.control.program_check import check as check
+from grind_env.control.program_execution import Execution as Execution
+from grind_env.control.program_execution import dress_program_moves as dress_program_moves
+from grind_env.control.program_execution import execute as execute
+from grind_env.control.program_reader import Programs as Programs
+from grind_env.control.program_reader import read as read
+from grind_env.control.program_reader import read_file as read_file
+from grind_env.control.trace_records import error_record as error_record
+from grind_env.control.trace_records import record as record

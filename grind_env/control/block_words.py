@@ -9,7 +9,7 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.macro_formulas import LONGEST_NUMBER, NO_VARIABLE_NUMBER, FormulaFault
 from grind_env.control.macro_statements import BEGIN, Statement, statement
 from grind_env.control.program_scanner import SourceText
-from grind_env.errors import shortened
+from grind_env.message_text import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
 ARGUMENTS = frozenset("ABCHUVW")

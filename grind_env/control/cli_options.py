@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from grind_env.control.errors import ControlError
 from grind_env.control.operator_actions import Interrupt
-from grind_env.errors import shortened
+from grind_env.message_text import shortened
 
 HIGHEST_ENTRY = 99
 """Highest entry of the radius table; two digits of a T word select an entry."""

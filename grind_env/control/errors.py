@@ -41,4 +41,5 @@ class Place(NamedTuple):
     block: int
 
     def error(self, name: str, message: str, column: int | None = None) -> ControlError:
+        """Return an error at this place, or at another column of it."""
         return ControlError(name, message, self.block, self.line, column or self.column, self.file)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from grind_env.control.block_words import read_block
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.program_scanner import SourceText
-from grind_env.errors import quoted
+from grind_env.message_text import quoted
 
 HEAD_BYTES = 4096
 """Bytes at the beginning of a text that are searched for signs of another control."""

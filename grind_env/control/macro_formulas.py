@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from grind_env.control import macro_functions
 from grind_env.control.macro_functions import FunctionFault
-from grind_env.errors import did_you_mean, shortened
+from grind_env.message_text import did_you_mean, shortened
 
 DEEPEST_BRACKET = 20
 LONGEST_NUMBER = 30

@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from grind_env.control import numbers
+from grind_env.control import motion_paths, numbers
 from grind_env.control.axis_timeline import Timeline
 from grind_env.control.block_decoding import Command
 from grind_env.control.compensation.radius_compensation import SIDES, Compensation, Piece
@@ -18,16 +18,6 @@ from grind_env.control.groove_cycles import INCH_RETRACT, METRIC_RETRACT, groove
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import PLANES
-from grind_env.control.motion_paths import (
-    AXES,
-    INTEGRANDS,
-    arc_path,
-    dwell_seconds,
-    feed_rate,
-    moved_by,
-    no_feed_rate,
-    target,
-)
 from grind_env.control.path_geometry import Path, Straight
 from grind_env.control.tool_selection import Tooling
 
@@ -162,9 +152,9 @@ class Mover:
 
     def linear(self, command: Command, ahead: Ahead) -> list[MoveSection]:
         table = self.timeline.reciprocation
-        letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
+        letters = "XYZ" if table is None else "XYZ" + motion_paths.INTEGRANDS[table.axis]
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
-            letters += "".join(INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
+            letters += "".join(motion_paths.INTEGRANDS[axis] for axis in PLANES[command.modes.plane])
         strange = next((letter for letter in "IJK" if letter in command.words and letter not in letters), None)
         if table is None and strange is not None:
             message = f"{command.words[strange]} has no meaning in this {command.action} block"
@@ -175,7 +165,7 @@ class Mover:
             return []
         start = self.position
         origin = ORIGIN if command.in_machine else self._origin(command)
-        path = Straight(start, target(command, start, origin, self._reciprocating))
+        path = Straight(start, motion_paths.target(command, start, origin, self._reciprocating))
         return self._sections(command, path, ahead) if path.length > 0.0 or self.detour is not None else []
 
     def feed_end(self, command: Command) -> Position | None:
@@ -187,37 +177,39 @@ class Mover:
         if "T" in command.words or 98 in command.m:
             return None
         origin = ORIGIN if command.in_machine else self._origin(command)
-        return target(command, self.position, origin, None)
+        return motion_paths.target(command, self.position, origin, None)
 
     def circular(self, command: Command, ahead: Ahead) -> list[MoveSection]:
-        path = arc_path(command, self.position, self._origin(command))
+        path = motion_paths.arc_path(command, self.position, self._origin(command))
         if path is None:
             return []
         table = self._reciprocating
         if table is not None and path.moves(table):
             raise command.error(
-                "axis-conflict", f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before the arc"
+                "axis-conflict",
+                f"{command.action} moves {motion_paths.AXES[table]}, which reciprocates; program G80 before the arc",
             )
         return self._sections(command, path, ahead)
 
     def dwell(self, command: Command) -> Iterator[Event]:
         here = self.timeline.position
-        speed = self.tooling.spindle_speed(command.modes, lambda: no_feed_rate(command))
-        seconds = dwell_seconds(command, speed)
+        speed = self.tooling.spindle_speed(command.modes, lambda: motion_paths.no_feed_rate(command))
+        seconds = motion_paths.dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
     def reference(self, command: Command) -> list[MoveSection]:
         """G28, G29 and G30: rapid by way of the intermediate point, which cancels the compensation (lathe 21-49)."""
         command.allow_only("XYZP" if command.action == "G30" else "XYZ", f"a {command.action} block")
-        axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
+        axes = [axis for axis, letter in enumerate(motion_paths.AXES) if letter in command.lengths]
         if not axes:
             raise command.error("missing-parameter", f"{command.action} names no axis; X, Y or Z is needed")
         table = self._reciprocating
         if table is not None and table in axes:
             raise command.error(
-                "axis-conflict", f"{command.action} moves {AXES[table]}, which reciprocates; program G80 before"
+                "axis-conflict",
+                f"{command.action} moves {motion_paths.AXES[table]}, which reciprocates; program G80 before",
             )
-        named = target(command, self.position, self._origin(command))
+        named = motion_paths.target(command, self.position, self._origin(command))
         if command.action == "G29":
             if self.passed is None:
                 raise command.error("missing-parameter", "G29 has no intermediate point; G28 or G30 comes before it")
@@ -247,7 +239,7 @@ class Mover:
         retract = self.control.groove_retract
         if retract is None:
             retract = INCH_RETRACT if command.modes.inch else METRIC_RETRACT
-        plan = plan_groove(command, moved_by(self.timeline.position, origin, -1.0), retract)
+        plan = plan_groove(command, motion_paths.moved_by(self.timeline.position, origin, -1.0), retract)
         feed, groove = self.rate(command), 1
         self.timeline.budget.foresee(least_legs(plan), place)
         for leg in groove_legs(plan):
@@ -255,7 +247,7 @@ class Mover:
             if leg.groove != groove and self.control.panel.single_block:
                 yield Hold(self.timeline.time, "single block")
             groove = leg.groove
-            path = Straight(self.timeline.position, moved_by(leg.end, origin, 1.0))
+            path = Straight(self.timeline.position, motion_paths.moved_by(leg.end, origin, 1.0))
             rate, mark = (feed, (plan.axis, leg.groove)) if leg.kind == "infeed" else (None, None)
             yield from self.timeline.move(place, path, rate, Source.CYCLE, groove=mark)
             if self.recorder is not None:
@@ -268,9 +260,9 @@ class Mover:
             )
 
     def rate(self, command: Command) -> float:
-        modes, missing = command.modes, functools.partial(no_feed_rate, command)
+        modes, missing = command.modes, functools.partial(motion_paths.no_feed_rate, command)
         speed = self.tooling.spindle_speed(modes, missing) if modes.per_revolution else None
-        return feed_rate(modes, speed, self.control, missing)
+        return motion_paths.feed_rate(modes, speed, self.control, missing)
 
     def retrace(self, recorder: Recorder) -> Iterator[Event]:
         for leg in recorder.way_back(self.timeline.position, self._link_feed):
@@ -298,7 +290,7 @@ class Mover:
             )
 
         speed = self.tooling.spindle_speed(self.modes, self._no_wheel_radius)
-        return feed_rate(self.modes, speed, self.control, missing)
+        return motion_paths.feed_rate(self.modes, speed, self.control, missing)
 
     def _no_wheel_radius(self) -> ControlError:
         return self.place.error(
@@ -329,7 +321,8 @@ class Mover:
         table = self._reciprocating
         if compensated and table is not None and table in PLANES[modes.plane]:
             raise command.error(
-                "axis-conflict", f"{AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before"
+                "axis-conflict",
+                f"{motion_paths.AXES[table]} of the plane of {modes.compensation} reciprocates; program G80 before",
             )
         if compensated and in_plane(path, modes.plane):
             outlook = Outlook(command, path.end, self._origin(command), self.work.length, table)

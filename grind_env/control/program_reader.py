@@ -73,6 +73,7 @@ class Program:
     blocks: Blocks
 
     def last_place(self) -> Place:
+        """Return the place of the last block; that of the program without blocks."""
         last = self.blocks.last
         if last is None:
             return self.place

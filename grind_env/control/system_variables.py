@@ -59,10 +59,10 @@ class SystemVariables:
     def write(self, number: int, value: Decimal) -> None:
         work = self.mover.work
         if number in RADII:
-            self.mover.tooling.radii[number - RADII[0] + 1] = self._millimetres(value, None)
+            self.mover.tooling.radii[number - RADII[0] + 1] = float(value * self._unit(None))
         elif (offset := _offset(number)) is not None:
             system, axis = offset
-            changed = {axis: self._millimetres(value, axis)}
+            changed = {axis: float(value * self._unit(axis))}
             if system is None:
                 work.external = placed(work.external, changed)
             else:
@@ -72,9 +72,6 @@ class SystemVariables:
 
     def _shown(self, mm: float, axis: int | None) -> Decimal:
         return rounded(Decimal(repr(mm)) / self._unit(axis))
-
-    def _millimetres(self, value: Decimal, axis: int | None) -> float:
-        return float(value * self._unit(axis))
 
     def _unit(self, axis: int | None) -> Decimal:
         modes = self.mover.modes

@@ -29,8 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.array_types import Table
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError, GrindWarning, listed, quoted
-from grind_env.kernel import entry, exp, inlined, log
+from grind_env.errors import GrindError, GrindWarning
+from grind_env.kernel import entry, exp, log
+from grind_env.message_text import listed, quoted
 
 ACTIONS = ("box", "multidiscrete", "discrete", "dict")
 """Forms of the action."""
@@ -208,7 +209,6 @@ class ActionCodec:
         return tuple(choice)
 
     def _clipped(self, values: Table, bad: int) -> Table:
-        """Return a `table` within the bounds."""
         clipped = np.clip(values, self._low, self._high)
         beyond = np.abs(values - clipped)
         far = beyond > ROUNDING * np.maximum(np.abs(clipped), 1.0)
@@ -332,12 +332,6 @@ def _first_bad(values: Any, low: Any, high: Any, whole: Any) -> int:
     return -1
 
 
-@inlined
-def _executions_of(a: float, most: float) -> float:
-    """Return the D that a component of a `box` chooses."""
-    return min(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), most) if a > NO_DRESS else 0.0
-
-
 def _middle_of(D: Table, most: int) -> Table:
     """Return the middle of the bin of each D for a component of a `box`, shape (N,)."""
     above = NO_DRESS + (D - 0.5) / max(most, 1) * (1.0 - NO_DRESS)
@@ -358,7 +352,8 @@ def _decode(actions: Any, levels: Any, low: float, high: float, most: float, cho
             choice[0, i] = levels[min(int(u * levels.size), levels.size - 1)]
         else:
             choice[0, i] = np.floor(low * exp(u * log(high / low)) + 0.5)
-        choice[1, i] = _executions_of(actions[i, 1], most)
+        a = actions[i, 1]
+        choice[1, i] = min(np.ceil((a - NO_DRESS) / (1.0 - NO_DRESS) * most), most) if a > NO_DRESS else 0.0
         if choice.shape[0] > 2:
             choice[2, i] = 1.0 if actions[i, 2] > 0.0 else 0.0
     return -1

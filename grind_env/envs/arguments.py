@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.tasks import TaskError
-from grind_env.errors import quoted
+from grind_env.message_text import quoted
 
 SHOWN = ("measured", "full")
 """Values of `observation` and `info`: what a shop knows, or also the hidden state."""

@@ -15,8 +15,8 @@ from grind_env.envs.block_kind_rows import KindRow, kind_table, parameter_table
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import BLOCKS, DRAWN
+from grind_env.envs.step_arrays import KIND, MATERIAL, STOCK
 from grind_env.envs.tasks import Task
-from grind_env.envs.transition import KIND, MATERIAL, STOCK
 from grind_env.machine.dress.mounted_wheel import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.job import Job
 from grind_env.process.cost import running_cost

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from grind_env.array_types import Numbers, Table
 from grind_env.envs.noise_tape import BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.program_episode import ProgramEpisode
-from grind_env.envs.transition import KIND, EpisodeArrays
+from grind_env.envs.step_arrays import KIND, EpisodeArrays
 from grind_env.errors import GrindError
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.process.stroke_types import WheelState

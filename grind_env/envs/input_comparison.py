@@ -14,7 +14,7 @@ from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.repeated_program import jumps
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import quoted, shortened
+from grind_env.message_text import quoted, shortened
 from grind_env.process.catalogue import USUAL
 
 Inputs: TypeAlias = Mapping[str, str | float | bool]

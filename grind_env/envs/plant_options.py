@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.kernel.random import WORD
+from grind_env.message_text import quoted
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants

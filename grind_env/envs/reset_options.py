@@ -37,7 +37,8 @@ from numpy.typing import NDArray
 from grind_env.envs.distribution_splits import EVERY, RENAMED, SPLITS, Split
 from grind_env.envs.plant_options import read_plant_option, seed_beside
 from grind_env.envs.tasks import Task, TaskError
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants

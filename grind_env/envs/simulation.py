@@ -18,16 +18,19 @@ from numpy.typing import NDArray
 
 from grind_env.array_types import Numbers, Table
 from grind_env.envs.block_rollouts import Branches
+from grind_env.envs.compiled_observations import Scaling, heat_column, observe_blocks
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episode_state import Episodes, check_running
 from grind_env.envs.noise_tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
-from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
+from grind_env.envs.observations import Reading, physical
+from grind_env.envs.part_surfaces import NEW_PART
 from grind_env.envs.past_readings import History
 from grind_env.envs.picture_builder import Viewer
 from grind_env.envs.reset_options import Given, with_machines
+from grind_env.envs.step_arrays import STAGE_FIELDS, Scratch
 from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import Task
-from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
+from grind_env.envs.transition import TOGETHER, step_of
 from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.loops.cycle import PartState, Zone
@@ -88,7 +91,7 @@ class Simulation(ABC):
     _generator: Any
     _scaling: Scaling
     _lead: Table
-    """As in `transition.Tables`, like the next ones."""
+    """As in `step_arrays.Tables`, like the next ones."""
     _base: Table
     _cooler: Table
     _infeed: float = 0.0

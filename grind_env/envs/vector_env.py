@@ -291,7 +291,6 @@ def _final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[
 
 
 def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
-    """Return the autoreset mode of that name."""
     try:
         return AutoresetMode(mode)
     except ValueError:

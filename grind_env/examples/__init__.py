@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import did_you_mean, quoted
 
 FOLDER = Path(__file__).parent
 

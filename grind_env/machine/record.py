@@ -10,7 +10,7 @@ import numpy as np
 
 from grind_env.array_types import Array
 from grind_env.control import CyclePlan, Programs
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.kernel.row_accessors import dtype_of
 from grind_env.machine.dress.dress_severity import Sharpening
@@ -18,6 +18,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.block_totals import executions_of
 from grind_env.machine.part.stroke_record import STROKE_ROW, PartVerdict
 from grind_env.machine.part.unsimulated_cuts import Unjudged
+from grind_env.message_text import quoted
 from grind_env.notebook_loader import html, presenter
 from grind_env.optional_libraries import needing
 

@@ -8,7 +8,7 @@ from html import escape
 from typing import Any
 
 from grind_env.data_table import Column, table_of
-from grind_env.errors import printable
+from grind_env.message_text import printable
 
 MOST_ROWS = 30
 """Most rows of a table; a longer table shows its first and last rows."""

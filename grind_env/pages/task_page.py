@@ -10,19 +10,10 @@ from grind_env.data_table import table_of
 from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstring_sections import meanings
 from grind_env.envs.learning_scales import WORST_REWARD
+from grind_env.pages import task_tables
 from grind_env.pages.nominal_interval import SAVINGS_LEFT, dress_interval
 from grind_env.pages.reward_bounds import RewardSpan
 from grind_env.pages.task_page_data import TaskSheet, sheet
-from grind_env.pages.task_tables import (
-    RANGE_NOTE,
-    action_table,
-    drawn_table,
-    form_table,
-    kind_table,
-    observation_table,
-    reward_table,
-    setup_table,
-)
 from grind_env.score_scale import EPISODES, find_reference, normalise
 from grind_env.task_version import HISTORY, TASK_VERSION
 
@@ -126,13 +117,17 @@ def _description(about: TaskSheet, words: dict[str, str]) -> str:
     lines = [about.note.summary, words[""], words.get("Description", "")]
     if about.task is not None:
         order = "random orders" if about.task.orders else ", ".join(about.task.sequence) + ", repeated"
-        lines += [f"Blocks: {about.task.blocks}, {order}.", kind_table(about, about.task), setup_table(about.task)]
+        lines += [
+            f"Blocks: {about.task.blocks}, {order}.",
+            task_tables.kind_table(about, about.task),
+            task_tables.setup_table(about.task),
+        ]
     return "\n\n".join(lines)
 
 
 def _actions(about: TaskSheet) -> str:
-    forms = form_table(about.env.codec.task, predress=about.task is not None)
-    return f"{action_table(about)}\n\n{forms}"
+    forms = task_tables.form_table(about.env.codec.task, predress=about.task is not None)
+    return f"{task_tables.action_table(about)}\n\n{forms}"
 
 
 def _observation(about: TaskSheet) -> str:
@@ -140,12 +135,12 @@ def _observation(about: TaskSheet) -> str:
     hidden = {place: each for place, each in enumerate(about.full) if each not in about.readings}
     lines = [
         f"{len(shown)} entries; with an entry x of the observation, `value` is what was read, in its unit.",
-        observation_table(shown),
+        task_tables.observation_table(shown),
     ]
     if hidden:
         lines += [
             f'`observation="full"` has {len(about.full)} entries: these come after them.',
-            observation_table(hidden),
+            task_tables.observation_table(hidden),
         ]
     return "\n\n".join(lines)
 
@@ -154,8 +149,8 @@ def _reward(about: TaskSheet) -> str:
     bounded = math.isfinite(about.reward.least)
     lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
     if about.task is not None:
-        lines[0] += f" The reference cost is {about.task.reference_cost:.4g} $ a step. {RANGE_NOTE}"
-        lines.append(reward_table(about.costs, about.task.reference_cost))
+        lines[0] += f" The reference cost is {about.task.reference_cost:.4g} $ a step. {task_tables.RANGE_NOTE}"
+        lines.append(task_tables.reward_table(about.costs, about.task.reference_cost))
     return "\n\n".join(lines)
 
 
@@ -170,7 +165,7 @@ def _episode(about: TaskSheet) -> str:
         )
     if factors := ", ".join(f"{name} {value:g}" for name, value in about.task.factors.items()):
         lines.append(f"Fixed factors: {factors}.")
-    drawn = drawn_table(about.task)
+    drawn = task_tables.drawn_table(about.task)
     lines.append("Drawn at reset:" if drawn else "Nothing is drawn: all episodes are the same.")
     return "\n\n".join([" ".join(lines), drawn] if drawn else [" ".join(lines)])
 

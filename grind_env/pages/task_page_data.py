@@ -11,7 +11,7 @@ from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.observations import Reading
 from grind_env.envs.task_names import environment_id
 from grind_env.envs.tasks import Task
-from grind_env.errors import did_you_mean, quoted
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.pages.reward_bounds import RewardSpan, cost_spans, infeed_times, reward_span, stroke_times
 from grind_env.pages.task_notes import PageError, PageNote, note_of
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from grind_env.errors import GrindError, reason
+from grind_env.errors import GrindError
+from grind_env.message_text import reason
 from grind_env.plants.family import SEED, Family, word_of
 from grind_env.process.gauge_readings import TRUTH, Gauge, chain_gauges
 from grind_env.process.process_interface import PROCESS, Process, composed, joined

@@ -6,8 +6,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from grind_env.errors import did_you_mean, quoted, reason
 from grind_env.kernel.random import WORD
+from grind_env.message_text import did_you_mean, quoted, reason
 from grind_env.plants.bursts import BURSTS
 from grind_env.plants.drift import DRIFT
 from grind_env.plants.family import HELD_OUT, PUBLIC, Family, share_of

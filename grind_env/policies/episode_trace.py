@@ -13,14 +13,16 @@ from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.envs.filter_members import MemberModel
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 from grind_env.optional_libraries import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.episode_columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
 from grind_env.policies.nominal_model import model_beside, parted
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem, find_problem
 
 

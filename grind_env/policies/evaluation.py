@@ -14,11 +14,13 @@ from grind_env.envs.distribution_splits import EVERY, SPLITS
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.reset_options import Given, find_split
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 from grind_env.notebook_loader import html
 from grind_env.policies.choices import Decision
 from grind_env.policies.nominal_model import parted
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.score_statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 
 SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}

@@ -8,8 +8,9 @@ import numpy as np
 
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation, with_start_of
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.machine.loops.row_io import OWN_FROM
+from grind_env.message_text import quoted
 from grind_env.plants import Plant
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.policy import Policy

@@ -7,7 +7,8 @@ from typing import Any
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.machine.job import Job
 from grind_env.policies.nominal_model import model_beside, parted
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem
 
 

@@ -1,40 +1,21 @@
-"""The `Policy` protocol, and how much of the truth a policy may see.
+"""The `Policy` protocol.
 
 A policy decides E and D of the coming step for N episodes side by side, in any environment with a `Simulation`. Its
-`sees` declares the information it needs, and `reveal` gives it no more, so no score rests on undeclared knowledge.
+`sees` declares the information it needs.
 """
 
-from dataclasses import replace
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Array
-from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Decision
-from grind_env.policies.episode_columns import (
-    CHANGES,
-    DUE,
-    GAUGED,
-    LISTED,
-    NEW_LOT,
-    OF_WHEEL,
-    PART_ROUGHNESS,
-    ROUGHNESS,
-    SPARE_ROUGHNESS,
-    STOCK,
-    WORK,
-)
 
 Sees = Literal["measurements", "state", "future"]
 """`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
 and stock; `future`: every later lot and stock too."""
-
-NOMINAL_STOCK = KindRow._fields.index("stock")
 
 
 class Policy(Protocol):
@@ -58,52 +39,3 @@ class Policy(Protocol):
             observation: scaled measurements, shape (N, entries); `Simulation.read` converts them to physical units.
             episodes: None for a policy that sees measurements, else the result of `reveal`; the policy may change it.
         """
-
-
-def reveal(sees: Sees, simulation: Simulation, episodes: Episodes) -> Episodes | None:
-    """Return copies of the true episodes with the information that a policy may see.
-
-    Measurement noise is never shown. For `state`, later blocks hold expected values: the current lot lasts, the stock
-    is nominal, parts get the usual roughness, due dates after the next one have their mean distance, and a new wheel is
-    like the current one.
-    """
-    if sees == "measurements":
-        return None
-    shown = simulation.with_full_tapes(episodes)
-    shown.hide_noise()
-    if sees == "state":
-        blocks = shown.tape.shape[1]
-        later = np.arange(blocks) > shown.block[:, None]
-        coming = shown.coming()
-        expected = np.repeat(coming[:, None], blocks, axis=1)
-        expected[..., LISTED] = shown.tape[..., LISTED]
-        nominal = simulation.kinds[simulation.branches.rows_of(expected), NOMINAL_STOCK]
-        expected[..., STOCK] = expected[..., GAUGED] = nominal
-        expected[..., NEW_LOT] = 0.0
-        # later parts do not have the random roughness factor of the coming part
-        expected[..., ROUGHNESS] /= expected[..., PART_ROUGHNESS]
-        expected[..., SPARE_ROUGHNESS] /= expected[..., PART_ROUGHNESS]
-        expected[..., PART_ROUGHNESS] = 1.0
-        shown = replace(shown, tape=np.where(later[..., None], expected, shown.tape))
-        first_wheel = shown.memory[:, CHANGES] == 0.0
-        for old, new in OF_WHEEL:
-            shown.tape[first_wheel, :, new] = shown.tape[first_wheel, :, old]
-        if simulation.task.due is not None:
-            shown.tape[..., DUE] = expected_dates(simulation.task.due, shown.tape, coming[:, DUE], shown.block)
-    return shown
-
-
-def expected_dates(dates: Due, tape: Array, due: Array, block: NDArray[np.int64]) -> Array:
-    """Return the due date of every block, s, shape (N, blocks); dates after the next one, `due`, have the mean slack.
-
-    Args:
-        dates: due dates of the task.
-        tape: shape (N, blocks, fields of `TapeRow`).
-        due: next date, s, shape (N,).
-        block: coming block, shape (N,).
-    """
-    period = np.arange(tape.shape[1]) // dates.blocks
-    # the first block of a period holds the work of the whole period
-    work = np.cumsum(tape[:, :: dates.blocks, WORK], axis=1)[:, period]
-    done = work[np.arange(len(due)), np.minimum(block, tape.shape[1] - 1)][:, None]
-    return np.asarray(due[:, None] + sum(dates.slack) / 2.0 * np.maximum(work - done, 0.0))

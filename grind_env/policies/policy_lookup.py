@@ -7,7 +7,8 @@ from importlib import import_module
 from pathlib import Path
 
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, quoted, reason
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted, reason
 from grind_env.policies.choices import check_speeds
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy

@@ -13,8 +13,9 @@ from grind_env.envs.job.repeated_program import MOST_PARTS, batch_name
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_names import ANY_TASK, environment_id, shipped_names
 from grind_env.envs.tasks.reading import is_file as is_task_file
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
 from grind_env.files import is_file, missing
+from grind_env.message_text import did_you_mean, quoted
 
 JOB = "grind/Job-v0"
 

@@ -9,24 +9,16 @@ from typing import Any, get_origin
 
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import did_you_mean, quoted
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.policy import Policy
+from grind_env.policies.scripted import rules
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
-from grind_env.policies.scripted.rules import (
-    AdaptiveDress,
-    AdaptiveRule,
-    AdaptiveSpeed,
-    ConstantPerKind,
-    Fixed,
-    PowerThreshold,
-    Random,
-)
 from grind_env.policies.tuned_parameters import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
@@ -37,7 +29,7 @@ REFERENCE = "hindsight"
 """Policy that scores 100."""
 
 UNTUNED: dict[str, Callable[[], Policy]] = {
-    "random": Random,
+    "random": rules.Random,
     "handbook": Handbook,
     "empirical_rule": EmpiricalRule,
     "belief_planner": BeliefPlanner,
@@ -45,13 +37,13 @@ UNTUNED: dict[str, Callable[[], Policy]] = {
 }
 
 TUNED: dict[str, Callable[..., Policy]] = {
-    "constant": partial(Fixed, name="constant"),
-    "interval": partial(Fixed, name="interval"),
-    "constant_per_kind": ConstantPerKind,
-    "power_threshold": PowerThreshold,
-    "adaptive_speed": AdaptiveSpeed,
-    "adaptive_dress": AdaptiveDress,
-    "adaptive_rule": AdaptiveRule,
+    "constant": partial(rules.Fixed, name="constant"),
+    "interval": partial(rules.Fixed, name="interval"),
+    "constant_per_kind": rules.ConstantPerKind,
+    "power_threshold": rules.PowerThreshold,
+    "adaptive_speed": rules.AdaptiveSpeed,
+    "adaptive_dress": rules.AdaptiveDress,
+    "adaptive_rule": rules.AdaptiveRule,
     "belief_rule": BeliefRule,
     "look_ahead": LookAhead,
     "dullness_rule": partial(FullStateRule, gK=0.0, gR=0.0, wK=0.0, name="dullness_rule"),
@@ -146,7 +138,9 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
             )
         elif each.init and each.type in (float, int):
             _check(place, each.name, (getattr(policy, each.name),), "a number", 1)
-    if isinstance(policy, Fixed | AdaptiveSpeed) and not (isinstance(policy.every, int) and policy.every >= 1):
+    if isinstance(policy, rules.Fixed | rules.AdaptiveSpeed) and not (
+        isinstance(policy.every, int) and policy.every >= 1
+    ):
         raise ConfigError(f"{place} has no every that fits: give a whole number of blocks, or tune again with --fresh")
     return policy
 

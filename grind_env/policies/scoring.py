@@ -11,7 +11,8 @@ import numpy as np
 from grind_env.array_types import Array
 from grind_env.data_table import Table, table_of
 from grind_env.envs.distribution_splits import EVERY, SPLITS
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 from grind_env.notebook_loader import html
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes

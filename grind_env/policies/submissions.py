@@ -17,9 +17,9 @@ from grind_env.array_types import Array
 from grind_env.dataclass_json import FormError, formed, parsed
 from grind_env.envs.distribution_splits import EVERY
 from grind_env.envs.task_names import CORE, environment_id, shipped_names
-from grind_env.errors import quoted
 from grind_env.files import read_bytes, read_text, shown, write_atomically
 from grind_env.kernel.random import WORD
+from grind_env.message_text import quoted
 from grind_env.plants.plant_names import MODEL, modules_of
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.learned.saved import SUFFIX

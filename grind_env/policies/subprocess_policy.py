@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from grind_env.dataclass_json import FormError
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import reason, shortened
+from grind_env.message_text import reason, shortened
 from grind_env.policies.choices import Decision
 from grind_env.policies.nominal_model import model_of
 from grind_env.policies.policy import Sees

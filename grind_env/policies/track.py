@@ -18,7 +18,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.kernel.random import WORD
 from grind_env.plants import Plant, Plants
-from grind_env.policies.evaluation import SEEDS, Step, steps
+from grind_env.policies.evaluation import COST, FINISHED, GOOD, SEEDS, Step, steps
 from grind_env.policies.nominal_model import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem_lookup import find_problem
@@ -27,9 +27,7 @@ from grind_env.policies.scoring import check_policy
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
 """Machines of the track: half differ by families of deviations, half by other laws of grinding."""
-COST, GOOD, FINISHED, SCRAP, HANDOVER = (
-    Outcome._fields.index(name) for name in ("cost", "good", "finished", "scrap_cost", "handover_cost")
-)
+SCRAP, HANDOVER = Outcome._fields.index("scrap_cost"), Outcome._fields.index("handover_cost")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,8 +13,9 @@ from typing import Any
 
 from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.reading import is_file
-from grind_env.errors import GrindError, reason
+from grind_env.errors import GrindError
 from grind_env.files import ReadError, write_atomically
+from grind_env.message_text import reason
 from grind_env.output_checks import FileKind
 from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml, toml_text

@@ -28,8 +28,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.files import ReadError, shown
+from grind_env.message_text import did_you_mean, listed, quoted, shortened
 from grind_env.process.entries import CatalogueError, Dresser, Entry, Fluid, Machine, Material, Wheel, label, quantities
 from grind_env.process.toml_tables import keys
 from grind_env.toml import TomlError, read_toml

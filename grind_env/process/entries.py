@@ -12,7 +12,8 @@ from inspect import get_annotations
 from numbers import Real
 from typing import Annotated, Any, ClassVar
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 
 ALUMINA, CBN = "alumina", "cbn"
 """Abrasives."""

@@ -13,8 +13,9 @@ from numbers import Integral
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from grind_env.errors import GrindError, did_you_mean, quoted, shortened
+from grind_env.errors import GrindError
 from grind_env.files import shown
+from grind_env.message_text import did_you_mean, quoted, shortened
 from grind_env.process.entries import Quantity
 
 TomlTable = Mapping[str, Any]

@@ -5,24 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.curve_data import (
-    BLUE,
-    GREEN,
-    GREY,
-    GRID,
-    ORANGE,
-    PAPER,
-    RED,
-    SHADE,
-    Curve,
-    Picture,
-    joined_runs,
-    labelled_every,
-    picture,
-)
+from grind_env.message_text import shortened
+from grind_env.render import curve_data
 from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
 from grind_env.render.record_tables import totals
 
@@ -30,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels", "draw_record", "plot_record"]
+__all__ = ["PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Most labels of blocks, parts or dresses; of more than these every k-th is labelled."""
@@ -74,7 +60,7 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    shown = picture(record, job)
+    shown = curve_data.picture(record, job)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
     draw_panels(shown, figure, 9.0)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
@@ -82,7 +68,7 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
     return figure
 
 
-def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
+def draw_panels(shown: curve_data.Picture, figure: "Figure", size: float) -> None:
     """Draw all curves of a picture into an empty figure, one below the other, with headings of `size`, pt."""
     from matplotlib.ticker import MaxNLocator
 
@@ -99,7 +85,7 @@ def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None:
+def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture, size: float) -> None:
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
@@ -113,7 +99,7 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None
         axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
     axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
-    axes.grid(True, color=GRID, lw=0.6)
+    axes.grid(True, color=curve_data.GRID, lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -128,7 +114,7 @@ def _wrapped(title: str, unit: str) -> str:
     return "\n".join(lines)
 
 
-def _mark_limits(axes: "Axes", curve: Curve) -> None:
+def _mark_limits(axes: "Axes", curve: curve_data.Curve) -> None:
     for limit in curve.limits:
         axes.axhline(limit.value, color=curve.color, lw=0.8, ls="--")
         axes.annotate(
@@ -141,30 +127,30 @@ def _mark_limits(axes: "Axes", curve: Curve) -> None:
             va="bottom" if limit.value > 0.0 else "top",
             fontsize=8,
             color=curve.color,
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8},
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": curve_data.PAPER, "edgecolor": "none", "alpha": 0.8},
         )
 
 
-def _mark_pauses(axes: "Axes", shown: Picture) -> None:
+def _mark_pauses(axes: "Axes", shown: curve_data.Picture) -> None:
     """Draw dresses as lines, spark-out strokes as shades, and dotted lines between blocks."""
     for at, _ in shown.dresses:
-        axes.axvline(at, color=ORANGE, lw=1.2)
-    for first, after in joined_runs(() if shown.spark_out is None else shown.spark_out):
-        axes.axvspan(shown.edges[first], shown.edges[after], color=SHADE, lw=0, zorder=0)
+        axes.axvline(at, color=curve_data.ORANGE, lw=1.2)
+    for first, after in curve_data.joined_runs(() if shown.spark_out is None else shown.spark_out):
+        axes.axvspan(shown.edges[first], shown.edges[after], color=curve_data.SHADE, lw=0, zorder=0)
     if len(shown.spans) <= 2 * MOST_LABELS:
         for span in shown.spans[1:]:
-            axes.axvline(shown.edges[span.first], color=GREY, lw=0.8, ls=":")
+            axes.axvline(shown.edges[span.first], color=curve_data.GREY, lw=0.8, ls=":")
 
 
-def _name_blocks(axes: "Axes", shown: Picture) -> None:
+def _name_blocks(axes: "Axes", shown: curve_data.Picture) -> None:
     """Number the parts and the blocks above the topmost panel."""
     if len(shown.parts) > 1:
         _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
     _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
 
 
-def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, height: float) -> None:
-    for first, label in places[:: labelled_every(len(places), MOST_LABELS)]:
+def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: curve_data.Picture, height: float) -> None:
+    for first, label in places[:: curve_data.labelled_every(len(places), MOST_LABELS)]:
         axes.annotate(
             label,
             (shown.edges[first], 1.0),
@@ -176,7 +162,7 @@ def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, he
         )
 
 
-def _name_marks(axes: "Axes", shown: Picture) -> None:
+def _name_marks(axes: "Axes", shown: curve_data.Picture) -> None:
     """Draw the legend of dresses and spark-out, below the numbers of the lowest panel."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -185,9 +171,9 @@ def _name_marks(axes: "Axes", shown: Picture) -> None:
     if shown.dresses:
         seconds = sorted({round(seconds) for _, seconds in shown.dresses})
         span = f"{seconds[0]}" if len(seconds) == 1 else f"{seconds[0]} to {seconds[-1]}"
-        marks.append(Line2D([], [], color=ORANGE, lw=1.2, label=f"dress, {span} s"))
+        marks.append(Line2D([], [], color=curve_data.ORANGE, lw=1.2, label=f"dress, {span} s"))
     if shown.spark_out is not None and shown.spark_out.any():
-        marks.append(Patch(color=SHADE, label="spark-out"))
+        marks.append(Patch(color=curve_data.SHADE, label="spark-out"))
     if marks:
         below: Any = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 2.2}
         axes.legend(handles=marks, frameon=False, fontsize=8, ncols=len(marks), **below)

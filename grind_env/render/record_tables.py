@@ -7,10 +7,10 @@ import numpy as np
 
 from grind_env.array_types import Array
 from grind_env.data_table import Cell, table_of
-from grind_env.errors import printable
 from grind_env.machine.job import Job
 from grind_env.machine.part.unsimulated_cuts import Unjudged, list_lines, runs
 from grind_env.machine.record import GrindingRecord
+from grind_env.message_text import printable
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.block_comparison import HEADINGS, compared_blocks, compared_dresses
 from grind_env.render.limit_causes import explain, shares

@@ -1,6 +1,6 @@
 """A view as text: the facts of the picture, for a terminal or a log."""
 
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.render.picture_data import EpisodePicture
 from grind_env.render.strip_chart_data import Strip, strips_of
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from grind_env.control import Arc, Dwell, Event, Motion, Rapid, Source
 from grind_env.control.motion_paths import AXES
 from grind_env.control.path_geometry import Circular
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import quoted
 from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import Any
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, reason
+from grind_env.errors import GrindError
+from grind_env.message_text import reason
 from grind_env.policies.learned.saved import PolicyFileError
 from grind_env.sb3.model_policy import ModelPolicy
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grind_env.data_table import Column, table_of
-from grind_env.errors import GrindError, did_you_mean, printable, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import did_you_mean, printable, quoted
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
 from grind_env.process.catalogue import KINDS, load_catalogue
 

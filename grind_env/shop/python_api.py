@@ -17,7 +17,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.output_checks import Target, check_targets
 from grind_env.shop.search_options import CONFIDENCE, Ends, Number, ends_of, options_of, seconds_of, whole_ends_of
-from grind_env.terminal import progress
+from grind_env.terminal_output import progress
 from grind_env.toml import files_named
 
 if TYPE_CHECKING:

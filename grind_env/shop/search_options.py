@@ -8,7 +8,8 @@ from decimal import Decimal
 from numbers import Real
 from typing import TypeAlias, TypeVar
 
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import did_you_mean, quoted
 
 INTERVAL = "interval"
 """Name of the dress interval, which counts parts or blocks."""

@@ -58,7 +58,8 @@ def train(
     (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: the agent is not
     recommended.
     """
-    from grind_env.errors import GrindError, printable, quoted
+    from grind_env.errors import GrindError
+    from grind_env.message_text import printable, quoted
     from grind_env.optional_libraries import needing
     from grind_env.plants.plant_names import MODEL
     from grind_env.policies.evaluation import episode_seeds
@@ -66,7 +67,7 @@ def train(
     from grind_env.policies.nominal_model import machines_name, model_of, on, training_machines
     from grind_env.policies.problem_lookup import JOB
     from grind_env.policies.scoring import evaluate
-    from grind_env.terminal import progress
+    from grind_env.terminal_output import progress
 
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo

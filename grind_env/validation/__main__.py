@@ -5,8 +5,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from grind_env.command_exit import command
 from grind_env.files import check_target
-from grind_env.terminal import command, table_console
+from grind_env.terminal_output import table_console
 from grind_env.validation import is_expected, validate
 from grind_env.validation.mutations import mutate
 from grind_env.validation.report import WIDTH, print_mutations, print_report, write_csv

@@ -17,9 +17,9 @@ from agents.evaluation_cache import RESULTS
 from agents.plants.page import BEGINS as PLANTS
 from agents.track.study import FILES as TRACK
 from grind_env import examples
+from grind_env.command_exit import command
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.tuned_parameters import CONFIGS, TUNED_FILE
-from grind_env.terminal import command
 from tests.agents.asking import study_options
 
 PART = examples.FOLDER / "plate_g82.nc"

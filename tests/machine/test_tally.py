@@ -9,15 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from grind_env.machine.loops.stroke_totals import (
-    NOTHING,
-    Tally,
-    count_dress,
-    count_stroke,
-    last_power,
-    mean_first_power,
-    mean_last_power,
-)
+from grind_env.machine.loops import stroke_totals
 from grind_env.process.stroke_types import StrokeResult
 
 EMPTY = StrokeResult(*[0.0] * len(StrokeResult._fields))
@@ -55,21 +47,23 @@ dressing = counted.map(lambda each: each._replace(dress=True))
 
 def window(tally: Any) -> list[float]:
     """Return the powers of the latest full plunges, newest first."""
-    return [float(tally[Tally._fields.index(f"power_{number}")]) for number in range(1, 7)]
+    return [float(tally[stroke_totals.Tally._fields.index(f"power_{number}")]) for number in range(1, 7)]
 
 
 @example(events=[Counted(float(power), 1.0, 1.0, 1.0, 1.0, True, True, True, False) for power in range(9)])
 @given(events=st.lists(st.one_of(counted, counted, counted, dressing), max_size=40))
 def test_a_tally_agrees_with_lists_of_its_events(events: list[Counted]) -> None:
-    tally = NOTHING
+    tally = stroke_totals.NOTHING
     for each in events:
         if each.dress:
-            tally = count_dress(tally, each.power, each.worn)
+            tally = stroke_totals.count_dress(tally, each.power, each.worn)
         else:
             stroke = EMPTY._replace(
                 load=each.power, mean_load=each.power, T=each.T, burn_ratio=each.burn_ratio, worn=each.worn
             )
-            tally = count_stroke(tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing, 600.0)
+            tally = stroke_totals.count_stroke(
+                tally, stroke, 2.0, each.deeper, each.plunge, each.full, each.finishing, 600.0
+            )
     strokes, dresses = [e for e in events if not e.dress], [e for e in events if e.dress]
     since = list(itertools.takewhile(lambda each: not each.dress, events[::-1]))[::-1]
     first, last = [e.power for e in strokes if e.full][:6], [e.power for e in since if e.full][-6:]
@@ -77,9 +71,9 @@ def test_a_tally_agrees_with_lists_of_its_events(events: list[Counted]) -> None:
     assert (tally.strokes, tally.dresses) == (len(strokes), len(dresses))
     assert (tally.first_count, tally.last_count) == (len(first), len(last))
     assert window(tally) == (last[::-1] + [0.0] * 6)[:6]
-    assert last_power(tally) == pytest.approx(math.fsum(last))
-    assert mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
-    assert mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)
+    assert stroke_totals.last_power(tally) == pytest.approx(math.fsum(last))
+    assert stroke_totals.mean_last_power(tally) == pytest.approx(fmean(last) if last else 0.0)
+    assert stroke_totals.mean_first_power(tally) == pytest.approx(fmean(first) if first else 0.0)
     assert tally.deepened == pytest.approx(math.fsum(max(e.deeper, 0.0) for e in since))
     assert tally.peak_load == max((e.power for e in strokes), default=0.0)
     assert tally.plunge_rise == max((e.T for e in plunges), default=0.0)

@@ -11,7 +11,8 @@ from grind_env.policies.episode_columns import LISTED
 from grind_env.policies.evaluation import roll_out, run_seeds, start_episodes
 from grind_env.policies.planners.dynamic_programming import EPISODES_AT_ONCE
 from grind_env.policies.planners.hindsight import Hindsight
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import ABLATIONS, UNSCORED, fitting, policy_names
 from grind_env.policies.scripted.rules import Fixed, Random

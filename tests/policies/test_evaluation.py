@@ -11,7 +11,7 @@ from grind_env.envs.tasks import Due
 from grind_env.policies import episode_columns
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, run_seeds, start_episodes
-from grind_env.policies.policy import expected_dates, reveal
+from grind_env.policies.privileged_information import expected_dates, reveal
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import simulated

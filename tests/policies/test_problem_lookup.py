@@ -10,7 +10,8 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, roll_out, start_episodes
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.policy import Policy
+from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed

@@ -13,8 +13,8 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import template
 from grind_env.shop.calibrate.log_calibration import calibrate
+from grind_env.shop.calibrate.meter_lag import sharpened
 from grind_env.shop.calibrate.power_logs import Log
-from grind_env.shop.calibrate.stroke_matching import sharpened
 from grind_env.shop.calibrate.stroke_power import idle_at
 from grind_env.shop.calibrate.stroke_schedule import pattern_of
 from grind_env.shop.calibrate.table_calibration import calibrate_table

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.data_table import Cell, table_of
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.render.curve_data import BLUE
 from grind_env.render.series_graphs import Graph, RuleLine, Series
 from grind_env.shop.report import document

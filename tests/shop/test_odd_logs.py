@@ -13,8 +13,8 @@ from grind_env.shop.calibrate.column_names import read_map
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
 from grind_env.shop.calibrate.log_calibration import calibrate
+from grind_env.shop.calibrate.meter_lag import find_program
 from grind_env.shop.calibrate.power_logs import read_log
-from grind_env.shop.calibrate.stroke_matching import find_program
 from grind_env.shop.calibrate.stroke_schedule import RepeatedProgram, pattern_of, powers
 from tests.examples import few
 from tests.shop.blemished import PLAIN, write_log

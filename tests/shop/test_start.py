@@ -16,8 +16,9 @@ from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, Whee
 from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import quantities
+from grind_env.shop.start.job_template import job_template
 from grind_env.shop.start.sample_log import PRESSURE, sample_log
-from grind_env.shop.start.starter_folder import LOG, job_template, start_folder
+from grind_env.shop.start.starter_folder import LOG, start_folder
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"

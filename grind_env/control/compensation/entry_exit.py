@@ -83,7 +83,7 @@ def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
         if parallel:
             return moved(end, direction, against)
         (meeting,) = crossings(StraightLine(end, direction), line)
-        return moved(end, direction, _limited(dot(between(end, meeting), direction), radius))
+        return moved(end, direction, max(-radius, min(radius, dot(between(end, meeting), direction))))
     centre, curve = last.centre, centre_radius(last, offset)
     if parallel:
         way = against
@@ -91,8 +91,5 @@ def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
         meetings = crossings(Circle(centre, math.dist(centre, end)), line)
         nearest = min(meetings, key=lambda point: math.dist(point, end), default=end)
         way = curve * last.rotation * turn(between(centre, end), between(centre, nearest))
-    return rotated(end, centre, last.rotation * _limited(way, min(radius, 0.5 * math.pi * curve)) / curve)
-
-
-def _limited(way: float, most: float) -> float:
-    return max(-most, min(most, way))
+    most = min(radius, 0.5 * math.pi * curve)
+    return rotated(end, centre, last.rotation * max(-most, min(most, way)) / curve)

@@ -13,9 +13,9 @@ from grind_env.control.cycles import RULES
 from grind_env.envs.blocks.task_program import DRESS_PROGRAM, CycleBlock, approach, dress_program, number, start_of
 from grind_env.envs.noise_tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import Kind, Task, TaskError
-from grind_env.errors import quoted
 from grind_env.machine.dress.dress_run import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
+from grind_env.message_text import quoted
 from grind_env.process.toml_tables import wrong
 
 RECIPROCATING_AXIS = 0

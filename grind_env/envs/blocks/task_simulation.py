@@ -9,16 +9,17 @@ from grind_env.envs.block_kind_rows import kind_table
 from grind_env.envs.block_rollouts import BlockBranches
 from grind_env.envs.blocks.task_program_writer import TaskWriter
 from grind_env.envs.blocks.task_script_tables import task_script
+from grind_env.envs.compiled_observations import scaling
 from grind_env.envs.cost import shop_row
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.observations import constant_readings, readings, scaling
+from grind_env.envs.observations import constant_readings, readings
 from grind_env.envs.picture_builder import TaskViewer, Viewer
 from grind_env.envs.reset_options import without_effect
 from grind_env.envs.simulation import NO_SETTINGS, Simulation
+from grind_env.envs.step_arrays import Scratch, Tables
 from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.envs.tasks import Task
-from grind_env.envs.transition import Scratch, Tables
 from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.loops.concurrent_strokes import Feeding
 from grind_env.machine.loops.row_io import RULES_FROM

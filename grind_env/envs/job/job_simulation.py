@@ -17,6 +17,8 @@ from grind_env.array_types import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import list_codes
 from grind_env.envs.block_rollouts import ProgramBranches
+from grind_env.envs.block_settling import price_of_handover, settle_of
+from grind_env.envs.compiled_observations import scaling
 from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episode_state import Episodes, check_running
 from grind_env.envs.job.cost_inputs import kind_of, machines_of, shop_of, tally_of
@@ -35,14 +37,13 @@ from grind_env.envs.job.program_outline import (
 )
 from grind_env.envs.job.writer import JobWriter
 from grind_env.envs.noise_tape import BLOCKS
-from grind_env.envs.observations import scaling
 from grind_env.envs.past_readings import FOUND
 from grind_env.envs.picture_builder import ProgramViewer, Viewer
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.reset_options import Given, with_machines
 from grind_env.envs.simulation import DIAMETER, Simulation
+from grind_env.envs.step_arrays import KIND, EpisodeArrays
 from grind_env.envs.task_gauges import GAUGE, noisy
-from grind_env.envs.transition import KIND, EpisodeArrays, price_of_handover, settle_of
 from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.cycle import PartState

@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.block_settling import settle_of
 from grind_env.envs.cost import Found, Outcome
 from grind_env.envs.job.job_noise_tape import NEW_LOT
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import BOOKED, DIAMETER, without_wheel_changes
+from grind_env.envs.step_arrays import EpisodeArrays
 from grind_env.envs.task_gauges import GAUGE, gauged_diameter
-from grind_env.envs.transition import EpisodeArrays, settle_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.script.block_settings import D, E
 

@@ -24,8 +24,9 @@ from grind_env.envs.tasks.tables import (
     WheelChange,
     whole_micrometres,
 )
-from grind_env.errors import GrindError, did_you_mean, listed, quoted, shortened
+from grind_env.errors import GrindError
 from grind_env.machine.dress.wheel_geometry import half_chord
+from grind_env.message_text import did_you_mean, listed, quoted, shortened
 from grind_env.notebook_loader import html, presenter
 from grind_env.process.catalogue import Catalogue, entry_name, load_catalogue
 from grind_env.process.catalogue_parameters import limits_of, rates_of, stroke_parameters

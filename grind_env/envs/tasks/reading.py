@@ -30,8 +30,8 @@ from typing import Any
 from grind_env.envs.task_names import FOLDER, shipped_names, task_names
 from grind_env.envs.tasks import tables
 from grind_env.envs.tasks.definition import Task
-from grind_env.errors import did_you_mean, quoted
 from grind_env.files import ReadError
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import CatalogueError
 from grind_env.process.toml_tables import TomlTable, checked, keys, refuse_missing, refuse_unknown, wrong

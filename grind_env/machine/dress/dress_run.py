@@ -16,10 +16,11 @@ from grind_env.control.block_words import read_block
 from grind_env.control.events import Arc, Line, Motion, Position, Rapid, Source
 from grind_env.control.modal_state import Modes
 from grind_env.control.motion_paths import AXES
-from grind_env.errors import GrindError, listed
+from grind_env.errors import GrindError
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.wheel_geometry import over_diamond
 from grind_env.machine.job import Job
+from grind_env.message_text import listed
 
 DEEPEST_INFEED = 0.1
 """Deepest infeed of a pass, mm; a longer move is an approach (0.005 to 0.04 mm is usual)."""

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from grind_env.machine.job.job import Job, Station
+from grind_env.machine.job.job import Job
+from grind_env.machine.job.parts import Station
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Entry, Material
 

@@ -1,4 +1,4 @@
-"""Job files: TOML, with the fields of the classes in `job.py` as keys.
+"""Job files: TOML, with the fields of the classes in this folder as keys.
 
 `docs/howto/job-file.md` explains the tables, and `grind job --template` prints all keys with unit, range and default.
 """
@@ -8,24 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grind_env.errors import shortened
 from grind_env.files import ReadError, beside, is_file, missing, shown
-from grind_env.machine.job.job import (
-    PART_AT_STATION,
-    Diamond,
-    Job,
-    JobError,
-    Lots,
-    Part,
-    PartConditions,
-    Setup,
-    Stage,
-    Station,
-    Times,
-    WheelStart,
-    wrong,
-)
+from grind_env.machine.job.errors import JobError
+from grind_env.machine.job.job import PART_AT_STATION, Job
+from grind_env.machine.job.machine_setup import Diamond, Setup, Times, WheelStart
+from grind_env.machine.job.parts import Lots, Part, PartConditions, Stage, Station
 from grind_env.machine.job.uncertainty import Uncertainty, uncertainty_of
+from grind_env.message_text import shortened
 from grind_env.process.catalogue import USUAL, Catalogue
 from grind_env.process.entries import CatalogueError, Entry, Quantity
 from grind_env.process.toml_tables import (
@@ -37,6 +26,7 @@ from grind_env.process.toml_tables import (
     refuse_missing,
     refuse_unknown,
     sub_table,
+    wrong,
 )
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
@@ -161,7 +151,7 @@ def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertai
 def _tables(parent: TomlTable, name: str, place: str = "") -> list[object]:
     found = parent.get(name, [])
     if not isinstance(found, list):
-        raise wrong(f"{place}{name}", found, f"tables, each headed [[{place}{name}]]")
+        raise wrong(f"{place}{name}", found, f"tables, each headed [[{place}{name}]]", JobError)
     return found
 
 
@@ -201,7 +191,7 @@ def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[
 def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> PartConditions:
     for key, content in {"stock": contents(Part)["stock"], "factors": FACTORS, "new_wheel_factors": FACTORS}.items():
         if key in table and not content.allows(table[key]):
-            raise wrong(f"parts.{key}", table[key], content.legal)
+            raise wrong(f"parts.{key}", table[key], content.legal, JobError)
     own = None
     if "part" in table:
         if not part.keys() >= set(keys(Part, required=True)):  # the stations give the missing keys

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grind_env.array_types import Array
-from grind_env.errors import did_you_mean, quoted
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.process.catalogue import KINDS, UNCERTAINTY
 from grind_env.process.entries import CatalogueError, Quantity, quantities
 from grind_env.process.toml_tables import TomlTable

@@ -21,8 +21,9 @@ from safetensors.numpy import save
 from grind_env.dataclass_json import FormError, formed
 from grind_env.envs.input_comparison import calibrated, describe_differences, differing, inputs_of
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, quoted, reason, shortened
+from grind_env.errors import GrindError
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
+from grind_env.message_text import quoted, reason, shortened
 from grind_env.policies.learned.agent_spaces import FEATURE_BOUND, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.learned.network import ACTIVATION, FAMILY, GRU, Actor, LearnedPolicy, Network, Tensor
 from grind_env.policies.problem_lookup import find_problem

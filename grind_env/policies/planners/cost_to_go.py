@@ -23,8 +23,7 @@ from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, all_choices
-from grind_env.policies.episode_columns import AREA, COST, LOADING, NEW_LOT, PRESSURE, STOCK
-from grind_env.policies.policy import NOMINAL_STOCK
+from grind_env.policies.episode_columns import AREA, COST, LOADING, NEW_LOT, NOMINAL_STOCK, PRESSURE, STOCK
 from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA
 

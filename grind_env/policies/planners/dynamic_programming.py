@@ -6,23 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.array_types import Array
-from grind_env.envs.block_kind_rows import KindRow
-from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
-from grind_env.envs.past_readings import History
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tasks import Task
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.choices import Decision, all_choices
-from grind_env.policies.episode_columns import AREA, COST, VOLUME
+from grind_env.policies.episode_columns import AREA, COST, ENDS_PART, SCRAP, SECONDS, SURVIVAL, VOLUME
 
 AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 """Edges of the classes of wear-flat area."""
 VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
 """Edges of the classes of specific volume since the dress, mm3/mm."""
-ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
-SURVIVAL = History._fields.index("survival")
-SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
+DRESSES = Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2
 """Largest number of executions tried in a block; more were never worth their price."""

@@ -14,22 +14,9 @@ from grind_env.array_types import Array
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation, advance
+from grind_env.policies import episode_columns as columns
 from grind_env.policies.choices import Decision, all_choices, check_speeds, nearest_speed
-from grind_env.policies.episode_columns import (
-    AREA,
-    CHANGES,
-    CLOCK,
-    COST,
-    DIAMETER,
-    DUE,
-    GAUGED,
-    LOADING,
-    OF_WHEEL,
-    PRESSURE,
-    VOLUME,
-    WORK,
-)
-from grind_env.policies.policy import NOMINAL_STOCK, Sees
+from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
 from grind_env.policies.scripted.sharpness_estimator import Estimate, thrift
 
@@ -60,22 +47,25 @@ class FullStateRule(SharpnessRule):
         coming = episodes.coming()
         wheels, task = episodes.wheels, self.task
         rows = self.simulation.branches.rows_of(coming)
-        nominal = self.simulation.kinds[rows, NOMINAL_STOCK]
-        changed = episodes.memory[:, CHANGES] > 0.0
-        ln_kA, ln_roughness = (np.log(np.where(changed, coming[:, new], coming[:, old])) for old, new in OF_WHEEL)
+        nominal = self.simulation.kinds[rows, columns.NOMINAL_STOCK]
+        changed = episodes.memory[:, columns.CHANGES] > 0.0
+        ln_kA, ln_roughness = (
+            np.log(np.where(changed, coming[:, new], coming[:, old])) for old, new in columns.OF_WHEEL
+        )
         nothing = np.zeros(len(coming))
         pressed, left = nothing, nothing
         if task.due is not None:
-            time = (coming[:, DUE] - episodes.memory[:, CLOCK]) / coming[:, WORK]
+            time = (coming[:, columns.DUE] - episodes.memory[:, columns.CLOCK]) / coming[:, columns.WORK]
             pressed = -np.log(np.maximum(time, LEAST_SLACK))
         if task.wheel_change is not None:
-            executions = (wheels[:, DIAMETER] - task.wheel.minimum_diameter) / task.execution_depth
+            executions = (wheels[:, columns.DIAMETER] - task.wheel.minimum_diameter) / task.execution_depth
             left = thrift(executions, blocks_left)
         seen = Estimate(
-            wear_flat=(wheels[:, AREA] + LOADED_AREA * wheels[:, LOADING]) * coming[:, PRESSURE],
-            volume=wheels[:, VOLUME],
+            wear_flat=(wheels[:, columns.AREA] + LOADED_AREA * wheels[:, columns.LOADING])
+            * coming[:, columns.PRESSURE],
+            volume=wheels[:, columns.VOLUME],
             severity=nothing,
-            stock=coming[:, GAUGED] / nominal,
+            stock=coming[:, columns.GAUGED] / nominal,
             kind=self.simulation.branches.kind_of_row[rows].astype(np.float64),
             pressed=pressed,
             thrift=left,
@@ -134,7 +124,7 @@ class ModelPredictive:
         return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _step(self, branches: Episodes, decision: Decision) -> Array:
-        return np.asarray(advance(self.simulation, branches, *decision)[0][:, COST])
+        return np.asarray(advance(self.simulation, branches, *decision)[0][:, columns.COST])
 
     def _last_block(self) -> int:
         task = self.simulation.task

@@ -9,7 +9,8 @@ from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POW
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import INCH, BlockOutline
 from grind_env.envs.job.real_machine_episode import Measured
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import GrindError
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.shop.measurements.measured_sheet import NO, YES
 

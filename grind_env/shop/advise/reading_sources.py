@@ -8,28 +8,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.files import shown
+from grind_env.message_text import quoted
 from grind_env.shop.advise.operator_readings import ReadingError
-from grind_env.shop.measurements.measured_sheet import (
-    MICROMETRES,
-    MILLIMETRES,
-    WATTS,
-    Sheet,
-    SheetError,
-    is_missing,
-    read_measured,
-    sheet_of,
-)
+from grind_env.shop.measurements import measured_sheet
 
 POLL = 0.5
 """Time between two reads of a growing file, s."""
 LONGEST_LINE = 1_000_000
 """Longest line with a JSON object, bytes."""
 UNITS = {
-    **dict.fromkeys(("mean_power", "first_power", "peak_power"), WATTS),
-    **dict.fromkeys(("size_error", "Ra", "Ra_before"), MICROMETRES),
-    "diameter": MILLIMETRES,
+    **dict.fromkeys(("mean_power", "first_power", "peak_power"), measured_sheet.WATTS),
+    **dict.fromkeys(("size_error", "Ra", "Ra_before"), measured_sheet.MICROMETRES),
+    "diameter": measured_sheet.MILLIMETRES,
 }
 """Units that a header may state, by reading; the first unit is for a header without one."""
 
@@ -87,12 +79,12 @@ class CsvSource:
             self.wait(POLL)
 
     def _text(self) -> str:
-        text = read_measured(self.path)
+        text = measured_sheet.read_measured(self.path)
         return text[: text.rfind("\n") + 1] if self.follow else text
 
     def _rows(self, text: str) -> list[ReadingsRow]:
         try:
-            sheet = sheet_of(self.path, text)
+            sheet = measured_sheet.sheet_of(self.path, text)
             if sheet is None:
                 return []
             names = [heading.name for heading in sheet.headings]
@@ -100,7 +92,7 @@ class CsvSource:
             if twice is not None:
                 raise ReadingError(f"{shown(self.path)} has more than one column {quoted(twice)}: leave one of them")
             columns = [_readings(sheet, column) for column in range(len(names))]
-        except SheetError as error:
+        except measured_sheet.SheetError as error:
             raise ReadingError(str(error)) from None
         return [
             ReadingsRow(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
@@ -108,11 +100,13 @@ class CsvSource:
         ]
 
 
-def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
+def _readings(sheet: measured_sheet.Sheet, column: int) -> list[float | str | None]:
     """Return the readings of a column in their usual unit: numbers, texts that are no numbers, None where missing."""
     numbers = sheet.factor(column, UNITS.get(sheet.headings[column].name, {"-": 1.0})) * sheet.values(column)
     cells = zip(numbers.tolist(), sheet.texts(column), strict=True)
-    return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
+    return [
+        number if math.isfinite(number) else None if measured_sheet.is_missing(text) else text for number, text in cells
+    ]
 
 
 class JsonLines(ReadingSource):

@@ -9,9 +9,9 @@ from pathlib import Path
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.program_outline import JobChoice
-from grind_env.errors import printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.job_file import job_beside
+from grind_env.message_text import printable, quoted
 from grind_env.plants.plant_names import MODEL
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.policy_lookup import agent_of

@@ -17,10 +17,11 @@ from grind_env.dataclass_json import formed
 from grind_env.envs.input_comparison import describe_differences, differing, inputs_of, named
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.program_episode import Words
-from grind_env.errors import GrindError, reason
+from grind_env.errors import GrindError
 from grind_env.file_lock import alone
 from grind_env.files import FileError, is_file, read_bytes, read_text, shown, write_atomically, write_csv
 from grind_env.machine.part.feed_moves import speed_word
+from grind_env.message_text import reason
 from grind_env.policies.policy import Policy
 from grind_env.shop.advise.file_kinds import LOG_COLUMNS
 from grind_env.shop.advise.operator_readings import NAMES, MachineReadings

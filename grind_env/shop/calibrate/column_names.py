@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
+from grind_env.message_text import did_you_mean, listed, quoted
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.measurements.measured_sheet import MOST_NUMBER, Sheet, plain
 from grind_env.toml import TomlError, read_toml

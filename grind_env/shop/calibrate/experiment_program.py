@@ -10,11 +10,11 @@ from grind_env.control.block_words import Block, read_block
 from grind_env.control.events import CyclePlan
 from grind_env.control.program_scanner import readable
 from grind_env.control.word_rewriting import with_words
-from grind_env.errors import quoted
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.record import GrindingRecord
+from grind_env.message_text import quoted
 from grind_env.shop.calibrate.exceptions import CalibrationError
 
 CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))

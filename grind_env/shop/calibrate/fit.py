@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.array_types import Numbers
-from grind_env.errors import listed
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT, usual_uncertainty
+from grind_env.message_text import listed
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounded

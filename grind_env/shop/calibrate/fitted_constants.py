@@ -4,10 +4,10 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_SPREADS
 from grind_env.machine.job.job_entries import entries_of
+from grind_env.message_text import did_you_mean, quoted
 from grind_env.process.catalogue import KINDS
 from grind_env.process.entries import Quantity, quantities
 from grind_env.process.force_correction import EXPONENTS

@@ -11,11 +11,11 @@ import numpy as np
 from grind_env.array_types import Numbers
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.program_outline import JobProgramError
-from grind_env.errors import listed
 from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
+from grind_env.message_text import listed
 from grind_env.plants.plant_names import MODEL
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.column_names import Map, read_map
@@ -25,9 +25,9 @@ from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters, f
 from grind_env.shop.calibrate.gauged_parts import Gauged, GaugedParts, check_gauges, gauges_of, measured_of, read_gauge
 from grind_env.shop.calibrate.least_squares import Changes, Data
 from grind_env.shop.calibrate.log_alignment import SAME_FEED, Alignment
+from grind_env.shop.calibrate.meter_lag import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.power_logs import Log, averaged, read_log
 from grind_env.shop.calibrate.result import Calibration, Idle
-from grind_env.shop.calibrate.stroke_matching import FINEST, find_program, with_lag
 from grind_env.shop.calibrate.stroke_power import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.stroke_schedule import Pattern, RepeatedProgram, pattern_of, powers
 from grind_env.shop.calibrate.verdict import Errors

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.array_types import Numbers
-from grind_env.errors import quoted
 from grind_env.files import shown
+from grind_env.message_text import quoted
 from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.column_names import Map, find_columns
 from grind_env.shop.calibrate.exceptions import CalibrationError

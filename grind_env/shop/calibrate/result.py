@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from grind_env.errors import listed
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import entries_of, with_entries
+from grind_env.message_text import listed
 from grind_env.notebook_loader import html, presenter
 from grind_env.shop.calibrate.exceptions import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit, uncertainty_lines

@@ -6,7 +6,6 @@ any length for a dress, a gauge or the next part.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from grind_env.array_types import Numbers
 from grind_env.optional_libraries import needing
-from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import (
     ALIKE_RUNS,
     FEWEST,
@@ -25,8 +23,6 @@ from grind_env.shop.calibrate.log_alignment import (
     Alignment,
     LogMatch,
     between,
-    clarity,
-    refined,
     template,
 )
 from grind_env.shop.calibrate.power_logs import Log, averaged
@@ -44,8 +40,6 @@ USUAL_OVERRIDE = 0.2
 """Logarithmic standard deviation of overrides; an explanation of the log without an override is preferred."""
 SHORTEST_PAUSE = 0.3
 """Least share of the programmed pause between two runs."""
-NEEDED = 0.7
-"""Least median correlation of the runs at which a log is taken to be of the program."""
 LEAST_EXECUTION_GAIN = 0.03
 """Least log-likelihood that a further execution must add, as a share of the mean of the earlier ones; less is noise."""
 MOST_GAIN_RATIO = 2.0
@@ -53,22 +47,6 @@ MOST_GAIN_RATIO = 2.0
 ENOUGH_QUALITY = 0.9
 """Median correlation from which on no other unit of time is tried."""
 MOST_EXECUTIONS = 150
-FINEST = 0.05
-"""Shortest interval of rows, s; rows closer together are averaged."""
-LAGS = (0.05, 0.1, 0.2, 0.4)
-"""Time constants of the meter that are tried, s."""
-LONG_LAGS = (0.5, 1.0, 2.0)
-"""Longer time constants, s, tried if the strokes are not clear without one."""
-STEP, LEAST_STEP = 1.41, 1.03
-"""First and last factor of the steps that refine the time constant."""
-LONG_LAG_GAIN = 0.02
-"""Least gain of correlation by a long time constant."""
-LONGEST_INTERVAL = 0.2
-"""Longest interval of rows at which a time constant can be found, s."""
-SHORT_LAG_GAIN = 0.002
-"""Least gain of correlation by a short time constant."""
-LAG_RUNS = 6
-"""Number of runs in which the time constant is searched."""
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
@@ -265,56 +243,3 @@ def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expect
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
     weight = np.where(np.isfinite(correlation), weights, 0.0)
     return np.asarray((np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300))
-
-
-def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """Return the strokes of a program in a log, and the meter's time constant, s; 0 if it is short.
-
-    A `CalibrationError` says how far a log is from matching the program.
-    """
-    best, lag = align(log, pattern, expected), 0.0
-    if best.quality < ENOUGH_QUALITY and log.sure_of_time and log.interval <= LONGEST_INTERVAL:
-        means = averaged(log, log.time, FINEST)
-        for each in LONG_LAGS:
-            found = align(replace(means, lag=each), pattern, expected)
-            if found.executions and found.quality > best.quality + LONG_LAG_GAIN:
-                best, lag = found, each
-    if best.executions == 0 or best.quality < NEEDED:
-        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
-        raise CalibrationError(
-            f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
-            "needed; check that it is the log of this program and job, and that the right column is taken for the power"
-        )
-    return best, lag
-
-
-def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float) -> tuple[Log, Alignment]:
-    """Return a log with the lag of its meter, and the strokes in it.
-
-    The lag, a short one or one near `about`, is the one with the best correlation between the log and the expected
-    power.
-    """
-    best, step = about, STEP
-    tried = {0.0: SHORT_LAG_GAIN}
-
-    def quality(lag: float) -> float:
-        if lag not in tried:
-            tried[lag] = clarity(found, replace(log, lag=lag), pattern, expected, LAG_RUNS)
-        return tried[lag]
-
-    if log.interval <= LONGEST_INTERVAL:
-        tried[0.0] += clarity(found, log, pattern, expected, LAG_RUNS)
-        best = max((0.0, *LAGS, about), key=quality)
-        while best and step > LEAST_STEP:
-            nearer = max((best, best / step, best * step), key=quality)
-            best, step = nearer, step if nearer != best else np.sqrt(step)
-    log = replace(log, lag=best)
-    return log, refined(found, log, pattern, expected)
-
-
-def sharpened(log: Log) -> Floats:
-    """Return the power as a meter without lag shows it.
-
-    A meter of first order shows y with lag dy/dt = P - y, so that the power is P = y + lag dy/dt.
-    """
-    return log.power + log.lag * np.gradient(log.power, log.time) if log.lag else log.power

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from grind_env.array_types import Numbers
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
+from grind_env.shop.calibrate.meter_lag import sharpened
 from grind_env.shop.calibrate.power_logs import Log
-from grind_env.shop.calibrate.stroke_matching import sharpened
 from grind_env.shop.calibrate.stroke_schedule import Pattern
 from grind_env.shop.measurements.measured_sheet import Floats
 

@@ -9,7 +9,7 @@ import typer
 from grind_env.errors import GrindError
 from grind_env.file_arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import AsJson, ReportFile, prepare_report
-from grind_env.terminal import table_console
+from grind_env.terminal_output import table_console
 
 NOT_TO_USE = 3
 

@@ -32,7 +32,7 @@ def report(
     Needs the extra [shop].
     """
     from grind_env.control.cli_options import variables_of
-    from grind_env.errors import printable
+    from grind_env.message_text import printable
     from grind_env.shop import python_api
 
     written = python_api.report(

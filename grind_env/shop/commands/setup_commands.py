@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from grind_env.file_arguments import FILE, Keeps
-from grind_env.terminal import table_console
+from grind_env.terminal_output import table_console
 
 
 def init(
@@ -20,7 +20,7 @@ def init(
 
     The log is an invented example for `grind calibrate`; replace it by a log of your spindle. No file is overwritten.
     """
-    from grind_env.errors import printable
+    from grind_env.message_text import printable
     from grind_env.shop.start.starter_folder import start_folder
 
     program, *others = start_folder(folder)
@@ -31,7 +31,7 @@ def init(
 def job(template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False) -> None:
     """Print a job file with every key, its unit, range and default."""
     from grind_env.errors import GrindError
-    from grind_env.shop.start.starter_folder import job_template
+    from grind_env.shop.start.job_template import job_template
 
     if not template:
         raise GrindError("say what of a job is wanted: grind job --template prints one with every key")

@@ -10,7 +10,7 @@ import typer
 from grind_env.file_arguments import Writes
 from grind_env.files import write_atomically, write_csv
 from grind_env.shop.commands import arguments
-from grind_env.terminal import table_console
+from grind_env.terminal_output import table_console
 
 
 def sweep(

@@ -17,8 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError
 from grind_env.files import ReadError, read_bytes, shown
+from grind_env.message_text import quoted
 from grind_env.shop.measurements.clock_times import CLOCK, DATE, clock_seconds
 
 Floats = NDArray[np.float64]

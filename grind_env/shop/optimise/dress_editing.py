@@ -102,15 +102,11 @@ class DressText:
         elif own < 2 or (count - own) % 2:
             raise DressTextError(f"{count} passes do not end where {own} do")
         else:
-            begin = ends[-3] if own > 2 else self._first_line() - 1
+            # with two passes the first one is repeated with its infeed, which may stand before it
+            begin = ends[-3] if own > 2 else min([ends[0], *(source.line for source, *_ in self.infeeds)]) - 1
             again = lines[begin : ends[-1]] * ((count - own) // 2)
             lines = (*comments[: ends[-1]], *again, *comments[ends[-1] :])
         return ProgramText(text.encoding, text.mark, lines)
-
-    def _first_line(self) -> int:
-        """Return the first line: the infeed before the first pass, or that pass."""
-        first_pass = self.run.motions[self.run.strokes[0]].line
-        return min([first_pass, *(source.line for source, *_ in self.infeeds)])
 
     def _deeper(self, level: Decimal, *, absolute: bool) -> list[WordEdit]:
         """Return edits of the infeed words as increments, or as coordinates, each shifted by all infeeds before."""

@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from grind_env.data_table import Cell, Column, Kind, Table, table_of
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.policies.score_statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.render.curve_data import BLUE, GREEN, GREY

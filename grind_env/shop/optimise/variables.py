@@ -18,10 +18,10 @@ from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.job.repeated_program import jumps
 from grind_env.envs.tasks.tables import USUAL_SPEEDS
-from grind_env.errors import listed
 from grind_env.machine.dress.dress_run import DEEPEST_INFEED
 from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
 from grind_env.machine.script import block_settings
+from grind_env.message_text import listed
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
 from grind_env.shop.optimise.dress_editing import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.word_editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of

@@ -12,7 +12,7 @@ from grind_env.control.block_words import Word, read_block
 from grind_env.control.macro_statements import PREFIX
 from grind_env.control.macro_variables import LOCALS
 from grind_env.control.program_scanner import SourceText
-from grind_env.errors import listed
+from grind_env.message_text import listed
 
 BYTE_ORDER_MARK = "\ufeff"
 LATIN = "latin-1"
@@ -255,6 +255,5 @@ class Assignments:
 
 
 def _lines(sources: Collection[SourceText]) -> str:
-    """Return the lines of blocks, in words."""
     lines: Sequence[str] = [str(source.line) for source in sources]
     return f"line{'s' if len(lines) > 1 else ''} {listed(lines)}" if lines else "nothing"

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env import __version__
 from grind_env.data_table import Kind, Table
-from grind_env.errors import printable
 from grind_env.files import FileError, check_target, write_atomically
+from grind_env.message_text import printable
 from grind_env.optional_libraries import needing
 from grind_env.output_checks import FileKind
 

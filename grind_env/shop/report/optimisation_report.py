@@ -9,19 +9,9 @@ from grind_env.data_table import Kind
 from grind_env.machine.job import Job
 from grind_env.render.curve_data import BLUE, GREY, INK
 from grind_env.render.series_graphs import Graph, Series
+from grind_env.shop.optimise import tables
 from grind_env.shop.optimise.judgement import WORTH_NAMING, confidence_text
 from grind_env.shop.optimise.result import LimitUse, Optimised, Verdict
-from grind_env.shop.optimise.tables import (
-    binding,
-    covered,
-    heading,
-    limit_table,
-    negative,
-    quantity_table,
-    sentences,
-    trade,
-    word_table,
-)
 from grind_env.shop.report import document
 from grind_env.shop.report.provenance import foundations, revisions
 from grind_env.shop.trials import lots_text
@@ -47,13 +37,13 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
     """Return the page of an optimisation, HTML."""
     after = "after" if found.verdict.is_written else "best one tried"
     sections = [
-        document.Section("Verdict", [document.paragraph(f"{heading(found)}."), _verdict(found)]),
+        document.Section("Verdict", [document.paragraph(f"{tables.heading(found)}."), _verdict(found)]),
         document.Section("Before and after", [_quantities(found, after)]),
-        document.Section("Words", [document.table(word_table(found, after))]),
+        document.Section("Words", [document.table(tables.word_table(found, after))]),
         document.Section("Limits", _limits(found, after)),
-        document.Section("Cost over time", [document.figure(trade(found), TRADE)]),
+        document.Section("Cost over time", [document.figure(tables.trade(found), TRADE)]),
         document.Section("Program", _program(found)),
-        document.Section("Remarks", [document.items(sentences(found)[:-1])]),
+        document.Section("Remarks", [document.items(tables.sentences(found)[:-1])]),
         document.Section("What the numbers rest on", [document.items(_rests_on(found)), *foundations(job)]),
     ]
     return document.page(f"Optimised: {found.program}", sections, revisions(files))
@@ -61,14 +51,14 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
 
 def _verdict(found: Optimised) -> "Markup":
     cost = found.quantity("cost")
-    saved = negative(cost.difference)
+    saved = tables.negative(cost.difference)
     headline = (
         f"A part costs {saved:.3f} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
         f"{cost.before.value:.3f} $."
         if found.verdict is Verdict.BETTER
         else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."
     )
-    bind = [f"{each.name} ({binding(each)})" for each in found.limits if each.binds]
+    bind = [f"{each.name} ({tables.binding(each)})" for each in found.limits if each.binds]
     priced = all(each.price is not None for each in found.limits if each.limit > 0.0)
     named = [f"Limits that bind: {', '.join(bind)}."] if bind else ["No limit binds."] if priced else []
     return document.verdict(LEVELS[found.verdict], headline, named)
@@ -77,9 +67,9 @@ def _verdict(found: Optimised) -> "Markup":
 def _quantities(found: Optimised, after: str) -> "Markup":
     caption = (
         f"Means over batches of {found.parts} {found.counted}s on {lots_text(found.lots, 'unseen lots')}, with the "
-        f"{covered(found)} interval for one machine. The columns of one run are as grind run prints."
+        f"{tables.covered(found)} interval for one machine. The columns of one run are as grind run prints."
     )
-    return document.table(quantity_table(found, after, whole=True), caption)
+    return document.table(tables.quantity_table(found, after, whole=True), caption)
 
 
 def _limits(found: Optimised, after: str) -> "list[Markup]":
@@ -95,7 +85,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     shares = (
         f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
     )
-    return [document.table(limit_table(found, after), caption), document.figure(_shares(limits, after), shares)]
+    return [document.table(tables.limit_table(found, after), caption), document.figure(_shares(limits, after), shares)]
 
 
 def _shares(limits: list[LimitUse], after: str) -> Graph:
@@ -135,10 +125,10 @@ def _rests_on(found: Optimised) -> list[str]:
         known = "it is known here, and all that is open are its lots."
     elif found.calibration is None:
         known = "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
-    tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_text(found.lots, "unseen lots")
+    table, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_text(found.lots, "unseen lots")
     return [
-        f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
+        f"The job is {found.job}. How its lots and parts differ is what its {table} says.",
         f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} {found.counted}s, in "
         "which the wheel carries over.",
-        f"Intervals are what one machine comes to with {covered(found)}: {known}",
+        f"Intervals are what one machine comes to with {tables.covered(found)}: {known}",
     ]

@@ -5,7 +5,7 @@ import re
 import warnings
 from typing import Any
 
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.render.curve_data import BLUE, GREEN, GREY, GRID, INK, ORANGE, PAPER, RED, SHADE, Picture
 from grind_env.render.figures import new_figure
 from grind_env.render.record_plots import draw_panels

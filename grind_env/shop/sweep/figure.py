@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.render.figures import new_figure
-from grind_env.render.record_plots import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.search_options import LIMITS
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each, cheapest

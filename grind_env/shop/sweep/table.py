@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from grind_env.data_table import Column, Table, table_of
-from grind_env.errors import printable
+from grind_env.message_text import printable
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_text
