@@ -35,7 +35,7 @@ Ray = Annotated[
     str | None,
     typer.Option("--ray", metavar="local|ADDRESS", help="Run on a Ray cluster: local, or host:port of its head."),
 ]
-Runs = Annotated[Path, typer.Option("--cache", help="Folder of the cache; default runs.", show_default=False), Keeps()]
+Runs = Annotated[Path, typer.Option("--cache", help="Cache folder; default ./runs.", show_default=False), Keeps()]
 Results = Annotated[
     Path | None, typer.Option(help="Folder of tables; default agents/results if full, else cache."), Keeps()
 ]

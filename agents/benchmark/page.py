@@ -34,15 +34,16 @@ evaluation episodes ([protocol](../../docs/benchmark/protocol.md)). `python -m a
 ROOM = """\
 *Best known*: the best score of a policy that sees measurements only, trained for any number of steps. The policy was
 chosen on these episodes, so its score is a little too high. *Planner on state*: `mpc`, which sees the true wheel and
-lot. *Room*: score of this planner minus best known, on the same episodes. Better memory or planning can close a part
-of the room; nobody knows how much measurements allow."""
+lot. *Room*: score of this planner minus best known, on the same episodes. Better memory or planning can close a part of
+the room; how large this part can be with measurements only is unknown."""
 COLUMNS = """\
 *Over best untrained*: points over the best rule or planner with the same inputs, paired. *Budget*: 1M, at most a
 million blocks were ground for training or tuning; else open. `@3M`, `@10M`: trained for as many steps. *Runs*:
 trainings. *On plants*: $ per good part on machines of `held-out`, another one in each episode. *Interpolation*: score
-on contexts that training left out (`ppo` and the tuned rules know them). *Model*: equations of the simulator that the
-policy holds. *Training*, *decision*: CPU time. Agents `plain_*` and `robust` (trained on public machines) are PPO of
-`grind_env/training/gru_ppo.py`; `ppo` is the [recipe](recipe.md)."""
+on contexts that training left out (`ppo` and the tuned rules know them). *Model*: whether the policy computes with the
+equations of the simulator (none; nominal: with catalogue constants; exact: with the true ones). *Training*, *decision*:
+CPU time. Agents `plain_*` and `robust` (trained on public machines) are PPO of `grind_env/training/gru_ppo.py`; `ppo`
+is the [recipe](recipe.md)."""
 
 
 def page(results: Sequence[Result]) -> str:
@@ -102,7 +103,7 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     )
     gains = [each.searched.value for each in found if each.searched is not None]
     rounds = f"{MORE_SEARCH.partition(AT)[2]} rounds, not {hindsight.SWEEPS}"
-    said = [f"A longer search (`{MORE_SEARCH}`: {rounds}) scores at most {100.0 + max(gains):.1f}."] if gains else []
+    said = [f"A longer search (`{MORE_SEARCH}`: {rounds}) reaches {100.0 + max(gains):.1f}."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 
@@ -135,8 +136,8 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
     better, worse = (sum(each.over.low > 0.0 for each in found), sum(each.over.high < 0.0 for each in found))
     said = (
         f"The best agent with the budget 1M is better than the best rule or planner of any budget in {better} of"
-        f" {len(found)} tasks and worse in {worse}, by the interval of the paired difference. Both are chosen on the"
-        " episodes that judge them; [Replications](replications.md) compare them on new seeds."
+        f" {len(found)} tasks and worse in {worse}: the 95 % interval of the difference excludes 0. Both are chosen on"
+        " the episodes that judge them; [Replications](replications.md) compare them on new seeds."
     )
     columns = (
         Column("task", "task"),
@@ -153,8 +154,8 @@ def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str
     measures = list(next(iter(found.values())))
     rows = [[policy, *(shown(of[measure], ratio=False) for measure in measures)] for policy, of in found.items()]
     return (
-        f"Over {', '.join(scored_tasks(results))}; scores below {CLIP:g} count as {CLIP:g}. IQM: mean of the middle"
-        " half of all runs. Bootstrap over episodes and, within each task, over runs, as in rliable.\n\n"
+        f"Over {', '.join(scored_tasks(results))}; 0 is the best fixed plan of each task; a score below {CLIP:g} counts"
+        f" as {CLIP:g}. IQM: mean of the middle half of all runs. Bootstrap over episodes and runs, as in rliable.\n\n"
         + table_of(("policy", *measures), rows, left=1).markdown()
     )
 

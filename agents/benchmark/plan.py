@@ -36,10 +36,10 @@ LIMIT = 1_000_000
 """Number of blocks that training or tuning may grind in the budget class 1M; the other class is open."""
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
-    "reciprocation": ("plates; a slower table cuts deeper", "lot's dulling rate"),
-    "wide_plates": ("plates that must be flat and to size", "lot's dulling rate"),
+    "reciprocation": ("plates with continuous infeed", "lot's dulling rate"),
+    "wide_plates": ("plates, flat and to size", "lot's dulling rate"),
     "wide_rails": ("two dependent cycles per rail", "lot's dulling rate"),
-    "blades": ("blades that burn easily", "wheel, coolant age"),
+    "blades": ("blades that burn easily", "kind of wheel, age of coolant"),
     "rush": ("orders with due dates", "lot's dulling rate"),
     "job_shop": ("parts of three kinds", "lot's dulling rate"),
 }

@@ -43,8 +43,8 @@ def advise(
     """Recommend E and D of the next block from measurements.
 
     Readings of a block: peak_power, mean_power, first_power (W above idle); E, D if not as advised.
-    Of a part: size_error, Ra, Ra_before (um), burn, diameter (mm), new_lot, new_wheel (docs/howto/advise.md).
-    A stopped session resumes.
+    Of a part: size_error, Ra, Ra_before (um), burn, new_lot. Of the wheel: diameter (mm), new_wheel.
+    A stopped session resumes. See docs/howto/advise.md.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.shop.advise.session_setup import AdviceRequest, open_session, rehearse

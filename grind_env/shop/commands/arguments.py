@@ -25,7 +25,7 @@ MaxBlocks = Annotated[int | None, typer.Option(help="Most blocks and strokes of 
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
 Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")]
 FirstVariables = Annotated[
-    list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
+    list[str] | None, typer.Option("--set", help="Set a G-code variable before the first part: '#500=0'.")
 ]
 Plant = Annotated[str | None, typer.Option(help="Test machine with other physics, such as public:3.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]

@@ -27,7 +27,7 @@ def optimise(
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
     untried: arguments.Untried = False,
     fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
-    constraint: Annotated[list[str] | None, typer.Option(help="Mean limit of a part: seconds=75,cost=2.5.")] = None,
+    constraint: Annotated[list[str] | None, typer.Option(help="Limit of a mean: seconds=75,cost=2.5.")] = None,
     objective: Annotated[str, typer.Option(help="What to minimise: cost or time.")] = "cost",
     parts: arguments.Runs = 50,
     budget: Annotated[str, typer.Option(help="60s, 2min or '2000 programs'.")] = "60s",
@@ -42,7 +42,7 @@ def optimise(
 ) -> None:
     """Optimise a part program: E and D for a lower cost per part.
 
-    The new program is written only if it is significantly cheaper and keeps all limits at a small risk
+    The new program is written only if it is significantly cheaper, keeps all limits and is hardly ever dearer
     (docs/howto/improve.md). Exit status 3: nothing better, or your program makes scrap; 4: none keeps the limits.
     """
     from grind_env.control.cli_options import variables_of
