@@ -79,7 +79,7 @@ def evaluate(
     from grind_env.policies.policy_lookup import usual_name
     from grind_env.policies.problem_lookup import find_problem
     from grind_env.policies.scoring import evaluate as judge
-    from grind_env.policies.submissions import policy_file, row_of, write_rows
+    from grind_env.policies.submitted_rows import policy_file, row_of, write_rows
 
     if submit is not None and configs is not None:
         raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
@@ -130,7 +130,7 @@ def _evaluate_core(
     from grind_env.message_text import printable
     from grind_env.policies.core_scores import AGENT, SAID, evaluate_core
     from grind_env.policies.problem_lookup import find_problem
-    from grind_env.policies.submissions import row_of, write_rows
+    from grind_env.policies.submitted_rows import row_of, write_rows
     from grind_env.score_scale import EPISODES
     from grind_env.terminal_output import table_console
 
@@ -174,8 +174,8 @@ def verify(
     from grind_env.files import shown
     from grind_env.message_text import printable, shortened
     from grind_env.policies.problem_lookup import find_problem
-    from grind_env.policies.submissions import read_rows
-    from grind_env.policies.submissions import verify as verified
+    from grind_env.policies.submitted_rows import read_rows
+    from grind_env.policies.submitted_rows import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")

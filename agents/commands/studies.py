@@ -124,7 +124,7 @@ COMMANDS = {
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
-        "agents.reference.gaps",
+        "agents.reference.adaptation_gaps",
         "Measure the value of adapting E, D or both.\n\n"
         "The fixed plan needs no sensors; the planner knows the wheel state; hindsight also knows the future.",
         "--tasks power_limited,rush",

@@ -18,7 +18,7 @@ from grind_env.plants import find_plants
 from grind_env.policies.nominal_model import model_of
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import check_policy
-from grind_env.policies.submissions import track_row, write_rows
+from grind_env.policies.submitted_rows import track_row, write_rows
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 
 POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)

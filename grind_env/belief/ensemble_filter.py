@@ -19,7 +19,7 @@ from grind_env.belief.filter_quantities import (
     read_signals,
     write_belief,
 )
-from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.kernel import entry, exp, inlined, log
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.row_io import read_parameters, read_tally, read_wheel, write_wheel

@@ -15,10 +15,10 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading
+from grind_env.envs.program_writer import Written
 from grind_env.envs.reset_options import Given, read_options, with_machines
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.space_metadata import shown_space
-from grind_env.envs.writer_interface import Written
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import frames, terminal_view
 from grind_env.render.picture_data import EpisodePicture

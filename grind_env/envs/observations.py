@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE, TAPER_NOISE
 from grind_env.envs.tasks import Task
 

@@ -1,7 +1,7 @@
 """A simulation: N episodes of a problem side by side, without Gymnasium: reset, step, observe.
 
 Policies, evaluations, trainings and environments use a problem only through the methods of this class, its `writer`
-(`writer_interface.py`) and its `viewer` (`picture_builder.py`). Every environment with E and D has a simulation,
+(`program_writer.py`) and its `viewer` (`picture_builder.py`). Every environment with E and D has a simulation,
 `env.unwrapped.simulation`: the single environment steps one episode, the native vector environment and planners many.
 Planners, beliefs and advisers also use its `branches`. Tasks (`blocks/task_simulation.py`) and users' programs
 (`job/job_simulation.py`) differ in the draws of their episodes, in the script, and in how episodes are written and
@@ -26,12 +26,12 @@ from grind_env.envs.observations import Reading, physical
 from grind_env.envs.part_surfaces import NEW_PART
 from grind_env.envs.past_readings import History
 from grind_env.envs.picture_builder import Viewer
+from grind_env.envs.program_writer import ProgramWriter
 from grind_env.envs.reset_options import Given, with_machines
 from grind_env.envs.step_arrays import STAGE_FIELDS, Scratch
 from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import TOGETHER, step_of
-from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.loops.cycle import PartState, Zone
 from grind_env.machine.loops.row_io import OWN_FROM

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.kernel import inlined
 from grind_env.process.gauge_readings import TRUTH, Gauge, GaugeReadings, chain_gauges
 

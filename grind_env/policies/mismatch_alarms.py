@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.array_types import Array
-from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.belief.wheel_belief import WheelBelief
 from grind_env.envs.block_kind_rows import KindRow
 from grind_env.envs.filter_members import MemberModel

@@ -24,7 +24,7 @@ from grind_env.plants.plant_names import find_plant
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import evaluate
 from grind_env.process.catalogue import load_catalogue
-from grind_env.shop.warm_up import step
+from grind_env.shop.kernel_warm_up import step
 from grind_env.validation import CHECKS, Rig, row_of
 from tests.machine.harness import DRESS, job
 from tests.soak.found import FOUND, PLAIN

@@ -11,9 +11,9 @@ import pytest
 from grind_env.array_types import Array
 from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
+from grind_env.envs.program_writer import Written
 from grind_env.envs.task_gauges import noisy
 from grind_env.envs.tasks import read_task
-from grind_env.envs.writer_interface import Written
 from grind_env.machine.loops.row_io import OWN_FROM
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.plants import FAMILIES, Plant, find_plant

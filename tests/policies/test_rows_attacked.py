@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from grind_env.errors import GrindError
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import evaluate
-from grind_env.policies.submissions import read_rows, row_of, verify, write_rows
+from grind_env.policies.submitted_rows import read_rows, row_of, verify, write_rows
 from tests.command import Grind
 from tests.examples import examples, few
 

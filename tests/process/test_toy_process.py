@@ -18,10 +18,10 @@ from grind_env.envs.blocks.task_simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.past_readings import History
+from grind_env.envs.program_writer import Written
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_gauges import GAUGE
 from grind_env.envs.tasks import read_task
-from grind_env.envs.writer_interface import Written
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.row_accessors import replacer
 from grind_env.machine.job import Job

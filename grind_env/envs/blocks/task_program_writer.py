@@ -9,8 +9,8 @@ from grind_env.envs.blocks.task_program import REQUEST, CycleBlock, block_text, 
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.past_readings import History
+from grind_env.envs.program_writer import ProgramWriter, Written
 from grind_env.envs.tasks import Task
-from grind_env.envs.writer_interface import ProgramWriter, Written
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState

@@ -15,12 +15,12 @@ from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episode_state import Episodes
 from grind_env.envs.observations import constant_readings, readings
 from grind_env.envs.picture_builder import TaskViewer, Viewer
+from grind_env.envs.program_writer import ProgramWriter
 from grind_env.envs.reset_options import without_effect
 from grind_env.envs.simulation import NO_SETTINGS, Simulation
 from grind_env.envs.step_arrays import Scratch, Tables
 from grind_env.envs.task_gauges import GAUGE, noisy
 from grind_env.envs.tasks import Task
-from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.loops.concurrent_strokes import Feeding
 from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.process.gauge_readings import Gauge

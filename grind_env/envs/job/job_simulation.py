@@ -40,11 +40,11 @@ from grind_env.envs.noise_tape import BLOCKS
 from grind_env.envs.past_readings import FOUND
 from grind_env.envs.picture_builder import ProgramViewer, Viewer
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
+from grind_env.envs.program_writer import ProgramWriter
 from grind_env.envs.reset_options import Given, with_machines
 from grind_env.envs.simulation import DIAMETER, Simulation
 from grind_env.envs.step_arrays import KIND, EpisodeArrays
 from grind_env.envs.task_gauges import GAUGE, noisy
-from grind_env.envs.writer_interface import ProgramWriter
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.row_io import OWN_FROM

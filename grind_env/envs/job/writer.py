@@ -11,7 +11,7 @@ from grind_env.envs.episode_state import Episodes
 from grind_env.envs.job.program_outline import BlockOutline, JobChoice
 from grind_env.envs.job.repeated_program import with_words_chosen
 from grind_env.envs.program_episode import ProgramEpisode, Words
-from grind_env.envs.writer_interface import ProgramWriter, Written
+from grind_env.envs.program_writer import ProgramWriter, Written
 from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.record import GrindingRecord
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from grind_env.belief.sensor_accuracy import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
+from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import INCH, BlockOutline
 from grind_env.envs.job.real_machine_episode import Measured

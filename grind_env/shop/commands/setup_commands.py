@@ -80,7 +80,7 @@ def warm_up() -> None:
     from rich.progress import track
 
     from grind_env.kernel.cache import cache_folder
-    from grind_env.shop.warm_up import kernels, uses, warm_up
+    from grind_env.shop.kernel_warm_up import kernels, uses, warm_up
 
     every, console = uses(), Console(stderr=True)
     shown = track(

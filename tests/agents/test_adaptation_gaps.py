@@ -7,7 +7,7 @@ import pytest
 
 from agents import evaluations
 from agents.evaluations import Evaluations, by_problem, chunks
-from agents.reference.gaps import (
+from agents.reference.adaptation_gaps import (
     ADAPTING_D,
     ADAPTING_E,
     BEST,

@@ -13,7 +13,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.job.job_file import load_job
 from grind_env.optional_libraries import MissingExtra
 from grind_env.process.force_correction import EXPONENTS
-from grind_env.shop import warm_up
+from grind_env.shop import kernel_warm_up as warm_up
 from tests.command import Grind
 from tests.shop.programs import EXAMPLES, JOB
 
@@ -50,7 +50,7 @@ def test_warmed_up_code_runs_without_the_compiler(tmp_path: Path) -> None:
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
     code = (
-        "from grind_env.shop import warm_up as w; from grind_env.cli import main; "
+        "from grind_env.shop import kernel_warm_up as w; from grind_env.cli import main; "
         "w.uses = lambda: {'a dress': use}; main(['warm-up'])"
     )
     first, last = run(SMALL + code).splitlines()

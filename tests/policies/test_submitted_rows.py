@@ -14,12 +14,12 @@ import pytest
 import grind_env
 from grind_env.dataclass_json import FormError
 from grind_env.errors import GrindError
-from grind_env.policies import submissions
+from grind_env.policies import submitted_rows as submissions
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.policy_lookup import SHIPPED, named_policy
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.score_statistics import prediction
-from grind_env.policies.submissions import SubmittedRow, fresh_seeds, read_rows, row_of, track_row, verify, write_rows
+from grind_env.policies.submitted_rows import SubmittedRow, read_rows, row_of, track_row, verify, write_rows
 from grind_env.policies.track import run_shifts
 from tests.command import Grind
 from tests.examples import few
@@ -89,7 +89,7 @@ def test_verify_runs_the_policy_on_other_episodes(says: str | None, named: str, 
     assert status in (0, 1) and err == ""
     # the printed cost is that of the named policy on these episodes
     policy = named_policy(says or str(AGENT), PLATES.simulation())
-    mean = run_seeds(policy, PLATES.simulation(), fresh_seeds(SEED, 4)).cost.mean()
+    mean = run_seeds(policy, PLATES.simulation(), submissions.fresh_seeds(SEED, 4)).cost.mean()
     assert f"\n4 drawn episodes: {mean:.5g} $ each" in out
 
 
@@ -283,11 +283,11 @@ def test_verify_detects_a_policy_fitted_to_the_seeds_of_its_row(
 
 
 def test_drawn_seeds_follow_the_documented_formula_and_exceed_all_other_seeds() -> None:
-    seeds = fresh_seeds(SEED, 200)
+    seeds = submissions.fresh_seeds(SEED, 200)
     for k, seed in enumerate(seeds):
         bits = int(hashlib.sha256(f"grind verify {SEED} {k}".encode()).hexdigest(), 16) >> (256 - 62)
         assert seed == 2**62 + bits
-    assert len({*seeds, *fresh_seeds(SEED + 1, 200)}) == 400
+    assert len({*seeds, *submissions.fresh_seeds(SEED + 1, 200)}) == 400
     assert min(seeds) > max(first + SEEDS_EACH for first in SEEDS.values())
 
 
