@@ -18,7 +18,7 @@ def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: 
 
 def cost_of(found: Sequence[BatchResult]) -> float:
     """Return the mean cost of a part in some batches, $."""
-    return float(np.mean([each.mean_cost for each in found]))
+    return float(np.mean([each.cost.mean() for each in found]))
 
 
 def numbers_of(batch: BatchResult, simulation: JobSimulation) -> dict[str, float]:
@@ -35,9 +35,9 @@ def numbers_of(batch: BatchResult, simulation: JobSimulation) -> dict[str, float
             gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
     beyond, off = power > 1.0, gauged > 1.0
     return {
-        "cost": batch.mean_cost,
+        "cost": float(batch.cost.mean()),
         "late": float(batch.cost[EARLY:].mean()),
-        "scrap": batch.mean_scrap,
+        "scrap": float(batch.scrap.mean()),
         "in_a_row": float((beyond[1:] & beyond[:-1]).sum()),
         "parts_in_a_row": float((off[1:] & off[:-1] & ~slowest[1:]).sum()),
         "dresses": float(batch.executions.sum()),

@@ -37,7 +37,6 @@ from grind_env.shop.search_options import CONFIDENCE
 Between: TypeAlias = Callable[[], object]
 """Function called between two blocks of a program that the control executes; an error from it ends the run."""
 
-Seeds: TypeAlias = Sequence[tuple[int, ...]]
 Lots: TypeAlias = NDArray[np.int64]
 """Indices of lots."""
 Ground: TypeAlias = tuple[Array, Array, Array]
@@ -199,7 +198,7 @@ class Trials:
         seeds = tuple(seeds[:most] if simulation.job.parts else seeds)
         return replace(self, simulation=simulation, seeds=seeds, drift=drift)
 
-    def _forces(self, seeds: Seeds) -> Array:
+    def _forces(self, seeds: Sequence[tuple[int, ...]]) -> Array:
         """Return the factors on the forces in each block of some lots, shape (lots, 1 or blocks)."""
         if self.drift == 0.0:
             return np.ones((len(seeds), 1))

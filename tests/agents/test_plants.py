@@ -82,14 +82,14 @@ def test_the_adviser_scraps_few_parts_on_a_soft_machine() -> None:
     model, simulation = StudyMachine("model", rail.program).simulation(40), rail.simulation(40)
     policy: Any = policy_for(None, model)
     # the policy of the model alone burns more than one part in ten
-    assert ground(simulation, advised(Adviser(model, policy.model))).mean_scrap > 0.1
-    assert ground(simulation, advised(Adviser(model, policy))).mean_scrap < 0.03
+    assert ground(simulation, advised(Adviser(model, policy.model))).scrap.mean() > 0.1
+    assert ground(simulation, advised(Adviser(model, policy))).scrap.mean() < 0.03
 
 
 def test_a_shift_costs_as_much_as_its_program() -> None:
     simulation = PLATE.simulation(30)
     shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(4)]
-    assert np.mean([shift.mean_cost for shift in shifts]) == pytest.approx(
+    assert np.mean([shift.cost.mean() for shift in shifts]) == pytest.approx(
         real(read_file(PLATE.program.path), PLATE.job())[0], rel=0.01
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-import grind_env
+from grind_env.examples import FOLDER
 from grind_env.policies.learned.agent_spaces import LearnerForm
 from grind_env.policies.learned.network import Actor
 from grind_env.policies.learned.saved import write_policy
@@ -20,8 +20,7 @@ from grind_env.shop.advise.session import Files, Session
 from grind_env.shop.advise.state import origin_of
 from tests.policies.harness import network_of
 
-EXAMPLES = Path(grind_env.__file__).parent / "examples"
-PLATE, RAIL = EXAMPLES / "plate_g82.nc", EXAMPLES / "rail_g83.nc"
+PLATE, RAIL = FOLDER / "plate_g82.nc", FOLDER / "rail_g83.nc"
 EXECUTED = """G71 G94 G90 G19 S1910 M03 M08
 G00 X-30. Y0 Z0
 G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100
@@ -53,18 +52,6 @@ def saved_agent(path: Path, problem: Problem, **description: Any) -> Path:
     tensors = {name: rng.normal(0.0, 0.7, shape).astype(np.float32) for name, shape in network.shapes().items()}
     write_policy(path, Actor(network, tensors), simulation, "ppo", form, description)
     return path
-
-
-def typed_readings(simulation: Any, observation: np.ndarray, number: int) -> dict[str, Any]:
-    """Return the measurements of the block before an observation as an operator would type them."""
-    seen = {name: float(value[0]) for name, value in simulation.read(observation[None]).items()}
-    row: dict[str, Any] = {name: seen[name] for name in ("mean_power", "first_power", "peak_power")}
-    if simulation.blocks[number].finished:
-        row |= {name: seen[name] for name in ("size_error", "diameter")}
-        row["new_lot"] = int(seen["new_lot"] > 0.5)
-        if round(seen["parts_since_gauged"]) == 1 and seen["roughness"] > 0.0:
-            row["Ra_before"] = seen["roughness"] * simulation.job.limits.roughness
-    return row
 
 
 def rollout(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.ndarray, float, int]]:
@@ -146,9 +133,7 @@ def rows_of(path: Path, text: str, *, follow: bool = False) -> list[dict[str, An
     return rows
 
 
-def adviser_after(
-    rows: Iterable[dict[str, Any]], parts: int = 6, **arguments: Any
-) -> tuple[Adviser, list[tuple[float, int]]]:
+def adviser_after(rows: Iterable[dict[str, Any]], **arguments: Any) -> tuple[Adviser, list[tuple[float, int]]]:
     """Return an adviser of plates after these rows of blocks, and the E and D it advised for each."""
     simulation: Any = batch(PLATE, 6).simulation()
     adviser = Adviser(simulation, policy_for(None, simulation, arguments.pop("step", 1.25)), **arguments)

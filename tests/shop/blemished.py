@@ -3,6 +3,7 @@
 They are independent of the package's calibration: the table moves in small time steps, and a meter samples the spindle.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control import Programs, ProgramStop, Stroke, execute
+from grind_env.control import Programs, ProgramStop, Stroke, execute, read
 from grind_env.envs.job.repeated_program import repeated
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
@@ -20,55 +21,30 @@ TICK = 0.005  # s
 
 @dataclass(frozen=True, kw_only=True)
 class Style:
-    """Format and faults of the log of a shop.
+    """Format and faults of the log of a shop."""
 
-    Attributes:
-        rate: samples a second.
-        unit: unit of the power in the heading: kW, W, % or A.
-        separator: text between columns.
-        comma: whether decimals have a comma.
-        clock: format of the time: "clock", "s" or "ms".
-        headings: headings of time, power and, if logged, the dress bit.
-        before: lines before the heading.
-        idle: idle power at the start, W.
-        warm_up: fall of the idle power as the spindle warms up, W.
-        coolant: amplitude of a slow swing of the idle power, W.
-        noise: standard deviation of each sample, W.
-        lag: time constant of the meter, s.
-        scale: logarithmic spread of the factor of the meter.
-        volts: W per ampere of a logged current: volts times root 3 and power factor.
-        gaps: number of gaps of some seconds.
-        duplicates: share of repeated rows.
-        swaps: share of rows swapped with the next one.
-        overrides: feed overrides to choose from, part by part.
-        extra: further columns without use.
-        gain: factor of the meter.
-        wander: standard deviation of the drift of the idle power in a minute, W.
-        stops: whether the operator lets the program stop at its M01.
-    """
-
-    rate: float = 10.0
-    unit: str = "kW"
-    separator: str = ";"
-    comma: bool = True
-    clock: str = "clock"
-    headings: tuple[str, ...] = ("Uhrzeit", "Spindelleistung")
-    before: tuple[str, ...] = ()
-    idle: float = 1500.0
-    warm_up: float = 250.0
-    coolant: float = 40.0
-    noise: float = 15.0
-    lag: float = 0.05
-    scale: float = 0.02
-    volts: float = 590.0
-    gaps: int = 2
-    duplicates: float = 0.005
-    swaps: float = 0.005
-    overrides: tuple[float, ...] = (1.0,)
-    extra: Mapping[str, str] = field(default_factory=dict)
-    gain: float = 1.0
-    wander: float = 0.0
-    stops: bool = True
+    rate: float = 10.0  # samples a second
+    unit: str = "kW"  # unit of the power in the heading: kW, W, % or A
+    separator: str = ";"  # text between columns
+    comma: bool = True  # whether decimals have a comma
+    clock: str = "clock"  # format of the time: "clock", "s" or "ms"
+    headings: tuple[str, ...] = ("Uhrzeit", "Spindelleistung")  # headings of time, power and, if logged, the dress bit
+    before: tuple[str, ...] = ()  # lines before the heading
+    idle: float = 1500.0  # idle power at the start, W
+    warm_up: float = 250.0  # fall of the idle power as the spindle warms up, W
+    coolant: float = 40.0  # amplitude of a slow swing of the idle power, W
+    noise: float = 15.0  # standard deviation of each sample, W
+    lag: float = 0.05  # time constant of the meter, s
+    scale: float = 0.02  # logarithmic spread of the factor of the meter
+    volts: float = 590.0  # W per ampere of a logged current: volts times root 3 and power factor
+    gaps: int = 2  # number of gaps of some seconds
+    duplicates: float = 0.005  # share of repeated rows
+    swaps: float = 0.005  # share of rows swapped with the next one
+    overrides: tuple[float, ...] = (1.0,)  # feed overrides to choose from, part by part
+    extra: Mapping[str, str] = field(default_factory=dict)  # further columns without use
+    gain: float = 1.0  # factor of the meter
+    wander: float = 0.0  # standard deviation of the drift of the idle power in a minute, W
+    stops: bool = True  # whether the operator lets the program stop at its M01
 
 
 PLAIN = Style(unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
@@ -161,10 +137,6 @@ def power_of(
 
 def _ground(programs: Programs, truth: Job, overrides: np.ndarray) -> Any:
     """Return the record of the run; the text of each part has the E of its override."""
-    import re
-
-    from grind_env.control import read
-
     if np.all(overrides == 1.0):
         return grind(repeated(programs, len(overrides)), truth)
     text = "\n".join(block.text for block in programs.main.blocks)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from grind_env.control import read_file
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.job.job_entries import with_entries
 from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters
@@ -14,7 +15,6 @@ from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 
-EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
 PROGRAMS = ("plate_g82", "rail_g83", "keyway_g81")
 STYLES = (
     Style(),

@@ -2,9 +2,13 @@
 
 from pathlib import Path
 
-import grind_env
+from grind_env.control import read_file
+from grind_env.examples import FOLDER as EXAMPLES
+from grind_env.machine.job.job_file import load_job
+from grind_env.shop.optimise.search_problem import Variation, variation_of
+from grind_env.shop.optimise.word_editing import text_of
+from grind_env.shop.search_options import SearchOptions
 
-EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
 JOB = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
 
@@ -103,3 +107,9 @@ def write(folder: Path, name: str, job: str = JOB) -> Path:
     path.write_bytes(PROGRAMS[name])
     path.with_suffix(".toml").write_text(job, encoding="utf-8")
     return path
+
+
+def varied(path: Path, options: SearchOptions, runs: int = 1) -> Variation:
+    """Return the search problem of a program with its job beside it."""
+    job = load_job(path.with_suffix(".toml"))
+    return variation_of(read_file(path), text_of(path.read_bytes()), job, options, runs, 1)

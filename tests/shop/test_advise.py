@@ -19,8 +19,9 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import check_readings, readings_of
+from grind_env.shop.advise.rehearsal import read
 from grind_env.shop.advise.variables_file import write_values
-from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, rollout, saved_agent, typed_readings
+from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, rollout, saved_agent
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
 
@@ -55,7 +56,7 @@ def test_the_adviser_repeats_the_decisions_of_its_policy_in_the_environment(
         chosen[name] = {(speed, executions) for _, speed, executions in steps}
         for number, (observation, speed, executions) in enumerate(steps):
             if number:
-                row = json.loads(json.dumps(typed_readings(simulation, observation, number - 1)))
+                row = json.loads(json.dumps(read(simulation, observation[None], number - 1).given()))
                 adviser.take(readings_of(row, "here"))
             np.testing.assert_array_equal(adviser.episode.observation()[0], observation)
             assert adviser.advice is not None
@@ -84,7 +85,7 @@ def test_wheel_changes_and_new_lots_are_observed_as_in_the_environment(tmp_path:
     for number, (observation, speed, executions) in enumerate(rollout(problem, Fixed(14_000.0, 1), SEED)):
         diameter = float(simulation.read(observation[None])["diameter"][0])
         if number:
-            row = typed_readings(simulation, observation, number - 1) | {"new_wheel": int(diameter > before + 1.0)}
+            row = read(simulation, observation[None], number - 1).given() | {"new_wheel": int(diameter > before + 1.0)}
             changes, lots_seen = changes + row["new_wheel"], lots_seen + row.get("new_lot", 0)
             episode.take(*chosen, readings_of(row, "here").measured())
         np.testing.assert_array_equal(episode.observation()[0], observation)
@@ -103,7 +104,7 @@ def test_a_program_without_a_script_is_advised_without_a_belief(tmp_path: Path) 
     adviser = Adviser(simulation, Handbook())
     for number, (observation, speed, executions) in enumerate(rollout(problem, Handbook(), SEED)):
         if number:
-            adviser.take(readings_of(typed_readings(simulation, observation, number - 1), "here"))
+            adviser.take(readings_of(read(simulation, observation[None], number - 1).given(), "here"))
         np.testing.assert_array_equal(adviser.episode.observation()[0], observation)
         assert adviser.advice is not None and adviser.power is None
         assert (adviser.advice.speed, adviser.advice.executions) == (speed, executions)

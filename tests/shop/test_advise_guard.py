@@ -10,7 +10,8 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast_comparison import ComparedReading, Shadow
 from grind_env.shop.advise.operator_readings import readings_of
-from tests.shop.advising import PLATE, SEED, adviser_after, batch, rollout, session_of, typed_readings
+from grind_env.shop.advise.rehearsal import read
+from tests.shop.advising import PLATE, SEED, adviser_after, batch, rollout, session_of
 
 
 def test_advice_starts_at_the_programmed_E_and_rises_by_limited_steps() -> None:
@@ -49,7 +50,7 @@ def test_a_shadow_compares_its_forecasts_with_the_readings_of_an_operator(tmp_pa
     for number, (observation, speed, executions) in enumerate(rollout(problem, Fixed(14_000.0, 1, 2), SEED)):
         rows.append({"E": speed, "D": executions})
         if number:
-            rows[number - 1] |= typed_readings(simulation, observation, number - 1)
+            rows[number - 1] |= read(simulation, observation[None], number - 1).given()
     rows.pop()
     said: list[str] = []
     adviser = Adviser(simulation, policy_for(None, simulation), shadow=True)

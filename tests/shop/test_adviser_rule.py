@@ -18,8 +18,8 @@ from tests.shop.advising import PLATE, adviser_after, batch
 ROUGHING, LIMIT = {"peak_power": 4500.0}, 7500.0
 
 
-def advice_of(*rows: dict[str, Any], parts: int = 6) -> list[tuple[float, int]]:
-    adviser, advice = adviser_after(rows, parts)
+def advice_of(*rows: dict[str, Any]) -> list[tuple[float, int]]:
+    adviser, advice = adviser_after(rows)
     assert adviser.advice is not None
     return [*advice, (adviser.advice.speed, adviser.advice.executions)]
 

@@ -20,11 +20,11 @@ from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.examples import examples
-from tests.shop.programs import DRESS, FEEDS, INCH, JOB, KNOWN, PLATE
+from tests.shop.programs import DRESS, EXAMPLES, FEEDS, INCH, JOB, KNOWN, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
-SHOP = replace(load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml"), uncertainty=CERTAIN)
+SHOP = replace(load_job(EXAMPLES / "plate_g82.toml"), uncertainty=CERTAIN)
 ASSIGNED = (
     PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")
     .replace("E15000.", "E#101")

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
-from grind_env.examples import __file__ as examples
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.script.block_settings import D
@@ -18,32 +17,24 @@ from grind_env.shop.dress_interval import DressInterval, intervals_between
 from grind_env.shop.optimise.counter_writer import counting_of
 from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.result import Trade, Verdict, cheapest_by_time
-from grind_env.shop.optimise.search_problem import Variation, variation_of
-from grind_env.shop.optimise.word_editing import text_of
-from grind_env.shop.search_options import SearchOptions, options_of
+from grind_env.shop.optimise.search_problem import Variation
+from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 from tests.examples import nightly
-from tests.shop.programs import KNOWN, TWO_PLATES, known_job
+from tests.shop.programs import EXAMPLES, KNOWN, TWO_PLATES, known_job, varied
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
-EXAMPLES = Path(examples).parent
 PLATE = EXAMPLES / "plate_g82.nc"
 RAIL = EXAMPLES / "rail_g83.nc"
 RUNS = 13
 
 
-def varied(path: Path, options: SearchOptions, runs: int = RUNS) -> Variation:
-    return variation_of(
-        read_file(path), text_of(path.read_bytes()), load_job(path.with_suffix(".toml")), options, runs, 1
-    )
-
-
 def variation_dressing_every(path: Path, every: int) -> tuple[Variation, tuple[int, ...]]:
     """Return a variation of a program and its start point, with a dress due every `every` runs."""
-    variation = varied(path, options_of(("D", "interval"), {"interval": (every, every)}))
+    variation = varied(path, options_of(("D", "interval"), {"interval": (every, every)}), RUNS)
     return variation, variation.start
 
 

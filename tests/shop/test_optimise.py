@@ -324,9 +324,7 @@ def test_the_search_finds_the_optimum_of_oracle6() -> None:
 
 
 @pytest.mark.usefixtures("few_lots")
-def test_only_a_limit_next_to_the_best_settings_binds(
-    tmp_path: Path,
-) -> None:
+def test_only_a_limit_next_to_the_best_settings_binds(tmp_path: Path) -> None:
     options = options_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
     job = known_job(tmp_path, "plate_g82")
     found = find_words(EXAMPLES / "plate_g82.nc", job, options, parts=PARTS, seconds=1000.0)

@@ -10,17 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import read, read_file
-from grind_env.files import read_bytes
-from grind_env.machine.job.job_file import load_job
+from grind_env.control import read
 from grind_env.machine.script.block_settings import DRESS_SECONDS, own_settings
 from grind_env.machine.script.script import script_of
-from grind_env.shop.optimise.search_problem import Variation, variation_of
+from grind_env.shop.optimise.search_problem import Variation
 from grind_env.shop.optimise.variables import COLUMNS
-from grind_env.shop.optimise.word_editing import like, text_of
+from grind_env.shop.optimise.word_editing import like
 from grind_env.shop.search_options import OptionError, options_of
 from tests.examples import examples, few
-from tests.shop.programs import EXAMPLES, PROGRAMS, write
+from tests.shop.programs import EXAMPLES, JOB, PROGRAMS, varied, write
 
 pytestmark = pytest.mark.usefixtures("nothing_compiled")
 
@@ -31,11 +29,7 @@ VARIED = re.compile(r"[ \t]?[EDJLFYedjlfy][+-]?[0-9.]+")
 
 @cache
 def asked_for(name: str, folder: Path, vary: str = ALL) -> Variation:
-    path = write(folder, name)
-    programs, text = read_file(path), text_of(read_bytes(path))
-    return variation_of(
-        programs, text, load_job(path.with_suffix(".toml")), options_of(vary.split(","), untried=True), 1, 1
-    )
+    return varied(write(folder, name), options_of(vary.split(","), untried=True))
 
 
 @pytest.fixture(scope="module")
@@ -95,18 +89,16 @@ def test_one_value_holds_for_all_calls_of_a_subprogram(folder: Path) -> None:
 
 def test_a_fixed_block_is_not_varied_and_an_unknown_one_is_refused() -> None:
     path = EXAMPLES / "plate_g82.nc"
-    options = options_of(("E", "D"), fixed=[50], untried=True)
-    found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), options, 1, 1)
+    found = varied(path, options_of(("E", "D"), fixed=[50], untried=True))
     assert {each.place for each in found.choices.variables} == {"N70"}
     with pytest.raises(OptionError, match=r"N51 is no cycle block .* there are N50, N70"):
-        variation_of(found.programs, found.text, found.job, options_of(fixed=[51]), 1, 1)
+        varied(path, options_of(fixed=[51]))
 
 
 def test_an_expression_is_not_varied_and_a_remark_gives_the_remedy(tmp_path: Path) -> None:
     path = write(tmp_path, "plate")
     path.write_text(PROGRAMS["plate"].decode().replace("E9000.", "E[9000.]"), encoding="utf-8")
-    options, job = options_of(untried=True), load_job(path.with_suffix(".toml"))
-    found = variation_of(read_file(path), text_of(read_bytes(path)), job, options, 1, 1)
+    found = varied(path, options_of(untried=True))
     assert [(each.name, each.place) for each in found.choices.variables] == [("E", "N50"), ("D", "N50")]
     (remark,) = found.choices.remarks
     assert remark.startswith("N70: E[9000.] is kept as it is; write a number there")
@@ -135,14 +127,12 @@ def test_passes_but_not_depth_of_a_self_advancing_dresser_are_varied(tmp_path: P
         "O9100\nG71 G90 G94\nG00 Y20.\nX-120. Z-40.\nG00 Y9.98\nG91 G01 Z35. F191.\nZ-35. F191.\nG90 G00 Y20.\nM99\n"
     )
     path.write_text(plate[: plate.index("O9100")] + dress, encoding="utf-8")
-    programs, text = read_file(path), text_of(read_bytes(path))
-    job = load_job(EXAMPLES / "plate_g82.toml")
-    options = options_of(("passes", "depth"), {"passes": (2, 4)}, untried=True)
-    asked = variation_of(programs, text, job, options, 1, 1)
+    path.with_suffix(".toml").write_text(JOB, encoding="utf-8")
+    asked = varied(path, options_of(("passes", "depth"), {"passes": (2, 4)}, untried=True))
     (passes,) = asked.choices.variables
     assert (passes.name, [int(level) for level in passes.levels]) == ("passes", [2, 4])
     assert "depth of O9100 is kept as it is: it has no infeed, for its dresser advances by itself" in " ".join(
         asked.choices.remarks
     )
-    changed = script_of(read(asked.with_words((1, 0)).text), job).blocks[0].dress_plan
+    changed = script_of(read(asked.with_words((1, 0)).text), asked.job).blocks[0].dress_plan
     assert (changed.passes, changed.depth) == (4, 0.02)

@@ -22,8 +22,6 @@ from grind_env.policies.score_statistics import Interval
 from grind_env.process.stroke_types import FORCES
 from grind_env.shop.optimise import search_problem, tables
 from grind_env.shop.optimise.search import Budget
-from grind_env.shop.optimise.search_problem import variation_of
-from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.possible_machines import MOST_DRAWN, CondemnedError, Fleet, GoodParts, fleet_of, require_good
 from grind_env.shop.python_api import optimise, sweep
 from grind_env.shop.search_options import OptionError, options_of
@@ -31,7 +29,7 @@ from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.command import Grind, status
 from tests.examples import few
 from tests.machine.harness import drawn_machines
-from tests.shop.programs import EXAMPLES, PLATE
+from tests.shop.programs import EXAMPLES, PLATE, varied
 
 pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
 
@@ -70,11 +68,7 @@ def test_machines_measured_together_give_the_results_of_each_alone(name: str, la
 
 @pytest.mark.usefixtures("nothing_compiled")
 def test_a_program_with_fixed_J_and_L_is_still_tried_on_20_machines() -> None:
-    text = (EXAMPLES / "rail_g83.nc").read_bytes()
-    job = load_job(EXAMPLES / "rail_g83.toml")
-    found = variation_of(
-        read_file(EXAMPLES / "rail_g83.nc"), text_of(text), job, options_of(["E", "J", "L"], untried=True), 2, 1
-    )
+    found = varied(EXAMPLES / "rail_g83.nc", options_of(["E", "J", "L"], untried=True), 2)
     assert {each.name for each in found.choices.variables} == {"E"} and "J and L" in found.choices.remarks[0]
     assert len(found.trials(LotUse.SEARCH, 20).simulation.machines.jobs) == 20
 

@@ -18,20 +18,17 @@ import pytest
 
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
-from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job
 from grind_env.shop.optimise import search_problem
 from grind_env.shop.optimise.result import Verdict
-from grind_env.shop.optimise.search_problem import variation_of
-from grind_env.shop.optimise.word_editing import text_of
 from grind_env.shop.python_api import optimise, sweep
 from grind_env.shop.report.run_report import block_rows
 from grind_env.shop.search_options import options_of
 from tests.command import Grind, status
 from tests.examples import few
-from tests.shop.programs import KNOWN
+from tests.shop.programs import KNOWN, varied
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -184,8 +181,7 @@ def test_check_and_run_match_the_hand_count_of_each_cycle(name: str, capsys: pyt
 @pytest.mark.parametrize("name", few(VARIED))
 def test_varied_words_leave_all_other_bytes_unchanged(name: str) -> None:
     path = ELSEWHERE / f"{name}.nc"
-    text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    found = variation_of(read_file(path), text, job, options_of(("E", "D"), untried=True), 1, 1)
+    found = varied(path, options_of(("E", "D"), untried=True))
     assert {(each.place, each.name) for each in found.choices.variables}
     new = found.with_words((0,) * len(found.counts)).bytes()
     old = path.read_bytes()
@@ -197,7 +193,8 @@ def test_varied_words_leave_all_other_bytes_unchanged(name: str) -> None:
         one, other = (re.findall(rb"[A-Za-z][^A-Za-z]*", COMMENT.sub(b"", each[line - 1])) for each in (before, after))
         words = {chr(a[0]).upper() for a, b in zip(one, other[: len(one)], strict=True) if a.strip() != b.strip()}
         assert words <= set(VARIED[name][line])
-    assert grind(read(new.decode("latin-1")), job).parts["survival"].size == grind(read_file(path), job).parts.size
+    runs = [grind(programs, found.job).parts.size for programs in (read(new.decode("latin-1")), found.programs)]
+    assert runs[0] == runs[1]
 
 
 @pytest.mark.parametrize(("name", "word"), [("plate_goto", "N120: E[#4*1000]"), ("inch_macro", "line 20: E#3")])

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import grind_env
 from grind_env.control import read, read_file
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.grind import grind
 from grind_env.machine.job.job_file import load_job
 from grind_env.render.curve_data import GREY, MOST_STROKES, ORANGE, RED, picture
@@ -24,7 +24,6 @@ from tests.patience import PATIENCE
 
 pytest.importorskip("matplotlib")
 
-EXAMPLES = Path(grind_env.__file__).parent / "examples"
 NAMES = ("plate_g82", "rail_g83", "keyway_g81")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 SECTIONS = [

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read_file
-from grind_env.files import read_bytes
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import load_job
@@ -25,14 +24,13 @@ from grind_env.shop.optimise import optimisation
 from grind_env.shop.optimise.candidate_ranking import front
 from grind_env.shop.optimise.optimisation import find_words
 from grind_env.shop.optimise.result import Trade
-from grind_env.shop.optimise.search_problem import LOTS, one_run, variation_of
-from grind_env.shop.optimise.word_editing import text_of
+from grind_env.shop.optimise.search_problem import LOTS, one_run
 from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import LOTS as SWEPT
 from grind_env.shop.sweep.study import Sweep, SweepPoint, SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk
-from tests.shop.programs import EXAMPLES, known_job
+from tests.shop.programs import EXAMPLES, known_job, varied
 
 PATH = EXAMPLES / "plate_g82.nc"
 
@@ -56,13 +54,14 @@ def test_the_permitted_risk_is_higher_without_a_calibration(uncertainty: object,
 
 def test_a_sweep_point_and_the_same_settings_in_a_search_have_the_same_risk() -> None:
     found = sweep(PATH, None, SweepRanges(E=(22500.0, 22500.0), every=(3, 3)), parts=6)
-    job, options = load_job(PATH.with_suffix(".toml")), options_of(["E", "interval"], {"interval": (3, 3)})
-    variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, options, 6, 1)
+    variation = varied(PATH, options_of(["E", "interval"], {"interval": (3, 3)}), 6)
     assert variation.fleet is not None
     trials = variation.fleet.trials_for(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, SWEPT))
     levels = [each.nearest(each.own * 3 / 2) for each in variation.choices.variables]
     old, measured = trials.measure(trials.own[None]), variation.measure(trials, [(*levels, variation.start[-1])])
-    assert found.speeds[0].risk == pytest.approx(variation.risk(trials, measured, old)[0] / most_risk(job), rel=1e-3)
+    assert found.speeds[0].risk == pytest.approx(
+        variation.risk(trials, measured, old)[0] / most_risk(variation.job), rel=1e-3
+    )
     assert found.own.risk == pytest.approx(1.0 / found.most_risk, rel=0.2)
 
 

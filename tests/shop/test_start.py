@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import grind_env
 from grind_env.control import read_file
+from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job.job_file import load_job
 from grind_env.process.catalogue import KINDS, load_catalogue
@@ -21,7 +21,6 @@ from grind_env.shop.start.sample_log import PRESSURE, sample_log
 from grind_env.shop.start.starter_folder import LOG, start_folder
 from tests.command import Grind
 
-EXAMPLES = Path(grind_env.__file__).parent / "examples"
 FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"}
 
 

@@ -21,8 +21,7 @@ class ComparedReading(NamedTuple):
     unit: str
     read: float
     forecast: float
-    spread: float
-    """Standard deviation of the error of the forecast, in `unit`."""
+    spread: float  # standard deviation of the error of the forecast
 
     @property
     def holds(self) -> bool:

@@ -58,37 +58,27 @@ LOWERED, BLOCKS = 0.98, 3
 class BlockReadings(NamedTuple):
     """Readings of a block as ratios to their limits; None if not read."""
 
-    peak: float = 0.0
-    """Peak power, W; 0 if not read."""
-    size: float | None = None
-    """Size of the part that the block finished; negative if too much was ground."""
+    peak: float = 0.0  # peak power, W; 0 if not read
+    size: float | None = None  # size of the part that the block finished; negative if too much was ground
     Ra: float | None = None
-    Ra_before: float | None = None
-    """Ra of the part before."""
+    Ra_before: float | None = None  # Ra of the part before
     burn: bool | None = None
 
 
 class Reduction(NamedTuple):
     """Slower table whose effect is still awaited, for `blocks` blocks."""
 
-    speed: float
-    """Former E, mm/min."""
-    power: float
-    """Former peak power, W."""
+    speed: float  # former E, mm/min
+    power: float  # former peak power, W
     blocks: int
 
 
 @dataclass
 class Rule:
-    """Rule for one machine, block by block, from a freshly dressed wheel on.
+    """Rule for one machine, block by block, from a freshly dressed wheel on."""
 
-    Args:
-        simulation: simulation of the program.
-        step: greatest factor on E from block to block of a kind.
-    """
-
-    simulation: JobSimulation
-    step: float = STEP
+    simulation: JobSimulation  # simulation of the program
+    step: float = STEP  # greatest factor on E from block to block of a kind
     reason: str = field(init=False, default="")  # reason of the last decision
 
     def __post_init__(self) -> None:

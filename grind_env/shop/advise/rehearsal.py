@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.array_types import Array
 from grind_env.envs.cost import Outcome
@@ -30,16 +30,6 @@ class BatchResult:
     speeds: Array  # E of each block, mm/min
     executions: Array  # D of each block
     readings: tuple[MachineReadings, ...]  # readings of each block
-
-    @property
-    def mean_cost(self) -> float:
-        """Return the mean cost, $ a part."""
-        return float(self.cost.mean())
-
-    @property
-    def mean_scrap(self) -> float:
-        """Return the share of scrapped parts."""
-        return float(self.scrap.mean())
 
 
 def as_programmed(simulation: JobSimulation) -> Decide:
@@ -73,7 +63,7 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
         cost[block.part] += outcomes[0, COST]
         scrap[block.part] = 1.0 - outcomes[0, GOOD]
         heat = max(0.0 if block.starts_part else heat, float(outcomes[0, RISE]))
-        readings = read(simulation, episodes, number)
+        readings = read(simulation, simulation.observe(episodes), number)
         if block.finished:
             readings = replace(readings, burn=heat > job.of_part(block.part + 1).limits.rise)
         speeds[number], executions[number] = choice
@@ -81,9 +71,9 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
     return BatchResult(cost=cost, scrap=scrap, speeds=speeds, executions=executions, readings=tuple(all_readings))
 
 
-def read(simulation: JobSimulation, episodes: Any, number: int) -> MachineReadings:
-    """Return the readings of a block as an operator would type them."""
-    seen = {name: float(value[0]) for name, value in simulation.read(simulation.observe(episodes)).items()}
+def read(simulation: JobSimulation, observation: NDArray[np.float32], number: int) -> MachineReadings:
+    """Return the readings of a block as an operator would type them, from the observation after it."""
+    seen = {name: float(value[0]) for name, value in simulation.read(observation).items()}
     first, mean, peak = (seen[name] or None for name in ("first_power", "mean_power", "peak_power"))
     readings = MachineReadings(first_power=first, mean_power=mean, peak_power=peak)
     if not simulation.blocks[number].finished:

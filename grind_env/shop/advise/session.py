@@ -155,11 +155,7 @@ class Session:
         return f"readings of part {part}" if self.by_part else f"readings of block {advice.block + 1}"
 
     def _check_repeated_rows(self) -> None:
-        """Check that the source repeats the rows of the saved blocks.
-
-        Raises:
-            StateError: a row is missing, or differs from the saved readings.
-        """
+        """Check that the source repeats the rows of the saved blocks; a `StateError` names a missing or other one."""
         for number, step in enumerate(self.steps):
             if self.by_part and not self.adviser.simulation.blocks[number].finished:
                 continue

@@ -116,7 +116,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
         return choice
 
     costs = {
-        name: {"cost": shift.mean_cost, "scrap": shift.mean_scrap}
+        name: {"cost": float(shift.cost.mean()), "scrap": float(shift.scrap.mean())}
         for name, shift in (("advised", ground(machine, decide)), ("program", ground(machine, as_programmed(machine))))
     }
     if request.as_json:

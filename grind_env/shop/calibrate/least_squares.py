@@ -39,8 +39,6 @@ TINY = 1e-6
 
 Changes: TypeAlias = Mapping[str, Mapping[str, float]]
 """Changed values of constants, by kind of entry and by field."""
-Changed: TypeAlias = tuple[tuple[str, float], ...]
-"""Names and values of constants that differ from the catalogue."""
 Predict: TypeAlias = Callable[[Changes], Floats]
 """Function from changed constants to predicted measurements."""
 
@@ -113,7 +111,8 @@ class Solver:
         self.size = len(parameters) + len(nuisances)
         self._of_kind = {kind: data.kind == kind for kind in data.kinds}
         self._effects = np.array(nuisances).reshape(len(nuisances), data.value.size)
-        self._known: dict[Changed, Floats] = {} if like is None else like._known
+        # predictions by the names and values of the constants that differ from the catalogue
+        self._known: dict[tuple[tuple[str, float], ...], Floats] = {} if like is None else like._known
         self._at: Floats | None = None
         self._slopes: Floats | None = None
 

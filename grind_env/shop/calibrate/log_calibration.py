@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from grind_env.shop.calibrate.column_names import Map, read_map
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, residual_and_drift
 from grind_env.shop.calibrate.fitted_constants import HEAT, chosen_parameters, free_parameters
-from grind_env.shop.calibrate.gauged_parts import Gauged, GaugedParts, check_gauges, gauges_of, measured_of, read_gauge
+from grind_env.shop.calibrate.gauged_parts import Gauged, check_gauges, gauges_of, measured_of, read_gauge
 from grind_env.shop.calibrate.least_squares import Changes, Data
 from grind_env.shop.calibrate.log_alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.meter_lag import FINEST, find_program, with_lag
@@ -89,13 +88,23 @@ def calibrate(
     rows = averaged(rows, rows.time * found.time_unit, FINEST)
     rows, found = with_lag(rows, pattern, found, usual, about)
     found = found.known
-    model = _model(rows, pattern, found, gauged, settings, programs)
-    seen, extra, data = model.seen, model.extra, model.data
+    seen = observe(rows, pattern, found)
+    machine = RepeatedProgram(programs, settings, found.executions, found.overrides(pattern))
+    extra = measured_of(gauged, found.executions * pattern.parts, settings)
+    nominal = seen.weights @ powers(machine.run(settings))
+    gain = float(nominal @ seen.power / (nominal @ nominal))  # power of the log over the power with the job's constants
+    data = _data(seen, pattern, 1.0 if rows.known_scale else gain, extra)
+
+    def predict(changes: Changes) -> Floats:
+        changed = with_entries(settings, changes)
+        record = machine.run(changed)
+        return np.concatenate([seen.weights @ powers(record), gauges_of(record, changed, extra)])
+
     unlogged = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
-    problem = FitProblem(parameters, scales, data, model.predict, free, jumps)
+    problem = FitProblem(parameters, scales, data, predict, free, jumps)
     fitted, judged = fit_and_judge(problem, report_stage)
-    _refuse_hopeless(fitted, judged.errors, data, rows.unit, model.gain)
+    _refuse_hopeless(fitted, judged.errors, data, rows.unit, gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
     residual, drift = residual_and_drift(fitted, data, block)
@@ -164,34 +173,6 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
             "even with the best constants Ra differs from what was gauged by a factor of "
             f"{math.exp(errors['Ra'][2]):.3g}; check the unit of Ra in the gauge file, um if none is said"
         )
-
-
-class _Model(NamedTuple):
-    """Measurements of an aligned log, and the machine that predicts them."""
-
-    seen: Observations
-    extra: Gauged
-    data: Data
-    program: RepeatedProgram
-    job: Job
-    gain: float  # power of the log over the power with the constants of the job
-
-    def predict(self, changes: Changes) -> Floats:
-        changed = with_entries(self.job, changes)
-        record = self.program.run(changed)
-        return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
-
-
-def _model(
-    log: Log, pattern: Pattern, found: Alignment, gauge: GaugedParts | None, job: Job, programs: Programs
-) -> _Model:
-    seen = observe(log, pattern, found)
-    program = RepeatedProgram(programs, job, found.executions, found.overrides(pattern))
-    extra = measured_of(gauge, found.executions * pattern.parts, job)
-    nominal = seen.weights @ powers(program.run(job))
-    gain = float(nominal @ seen.power / (nominal @ nominal))
-    data = _data(seen, pattern, 1.0 if log.known_scale else gain, extra)
-    return _Model(seen, extra, data, program, job, gain)
 
 
 def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged) -> Data:

@@ -25,7 +25,6 @@ from grind_env.shop.optimise.word_editing import (
     like,
     number_text,
     other_number,
-    sources_in,
     word_of,
 )
 
@@ -191,8 +190,8 @@ def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Wo
 
 
 def _plain(sources: Sequence[SourceText], line: int, letter: str) -> tuple[SourceText, Word]:
-    for source in sources_in(sources, line):
-        word = word_of(source, letter)
+    for source in sources:
+        word = word_of(source, letter) if source.line == line else None
         if word is not None and not word.expression:
             return source, word
     raise DressTextError(f"line {line} has no plain number of {letter}; write one there")
@@ -204,7 +203,7 @@ def _number(source: SourceText, word: Word) -> Decimal:
 
 def _last(sources: Sequence[SourceText], line: int, text: ProgramText) -> SourceText:
     """Return the last block of a line in another text with the same lines."""
-    source = sources_in(sources, line)[-1]
+    source = [each for each in sources if each.line == line][-1]
     now = text.lines[line - 1].rstrip("\r\n")
     return source._replace(text=now[source.column - 1 :].rstrip(" \t"))
 

@@ -103,14 +103,10 @@ class ProgramJudge:
 class CostChange(NamedTuple):
     """Change of the objective of a part with other words."""
 
-    one: Interval
-    """Change on one machine."""
-    mean: Interval
-    """Mean change, with the confidence interval of the mean."""
-    risk: float
-    """Ratio of new to old cost on a bad machine, as in `Variation.risk`."""
-    most_risk: float
-    """Greatest permitted `risk`."""
+    one: Interval  # change on one machine
+    mean: Interval  # mean change, with the confidence interval of the mean
+    risk: float  # ratio of new to old cost on a bad machine, as in `Variation.risk`
+    most_risk: float  # greatest permitted `risk`
 
     @property
     def is_better(self) -> bool:
@@ -196,11 +192,11 @@ def quantities_of(
 ) -> tuple[PartMean, ...]:
     """Return means of a part before and after, on the judged lots and in one run on the expected lot."""
     scales = {name: 100.0 if unit == "%" else 1.0 for name, unit in QUANTITIES.items()}
-    before, after = (
-        np.array([scale * getattr(each, name)[0] for name, scale in scales.items()]) for each in (old, new)
+    expected = [each.measure(each.own[None], handover=False) for each in (once, once_after)]
+    before, after, one_run, one_run_after = (
+        np.array([scale * getattr(each, name)[0] for name, scale in scales.items()]) for each in (old, new, *expected)
     )
     shown = [judged.each_of_one(each) for each in (before, after, after - before)]
-    expected = [_shown(each) for each in (once, once_after)]
     return tuple(
         PartMean(
             name=name,
@@ -208,25 +204,17 @@ def quantities_of(
             before=shown[0][k],
             after=shown[1][k],
             difference=shown[2][k],
-            expected=(scales[name] * expected[0][name], scales[name] * expected[1][name]),
+            expected=(float(one_run[k, 0]), float(one_run_after[k, 0])),
         )
         for k, (name, unit) in enumerate(QUANTITIES.items())
     )
 
 
-def _shown(once: Trials) -> dict[str, float]:
-    """Return means of a part with one run of a program, as `grind run` prints them."""
-    found = once.measure(once.own[None], handover=False)
-    return {name: float(getattr(found, name)[0, 0]) for name in QUANTITIES}
-
-
 class LimitCost(NamedTuple):
     """Result of the best words without a limit."""
 
-    price: Interval
-    """Saving of the objective, a part."""
-    share: float
-    """Share of the limit that parts stay below with these words."""
+    price: Interval  # saving of the objective, a part
+    share: float  # share of the limit that parts stay below with these words
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, costs: dict[str, LimitCost]) -> tuple[LimitUse, ...]:
@@ -275,11 +263,6 @@ def machine_remarks(fleet: Fleet | None) -> list[str]:
         f"{fleet.agree} of {fleet.drawn} possible machines grind good parts with the program as it is{alike}; programs "
         f"were tried on {these}. If the program as it is has never run on your machine, use --untried"
     ]
-
-
-def unpriced_remarks(names: Sequence[str]) -> list[str]:
-    """Return a remark if there was no time to find the cost of some limits."""
-    return [f"no time to find what the limit of {', '.join(names)} costs: raise --budget"] if names else []
 
 
 def ranking_remarks(judged: int, kept: bool, unjudged: int) -> list[str]:

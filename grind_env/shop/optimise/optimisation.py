@@ -25,7 +25,6 @@ from grind_env.shop.optimise.judgement import (
     machine_remarks,
     quantities_of,
     ranking_remarks,
-    unpriced_remarks,
     verdict_of,
     words_of,
 )
@@ -133,7 +132,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     elif not verdict.is_written and (search.ended_early or unjudged):
         reason = f"{reason}; a larger --budget may find one"
     base = judgement.trials
-    unpriced = [name for name in LIMITS if sought and name not in costs and job_without(variation.job, name)]
+    unpriced = ", ".join(name for name in LIMITS if sought and name not in costs and job_without(variation.job, name))
     return Optimised(
         program=variation.programs.name,
         job=job,
@@ -153,7 +152,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
             *machine_remarks(fleet),
             *ranking_remarks(judged, kept, unjudged),
             *_few(judgement.trials),
-            *unpriced_remarks(unpriced),
+            *([f"no time to find what the limit of {unpriced} costs: raise --budget"] if unpriced else []),
         ),
         before=variation.text.text,
         after=text.text if verdict.is_written else variation.text.text,
@@ -173,11 +172,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
 
 
 def _judgement(variation: Variation) -> ProgramJudge:
-    """Judge the unchanged program; one that the control executes has as many lots as its share of the time allows.
-
-    Raises:
-        CondemnedError: the model scraps its parts.
-    """
+    """Judge the unchanged program; one that the control executes has as many lots as its share of the time allows."""
     lots: int | None = None
     if not variation.base.simulation.compiled:
         judgement = ProgramJudge(variation, LEAST_JUDGED)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from itertools import product
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,8 +52,6 @@ STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
 """Shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best."""
 
 Progress = Callable[[str, int], object]
-ScriptRanges: TypeAlias = tuple[tuple[float, ...], tuple[int, ...]]
-"""Lowest and highest J, mm, and L that may be chosen, as `trials_of` takes them; empty if they are not varied."""
 
 
 class Variation(NamedTuple):
@@ -67,7 +65,6 @@ class Variation(NamedTuple):
     options: SearchOptions  # options of the search
     # variables and intervals; a point of the search has the number of a level for each variable, then of an interval
     choices: SearchSpace
-    ranges: ScriptRanges
     margins: Array  # margins of the limits, as shares of them, shape (4,)
     once: Trials  # one run of the program on the expected lot
     base: Trials  # the batch of the unchanged program, on any lots
@@ -105,7 +102,7 @@ class Variation(NamedTuple):
 
     def for_machine(self, job: Job) -> "Variation":
         """Return a copy for the job of another, known machine."""
-        base = _base(self.programs, job, self.runs, self.seed, self.ranges)
+        base = _base(self.programs, job, self.runs, self.seed, self.choices)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
@@ -294,22 +291,22 @@ def variation_of(
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
     margins = np.array([options.margins.get(name, 1.0) for name in LIMITS])
     choices = _choices(once.simulation, text, options, runs)
-    base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
+    base = _base(programs, job, runs, seed, choices, budget.require_first)
     seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
     if of_all:
         choices = _choices(seen, text, options, runs, of_all=True)
-        base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
-    why, ranges = base.simulation.why, _ranges(choices)
-    if why is not None and any(ranges):
+        base = _base(programs, job, runs, seed, choices, budget.require_first)
+    why = base.simulation.why
+    if why is not None and any(each.name in ("J", "L") for each in choices.variables):
         others = replace(options, words=tuple(name for name in options.words if name not in ("J", "L")))
         remark = f"J and L are kept as they are: {why}"
         if not others.words:
             raise OptionError(remark)
         choices = _choices(seen, text, others, runs, of_all=of_all)
-        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ((), ())
-        base = _base(programs, job, runs, seed, ranges, budget.require_first)
+        choices = choices._replace(remarks=(*choices.remarks, remark))
+        base = _base(programs, job, runs, seed, choices, budget.require_first)
     fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > DRAWING_SHARE * budget.seconds)
-    return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
+    return Variation(programs, text, job, runs, seed, options, choices, margins, once, base, budget, fleet)
 
 
 def _choices(
@@ -326,15 +323,17 @@ def one_run(programs: Programs, job: Job) -> Trials:
 
 
 def _base(
-    programs: Programs, job: Job, runs: int, seed: int, ranges: ScriptRanges, between: Between = nothing
+    programs: Programs, job: Job, runs: int, seed: int, choices: SearchSpace, between: Between = nothing
 ) -> Trials:
-    picks, spark_outs = ranges
-    return trials_of(
-        programs, job, runs, lots_of(seed, LotUse.BASE, 1), picks=picks, spark_outs=spark_outs, between=between
-    )
-
-
-def _ranges(choices: SearchSpace) -> ScriptRanges:
+    """Return the batch of the unchanged program, whose J and L may go from their lowest to their highest levels."""
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
     spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
-    return (min(picks), max(picks)) if picks else (), (min(spark_outs), max(spark_outs)) if spark_outs else ()
+    return trials_of(
+        programs,
+        job,
+        runs,
+        lots_of(seed, LotUse.BASE, 1),
+        picks=(min(picks), max(picks)) if picks else (),
+        spark_outs=(min(spark_outs), max(spark_outs)) if spark_outs else (),
+        between=between,
+    )

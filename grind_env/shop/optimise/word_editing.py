@@ -148,11 +148,6 @@ def like(value: Decimal, written: str) -> str:
     return f"{sign if value else sign.strip('-')}{digits}"
 
 
-def sources_in(blocks: Iterable[SourceText], line: int) -> Sequence[SourceText]:
-    """Return the blocks that stand in a line."""
-    return [source for source in blocks if source.line == line]
-
-
 def _match(source: SourceText, word: Word) -> re.Match[str]:
     match = _NUMBER.match(source.text, word.column - source.column)
     assert match is not None  # the word has been read as one with a number
@@ -227,11 +222,7 @@ class Assignments:
         return places[0] if places else None
 
     def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
-        """Return the only assignment of a variable that some blocks read.
-
-        Returns:
-            Place of the assignment, or a text that says what the user must change to have one.
-        """
+        """Return the only assignment of a variable that some blocks read, or what the user must change to have one."""
         place, places = self.place(variable, readers[0]), self._assigned.get(variable, [])
         others = self._read.get(variable, Counter()) - Counter(dict.fromkeys(readers, 1))
         others = Counter({each: n for each, n in others.items() if self.place(variable, each) in (place, None)})

@@ -80,11 +80,11 @@ def paragraph(text: str) -> "Markup":
     return _block("paragraph", printable(text))
 
 
-def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, numbered: bool = True) -> "list[Markup]":
+def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}) -> "list[Markup]":
     """Return the lines of a program or a file, at most `MOST_LINES`, with notes by line number from 1."""
     lines = [
         (
-            str(number) if numbered else "",
+            str(number),
             printable(text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE)),
             [Note(printable(note.text), note.kind) for note in notes.get(number, ())],
         )

@@ -185,13 +185,10 @@ def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
         return [whole]
     shown = [name for name in found.fields[1:] if name != STATION]
     values = {name: record.parts[name] * SCALES.get(name, 1) for name in shown}
-    bands = [
-        ["lowest", *(_number(value.min()) for value in values.values())],
-        ["mean", *(_number(value.mean()) for value in values.values())],
-        ["highest", *(_number(value.max()) for value in values.values())],
-    ]
-    of_all = [heading for heading in every.headings[1:] if heading != STATION]
-    return [document.table(table_of(["of all parts", *of_all], bands, left=1)), whole]
+    ways = {"lowest": "min", "mean": "mean", "highest": "max"}
+    bands = [[name, *(_number(getattr(value, way)()) for value in values.values())] for name, way in ways.items()]
+    headings = [heading for heading in every.headings[1:] if heading != STATION]
+    return [document.table(table_of(["of all parts", *headings], bands, left=1)), whole]
 
 
 def _number(value: float) -> str:

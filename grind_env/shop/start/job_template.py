@@ -19,15 +19,12 @@ HEAD = """\
 # Job of a part program: what is ground on which machine, and what a good part is. `grind run part.nc` looks for it
 # under the name part.toml. A key behind a # has the default that stands there; take the # away to change it."""
 
-Values = Mapping[str, Any]
-"""Values of keys, by table."""
-
 REPEATED = (STAGES, STATIONS)
 """Tables that may occur several times."""
 
 
-def job_template(given: Values | None = None) -> str:
-    """Return the text of a job file with every key; `given` are its values, by default the example's."""
+def job_template(given: Mapping[str, Any] | None = None) -> str:
+    """Return the text of a job file with every key; `given` are its values by table, by default the example's."""
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):
@@ -35,7 +32,7 @@ def job_template(given: Values | None = None) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
-def example_values() -> Values:
+def example_values() -> Mapping[str, Any]:
     """Return the values of the example's job, by table."""
     return read_toml(EXAMPLE.with_suffix(".toml"))
 
