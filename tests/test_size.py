@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 65_800,
-    ("tests/*.py",): 50_845,
+    ("grind_env/*.py", "agents/*.py"): 65_760,
+    ("tests/*.py",): 50_842,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 
