@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 65_760,
-    ("tests/*.py",): 50_842,
+    ("grind_env/*.py", "agents/*.py"): 65_744,
+    ("tests/*.py",): 50_831,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 
