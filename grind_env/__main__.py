@@ -4,8 +4,7 @@ import atexit
 import gc
 import sys
 
-INTERRUPTED = 130
-"""Exit status of a command that Ctrl-C ends."""
+from grind_env.command_exit import INTERRUPTED
 
 
 def main() -> None:

@@ -203,11 +203,11 @@ def run(
     if plot is not None:
         from grind_env.render.record_plots import plot_record
 
-        plot_record(result, plot, result.job, program.name)
+        plot_record(result, plot, program.name)
     if as_json:
-        print(json.dumps(as_data(result, result.job, program.name)))
+        print(json.dumps(as_data(result, program.name)))
     else:
-        print_record(result, result.job, program.name, table_console())
+        print_record(result, program.name, table_console())
     if result.parts["survival"].min() < SCRAP_BELOW:
         raise typer.Exit(GROUND_SCRAP)
 
@@ -321,7 +321,6 @@ def _control(
     groove_retract: float | None,
     variables: list[str] | None,
 ) -> "Control":
-    """Return the settings that the options of `check` and `trace` ask for."""
     from dataclasses import replace
 
     from grind_env.control import Control, ControlError

@@ -155,7 +155,6 @@ def _given(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> list[tupl
 
 
 def _option(name: str, annotated: Iterable[Any]) -> str:
-    """Return the long option of an argument."""
     infos = [each for each in annotated if isinstance(each, OptionInfo)]
     texts = [text for info in infos for text in (info.default, *(info.param_decls or ()))]
     said = (text for text in texts if isinstance(text, str) and text.startswith("--"))

@@ -162,7 +162,7 @@ def check_target(path: Path) -> None:
             output of this process.
     """
     status = status_of(path)
-    for folder in (path.parent, _place(path).parent) if status is None else ():
+    for folder in (path.parent, path.resolve().parent) if status is None else ():
         if not folder.is_dir():
             raise FileError(f"{shown(path)}: there is no folder {shown(folder)}; make it first")
     if status is not None and stat.S_ISDIR(status.st_mode):
@@ -178,7 +178,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         FileError: as in `check_target`, or the folder cannot be written to.
     """
     check_target(path)
-    place = _place(path)
+    place = path.resolve()
     try:
         with tempfile.TemporaryDirectory(dir=place.parent, prefix=".grind-") as folder:
             temporary = Path(folder) / path.name
@@ -196,11 +196,6 @@ def write_csv(path: Path, rows: Iterable[Iterable[object]]) -> None:
             csv.writer(file).writerows(map(csv_cell, row) for row in rows)
 
     write_atomically(path, write)
-
-
-def _place(path: Path) -> Path:
-    """Return the real path of a file, links followed."""
-    return Path(os.path.realpath(path))
 
 
 def _goes_to(status: os.stat_result, descriptor: int) -> bool:

@@ -70,7 +70,9 @@ def statement(text: str, start: int) -> tuple[Statement, int]:
     if keyword in ("DO", "END"):
         number, position = _loop_number(text, position, keyword)
         return (While(None, number) if keyword == "DO" else End(number)), position
-    condition, position = _condition(text, position, keyword)
+    if not text.startswith("[", position):
+        raise FormulaFault(f"{keyword} lacks its condition; it is written as in {keyword} [#1 LT 5]", position)
+    condition, position = operand(text, position)
     then, after = _keyword(text, position)
     if keyword == "WHILE":
         if then != "DO":
@@ -119,12 +121,6 @@ def _assignment(text: str, start: int) -> tuple[Assign, int]:
         raise FormulaFault("a # variable begins an assignment, which lacks =; it is written as in #1=5", position)
     value, position = formula(text, match.end())
     return Assign(target, value), position
-
-
-def _condition(text: str, start: int, keyword: str) -> tuple[Tree, int]:
-    if not text.startswith("[", start):
-        raise FormulaFault(f"{keyword} lacks its condition; it is written as in {keyword} [#1 LT 5]", start)
-    return operand(text, start)
 
 
 def _loop_number(text: str, start: int, keyword: str) -> tuple[int, int]:

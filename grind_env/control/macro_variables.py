@@ -127,7 +127,6 @@ class Variables:
         return self._values_of(self._key(number)[0]) if number in LOCALS or is_common(number) else None
 
     def _key(self, number: int) -> tuple[int, int]:
-        """Return the key of a variable: its level (-1 for common variables) and number."""
         return (self.level if number in LOCALS else -1), number
 
     def _values_of(self, level: int) -> dict[int, Decimal]:

@@ -23,7 +23,7 @@ from grind_env.machine.part.feed_moves import FEED, keeps_across, leads_over
 from grind_env.machine.part.groove_cuts import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
 from grind_env.machine.part.parts_under_stroke import Swept, cycle_stations, sweep_of, touched_stations
-from grind_env.machine.part.stroke_record import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
+from grind_env.machine.part.stroke_record import NUMBERS_FROM, STROKE_ROW, WheelSeen, table_of
 from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.warnings import RunWatch
@@ -420,7 +420,7 @@ class GrindingRun(EventConsumer):
         wheel = self.mount.present(self.part.p)
         Z = infeed_depth(event, self.part.job.part.surface)
         lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw, done.grown
-        seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
+        seen = (getattr(wheel, name) for name in WheelSeen._fields)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
         stalls = self.part.stalled and not had_stalled
         self._add(np.array([row], STROKE_ROW), bytes([done.plunged]), stalls)

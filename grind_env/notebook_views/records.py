@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 def html(record: GrindingRecord) -> str:
     """Return the output of `grind run` as HTML."""
-    parts = part_table(record, record.job)
-    found = faults(record, record.job)
+    parts = part_table(record)
+    found = faults(record)
     return fragment(
         record.programs.name,
         table(parts.headings, [row.cells(parts.fields) for row in parts.rows]),
@@ -31,4 +31,4 @@ def html(record: GrindingRecord) -> str:
 
 def figure(record: GrindingRecord) -> "Figure":
     """Return the figure of `grind run --plot`."""
-    return draw_record(record, record.job, record.programs.name)
+    return draw_record(record, record.programs.name)

@@ -65,5 +65,4 @@ def _built_in(kind: str) -> Path:
 
 
 def _text(comment: str) -> str:
-    """Return the lines of a comment as one line."""
     return " ".join(line.lstrip("# ").rstrip() for line in comment.splitlines())

@@ -181,7 +181,6 @@ def _arguments(about: TaskSheet) -> str:
 
 
 def _scores(about: TaskSheet) -> str:
-    """Return the results of known policies in an episode, and their scores (`grind_env.score_scale`)."""
     known = find_reference(about.id)
     if known is None:
         return "None measured yet."

@@ -32,7 +32,6 @@ def action_table(sheet: TaskSheet) -> str:
 
 
 def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
-    """Return name and meaning of each component of the default action."""
     codec = sheet.env.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
@@ -119,7 +118,6 @@ def kind_table(sheet: TaskSheet, task: Task) -> str:
 
 
 def _part_of(kind: Kind) -> str:
-    """Return in words whether a block is a whole part, or starts or ends a part."""
     return "whole part" if kind.starts_part and kind.ends_part else "starts a part" if kind.starts_part else "ends it"
 
 

@@ -14,6 +14,7 @@ from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.job.drawn_machines import draw_machine, usual_uncertainty
 from grind_env.machine.job.job_entries import entries_of
 from grind_env.process.catalogue import USUAL, load_catalogue
+from grind_env.render.figures import new_figure
 from grind_env.toml import read_toml
 from grind_env.validation import measured_data
 from grind_env.validation.declared_checks import CHECKS, Measurement
@@ -150,15 +151,12 @@ def draw(axes: Any, panel: Mapping[str, Any], members: Sequence[PublishedSeries]
 
 def plot_series(path: Path) -> str:
     """Draw the figure and return its caption, Markdown; needs matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
     from matplotlib.ticker import LogLocator, NullLocator
 
     panels = read_toml(Path(__file__).with_name("series.toml"))
     series = {name: tuple(valves(response)) for response, name in RESPONSES.items()}
     series |= {make.__name__: tuple(make()) for make in (rotary, bearings, partition, forces)}
-    figure, caption = Figure(figsize=(8.0, 6.2), layout="constrained"), [panels.pop("note").format(machines=MACHINES)]
-    FigureCanvasAgg(figure)
+    figure, caption = new_figure(8.0, 6.2), [panels.pop("note").format(machines=MACHINES)]
     for letter, (name, panel), axes in zip("abcdef", panels.items(), figure.subplots(2, 3).flat, strict=True):
         draw(axes, panel, series[name])
         axes.set_yscale("log")

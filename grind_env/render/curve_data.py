@@ -117,11 +117,11 @@ class Picture:
     spark_out: Array | None = None
 
 
-def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
-    """Return the curves of a record; with its job, the curve of size and the limits are included."""
+def picture(record: GrindingRecord) -> Picture:
+    """Return the curves of a record."""
     strokes, parts = record.strokes, record.parts
     by_part = strokes.size > MOST_STROKES and parts.size >= MANY_PARTS
-    values = _of_parts(record, job) if by_part else _of_strokes(record, job)
+    values = _of_parts(record) if by_part else _of_strokes(record)
     count = parts.size if by_part else strokes.size
     most = MOST_GROUPS if by_part or count > MOST_STROKES else count
     size = math.ceil(count / most)
@@ -182,7 +182,7 @@ def sparks_out(record: GrindingRecord) -> Array:
     return found
 
 
-def depth_lag(record: GrindingRecord, job: Job) -> Array:
+def depth_lag(record: GrindingRecord) -> Array:
     """Return the lag of the mean ground depth behind the programmed depth after each stroke, um, shape (strokes,).
 
     At the end of a finished part the lag is the mean size error.
@@ -190,7 +190,7 @@ def depth_lag(record: GrindingRecord, job: Job) -> Array:
     # a program may come back to the part at a station
     order = np.argsort(record.strokes["part"], kind="stable")
     strokes = record.strokes[order]
-    ground = [job.of_part(number).part for number in record.parts["part"].tolist()]
+    ground = [record.job.of_part(number).part for number in record.parts["part"].tolist()]
     areas = np.array([part.width * part.length for part in ground])
     removed = strokes["ae"] * strokes["b"] * strokes["Lw"] / areas[strokes["part"] - 1]
     total = np.cumsum(removed)
@@ -205,44 +205,43 @@ def depth_lag(record: GrindingRecord, job: Job) -> Array:
     return found
 
 
-def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
+def _of_strokes(record: GrindingRecord) -> list[Curve]:
     strokes = record.strokes
     burn = np.where(strokes["ae"] >= SPARKING, strokes["burn_ratio"], np.nan)
     curves = [
         replace(_curve("programmed depth", "µm", BLUE, 1000.0 * strokes["Z"]), downwards=True),
         _curve("depth of cut", "µm", BLUE, 1000.0 * strokes["ae"]),
-        *_loads(strokes["power"], strokes["T"], burn, strokes["A"], strokes["Ra"], job),
+        *_loads(strokes["power"], strokes["T"], burn, strokes["A"], strokes["Ra"], record.job),
     ]
-    if job is not None and not strokes["groove"].any():
-        curves.append(_size("ground behind the program, mean", depth_lag(record, job), job))
+    if not strokes["groove"].any():
+        curves.append(_size("ground behind the program, mean", depth_lag(record), record.job))
     return curves
 
 
-def _of_parts(record: GrindingRecord, job: Job | None) -> list[Curve]:
+def _of_parts(record: GrindingRecord) -> list[Curve]:
     strokes, parts = record.strokes[np.argsort(record.strokes["part"], kind="stable")], record.parts
     firsts = np.searchsorted(strokes["part"], parts["part"])
     lasts = np.append(firsts[1:], strokes.size) - 1
-    curves = _loads(
+    loads = _loads(
         parts["peak_power"],
         np.maximum.reduceat(strokes["T"], firsts),
         np.maximum.reduceat(np.where(strokes["ae"] >= SPARKING, strokes["burn_ratio"], 0.0), firsts),
         strokes["A"][lasts],
         parts["Ra"],
-        job,
+        record.job,
         "highest ",
     )
-    if job is not None:
-        curves.append(_size("largest size error", parts["worst_error"], job))
-    return [*curves, _curve("wheel diameter lost", "mm", GREY, strokes["ds"][0] - strokes["ds"][lasts])]
+    size = _size("largest size error", parts["worst_error"], record.job)
+    return [*loads, size, _curve("wheel diameter lost", "mm", GREY, strokes["ds"][0] - strokes["ds"][lasts])]
 
 
 def _loads(
-    power: Array, rise: Array, burn: Array, flats: Array, roughness: Array, job: Job | None, which: str = ""
+    power: Array, rise: Array, burn: Array, flats: Array, roughness: Array, job: Job, which: str = ""
 ) -> list[Curve]:
-    limits = None if job is None else _common_limits(job)
+    limits = _common_limits(job)
 
     def limited(name: str, unit: str, form: str, scale: float = 1.0) -> tuple[Limit, ...]:
-        value = NO_LIMIT if limits is None else getattr(limits, name)
+        value = getattr(limits, name)
         return (Limit(scale * value, f"limit {scale * value:{form}} {unit}"),) if value > NO_LIMIT else ()
 
     return [

@@ -60,7 +60,6 @@ def _fitted(title: str, room: float) -> tuple[str, int]:
 
 
 def _draw_block(canvas: Canvas, box: Box, view: EpisodePicture, size: int) -> None:
-    """Draw the block, word by word, with E and D in the colours of their charts."""
     canvas.rectangle(box, ink.STRIP, radius=4.0)
     x, base = box.left + 12.0, 0.5 * (box.top + box.bottom) + 0.36 * size
     counter = f"block {view.number} of {view.extent.blocks}"

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curve_data import block_name
 
@@ -13,13 +12,13 @@ DEEP = 1e-6
 """mm; a depth that is short of the stock by less than this reaches it."""
 
 
-def explain(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
+def explain(cause: str, parts: Sequence[int], record: GrindingRecord) -> str:
     """Return where parts have exceeded a limit most, and what to do; empty if nothing more is known.
 
     Only parts with the same limits as the first one are considered. `cause` is a field of `Limits`.
     """
-    limits = job.of_part(parts[0]).limits
-    parts = [number for number in parts if job.of_part(number).limits == limits]
+    limits = record.job.of_part(parts[0]).limits
+    parts = [number for number in parts if record.job.of_part(number).limits == limits]
     rows = record.parts[np.isin(record.parts["part"], parts)]
     if cause == "power":
         unit = "% of the torque at which the spindle stalls"
@@ -32,8 +31,7 @@ def explain(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) 
     if cause == "size":
         worst = rows[np.argmax(np.abs(rows["worst_error"]))]
         return (
-            f"{worst['worst_error']:.1f} of {limits.size:g} µm, in the mean {shares(worst)}; "
-            f"{_for_size(worst, record, job)}"
+            f"{worst['worst_error']:.1f} of {limits.size:g} µm, in the mean {shares(worst)}; {_for_size(worst, record)}"
         )
     return ""
 
@@ -70,10 +68,11 @@ def _by_feeds(record: GrindingRecord, parts: Sequence[int]) -> bool:
     return not strokes["groove"].any() and not set(strokes["line"].tolist()) & record.cycles.keys()
 
 
-def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
+def _for_size(part: Any, record: GrindingRecord) -> str:
     """Return the remedy for the largest share of the size error, or for the taper if larger."""
+    job, strokes = record.job, record.strokes
     own = job.of_part(int(part["part"])).part
-    lines = set(record.strokes["line"][record.strokes["part"] == part["part"]].tolist()) if job.stations else None
+    lines = set(strokes["line"][strokes["part"] == part["part"]].tolist()) if job.stations else None
     cycles = (cycle for line, cycle in record.cycles.items() if lines is None or line in lines)
     depths = [own.surface - cycle.depth_target for cycle in cycles if cycle.plunges]
     late = "let every pick end before the wheel is back on the part, by a higher F or more overtravel"

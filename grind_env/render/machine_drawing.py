@@ -199,7 +199,6 @@ def _draw_wheel(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
 
 
 def _draw_sparks(canvas: Canvas, at: Point, spin: float) -> None:
-    """Draw sparks in the direction in which the wheel turns."""
     for k in range(SPARKS):
         phase = (0.37 * k + 3.1 * spin) % 1.0
         angle = math.radians(2.0 + 24.0 * k / SPARKS)

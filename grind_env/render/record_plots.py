@@ -5,18 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.message_text import shortened
 from grind_env.render import curve_data
-from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
+from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.record_tables import totals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["PlotError", "draw_panels", "draw_record", "plot_record"]
 
 MOST_LABELS = 14
 """Most labels of blocks, parts or dresses; of more than these every k-th is labelled."""
@@ -34,7 +31,7 @@ LONGEST_TITLE = 90
 """Most characters of a title, which must fit the width of the picture."""
 
 
-def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
+def plot_record(record: GrindingRecord, path: str | Path, title: str) -> None:
     """Write the picture of `draw_record` to a .png, .svg or .pdf file; arguments as there.
 
     Raises:
@@ -43,10 +40,10 @@ def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None
         FileError: the folder does not exist or cannot be written to.
     """
     check_format(path)
-    write_figure(draw_record(record, job, title), path)
+    write_figure(draw_record(record, title), path)
 
 
-def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "") -> "Figure":
+def draw_record(record: GrindingRecord, title: str) -> "Figure":
     """Draw depth, power, heat, wheel, roughness and size of a run, a panel each.
 
     Strokes are drawn one by one, with marks for blocks, parts, dresses and spark-out. Many strokes are drawn as bands
@@ -54,13 +51,12 @@ def draw_record(record: GrindingRecord, job: Job | None = None, title: str = "")
 
     Args:
         record: record of `machine.grind`.
-        job: job of the run; with it size and limits are drawn.
         title: title, such as the name of the program.
 
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    shown = curve_data.picture(record, job)
+    shown = curve_data.picture(record)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
     draw_panels(shown, figure, 9.0)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
@@ -105,7 +101,6 @@ def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture
 
 
 def _wrapped(title: str, unit: str) -> str:
-    """Return a heading on two or three short lines."""
     lines = [""]
     for word in (title if unit == "-" else f"{title}, {unit}").split():
         if len(lines[-1]) + len(word) > 13 and lines[-1]:
@@ -143,7 +138,6 @@ def _mark_pauses(axes: "Axes", shown: curve_data.Picture) -> None:
 
 
 def _name_blocks(axes: "Axes", shown: curve_data.Picture) -> None:
-    """Number the parts and the blocks above the topmost panel."""
     if len(shown.parts) > 1:
         _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
     _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)

@@ -113,7 +113,7 @@ class Fault(NamedTuple):
     """Place, amount and the word to change; empty if nothing more is known."""
 
 
-def part_table(record: GrindingRecord, job: Job) -> PartTable:
+def part_table(record: GrindingRecord) -> PartTable:
     """Return the table of the parts; successive equal rows are one row."""
     columns = {
         name: column
@@ -132,26 +132,26 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
         del cells["highest_rise"], headings["highest_rise"]
     else:
         headings["rise"] = LAST_STAGE
-    if job.stations:
-        names = [printable(job.station_of(number)) for number in record.parts["part"].tolist()]
+    if record.job.stations:
+        names = [printable(record.job.station_of(number)) for number in record.parts["part"].tolist()]
         cells = {"part": cells["part"], STATION: names, **cells}
         headings = {"part": headings["part"], STATION: STATION, **headings}
-    return PartTable(tuple(headings), tuple(headings.values()), _joined(record, job, cells))
+    return PartTable(tuple(headings), tuple(headings.values()), _joined(record, cells))
 
 
-def faults(record: GrindingRecord, job: Job) -> list[Fault]:
+def faults(record: GrindingRecord) -> list[Fault]:
     """Return the limits that parts exceed, and other causes why parts are not good."""
     bad: dict[str, list[int]] = {}
     for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
-        for words in cause_words(causes_of(part, job), stages, unjudged_part):
+        for words in cause_words(causes_of(part, record.job), stages, unjudged_part):
             bad.setdefault(words, []).append(int(part["part"]))
     unjudged = _unjudged(record)
     found = []
     for words, numbers in bad.items():
         limit = words if words in unjudged else SENTENCES.get(words, f"beyond the limit of {words}")
         cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
-        sentence = f"{limit}: {parts_text(numbers, job)}"
-        found.append(Fault(sentence, unjudged.get(words) or explain(cause, numbers, record, job)))
+        sentence = f"{limit}: {parts_text(numbers, record.job)}"
+        found.append(Fault(sentence, unjudged.get(words) or explain(cause, numbers, record)))
     return found
 
 
@@ -167,11 +167,11 @@ def _unjudged(record: GrindingRecord) -> dict[str, str]:
     return {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
 
 
-def print_record(record: GrindingRecord, job: Job, title: str, console: "Console") -> None:
+def print_record(record: GrindingRecord, title: str, console: "Console") -> None:
     """Print a row per part or group of equal parts, exceeded limits in red; then all sentences."""
     from rich.text import Text
 
-    parts = part_table(record, job)
+    parts, job = part_table(record), record.job
     where = ("" if job.uncertainty else ", not calibrated") + (f", on {job.plant}" if job.plant else "")
     console.print(Text(printable(f"{title}{where}"), "italic"), soft_wrap=True)
     rows = [row.cells(parts.fields) for row in parts.rows]
@@ -185,7 +185,7 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     console.print()
     console.print(totals(record), highlight=False)
     console.print(Text(_size(record)), soft_wrap=True)
-    for fault in faults(record, job):
+    for fault in faults(record):
         console.print(Text(printable(fault.sentence), "red"), soft_wrap=True)
         if fault.why:
             console.print(Text(printable(f"  {fault.why}"), "red"), soft_wrap=True)
@@ -193,13 +193,12 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         console.print(Text(printable(f"warning: {warning}"), "yellow"), soft_wrap=True)
 
 
-def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
-    """Return the rows of a table, with successive equal rows joined."""
+def _joined(record: GrindingRecord, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
     rows: list[PartsRow] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
         scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes_of(part, job)})
+        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes_of(part, record.job)})
         if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
@@ -208,7 +207,6 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
 
 
 def _size(record: GrindingRecord) -> str:
-    """Return a sentence with the largest size error of a part, and its shares."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
     whose = f" of {parts_text([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
@@ -257,7 +255,7 @@ def not_judged(found: Sequence[Unjudged]) -> str:
     return f"not judged ({list_lines(line for each in found for line in each.lines)})"
 
 
-def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
+def as_data(record: GrindingRecord, title: str) -> dict[str, Any]:
     """Return the record without strokes, in JSON types; names and units as in `record.PART_ROW` and `DRESS_ROW`.
 
     `plant` is the machine if it differs from the model. `cycles` are the executions of blocks
@@ -265,7 +263,7 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     stations, the name of its `station`. `reasons` says for each word in `beyond` where parts have exceeded the limit
     most, and what to do.
     """
-    bad: dict[str, list[int]] = {}
+    bad, job = dict[str, list[int]](), record.job
     for part, unjudged in zip(record.parts, record.unjudged, strict=True):
         for cause in () if unjudged else causes_of(part, job):
             bad.setdefault(cause, []).append(int(part["part"]))
@@ -284,14 +282,11 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         ],
         "cycles": _rows(record.executions),
         "dresses": _rows(record.dresses),
-        "reasons": {
-            CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := explain(cause, numbers, record, job))
-        }
+        "reasons": {CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := explain(cause, numbers, record))}
         | _unjudged(record),
         "warnings": list(record.warnings),
     }
 
 
 def _rows(table: Array) -> list[dict[str, Any]]:
-    """Return a table of a record as JSON objects."""
     return [dict(zip(table.dtype.names or (), row, strict=True)) for row in table.tolist()]

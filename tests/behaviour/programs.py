@@ -161,4 +161,4 @@ def ground_with(path: Path, settings: Mapping[str, Any]) -> Tables:
     record = grind(read_file(path), job, control=replace(job.control, **settings))
     names = record.strokes.dtype.names or ()
     strokes = [dict(zip(names, row, strict=True)) for row in record.strokes.tolist()]
-    return {"result": table([dict(flat("", as_data(record, job, path.name)))]), "strokes": table(strokes)}
+    return {"result": table([dict(flat("", as_data(record, path.name)))]), "strokes": table(strokes)}

@@ -39,7 +39,7 @@ from tests.command import status
 MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
 SOURCES = Path(grind_env.control.__file__).parent
 FAULTS = (ControlError, CompensationFault, ImpossibleArc, FormulaFault, FunctionFault, VariableFault)
-MAKERS = {*(fault.__name__ for fault in FAULTS), "error", "_error"}
+MAKERS = {*(fault.__name__ for fault in FAULTS), "error"}
 """Names of the functions that make an error."""
 
 Site = tuple[str, int]

@@ -142,11 +142,6 @@ def test_a_line_that_restores_every_default_is_legal() -> None:
     assert ends("G00 G07 G18 G39 G40 G54 G71 G90 G94 G97 S1910 X1.") == [(1.0, 0.0, 0.0)]
 
 
-@pytest.mark.parametrize("code", ["G20", "G21"])
-def test_g20_and_g21_are_refused_with_the_codes_of_this_control(code: str) -> None:
-    assert "G70 is inch and G71 metric" in refusal(f"{code} G00 X1.").message
-
-
 def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:
     (tmp_path / "part.nc").write_text("M98 P77\nM30\nO79\nG00 X9.\nM99")
     (tmp_path / "O77.nc").write_text("O77\nM98 P78\nM98 P79\nM99\nO78\nG00 X8.\nM99\nO79\nX-\nM99")

@@ -12,7 +12,6 @@ from grind_env.control.groove_cycles import GroovePlan, divided, groove_legs, gr
 from grind_env.control.modal_state import Modes
 from grind_env.control.numbers import NumberFormat
 from tests.control.harness import ends, motions
-from tests.control.harness import refusal as refused
 
 FEED = Modes(feed=0.1)
 LETTERS = "XYZ"
@@ -183,11 +182,6 @@ def test_the_retract_is_a_setting_of_the_control() -> None:
     found = ends("G71 G94 G18 G00 X12. Z-30.\nG77 X0. I5. D.2 F90.\nM30", groove_retract=0.25)
     assert [end[0] for end in found] == [12.0, 7.0, 7.25, 2.0, 2.25, 0.0, 0.0, 12.0]
     assert found[-1] == (12.0, 0.0, -29.8)
-
-
-def test_a_groove_beside_reciprocation_is_refused() -> None:
-    error = refused("G71 G94 G19 G81 X200. E8000.\nG77 Z5. J2. K1. D0 F90.\nM30")
-    assert (error.name, error.line) == ("axis-conflict", 2)
 
 
 # --- errors ---------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.loops.strip_stroke import strips_of
 from grind_env.machine.loops.table_speed import pace_of
 from grind_env.machine.loops.zone_layout import strip_zones
-from grind_env.machine.part.stroke_record import WHEEL_FIELDS
+from grind_env.machine.part.stroke_record import WheelSeen
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.process_interface import PROCESS
 from tests.envs.harness import whole_tape
@@ -98,7 +98,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(
     for name, column in (found | {"size_error": "worst_error"}).items():
         assert parts[column] == pytest.approx([getattr(each, name) for each in env.outcomes], rel=1e-9, abs=1e-9), name
     wheel = env.episodes.wheel(0)
-    for name in WHEEL_FIELDS:
+    for name in WheelSeen._fields:
         assert getattr(wheel, name) == pytest.approx(record.strokes[name][-1], rel=1e-9), name
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
 

@@ -119,7 +119,7 @@ def test_a_table_of_very_many_rows_is_shortened(capsys: pytest.CaptureFixture[st
     parts = np.repeat(one.parts, 1000)
     parts["part"], parts["seconds"] = np.arange(1, 1001), np.arange(1000.0)
     many = replace(one, parts=parts, stages=one.stages * 1000, unjudged=one.unjudged * 1000)
-    print_record(many, settings, "many.nc", Console())
+    print_record(many, "many.nc", Console())
     out = capsys.readouterr().out
     assert "... 940 more rows, which --json has" in out
     assert len(out.splitlines()) < 75 + 8  # table of blocks, and the dress
@@ -235,7 +235,7 @@ def test_help_names_the_pages_that_explain_stops_dresses_and_columns(capsys: pyt
     said = " ".join((shop.read_text(encoding="utf-8") + job.read_text(encoding="utf-8")).split())
     for words in (
         "after each M00",
-        "At M01 the operator gauges",
+        "At M01 the simulated operator gauges",
         "[[part.stages]]",
         "a dress program called by M98",
     ):

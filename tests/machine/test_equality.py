@@ -23,7 +23,7 @@ from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS
 from grind_env.machine.loops.table_speed import pace_of
-from grind_env.machine.part.stroke_record import WHEEL_FIELDS
+from grind_env.machine.part.stroke_record import WheelSeen
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.stroke_types import StrokeParameters, WheelState
@@ -244,7 +244,7 @@ def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     assert_same_times(case, record)
     assert_same_plunges(case, record, batch.result)
     if n not in places:  # otherwise a dress follows the last stroke
-        for name in WHEEL_FIELDS:
+        for name in WheelSeen._fields:
             assert_close(record.strokes[name][-1], batch.wheel[name], name)
 
     part = record.parts[0]

@@ -121,7 +121,7 @@ def test_a_failed_stage_is_named_as_the_cause_of_scrap() -> None:
     record = run(TWO, refused)
     assert cause_words(causes_of(record.parts[0], refused), record.stages[0]) == ["Ra in stage 1"]
     out = io.StringIO()
-    print_record(record, refused, "two.nc", Console(file=out))
+    print_record(record, "two.nc", Console(file=out))
     assert "beyond the limit of Ra in stage 1: part 1\n" in out.getvalue()
 
 

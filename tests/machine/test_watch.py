@@ -225,7 +225,7 @@ def test_advice_for_a_deep_feed_pass_is_about_its_depth_and_F() -> None:
     machine = replace(CATALOGUE.machine("default"), power_limit=2000.0)
     shop = job(stock=0.5, tolerance=20.0, roughness_limit=0.1, setup={"machine": machine})
     record = run(f"{HEAD}G01 Y-0.5 F500.\nX230. F600.\nG00 Y20.\nM30\n", shop)
-    said = {cause: explain(cause, [1], record, shop) for cause in ("power", "rise", "roughness", "size")}
+    said = {cause: explain(cause, [1], record) for cause in ("power", "rise", "roughness", "size")}
     assert said["power"].startswith("line 4: ") and said["power"].endswith("; go less deep or lower F")
     assert said["rise"].endswith("; go less deep or lower F, or dress before")
     assert said["roughness"].endswith("; dress finer, lower F, or add strokes at full depth")

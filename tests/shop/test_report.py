@@ -172,7 +172,7 @@ def test_the_picture_of_a_run_has_a_mark_for_every_value() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     record = grind(read_file(EXAMPLES / "plate_g82.nc"), job)
     marks = re.findall(r'<use [^>]*x="([^"]*)" y="([^"]*)" style="fill: var\(--(\w+)\)"', page_of("plate_g82"))
-    curves = [curve for curve in picture(record, job).curves if not curve.downwards]
+    curves = [curve for curve in picture(record).curves if not curve.downwards]
     for color, name in ((RED, "red"), (ORANGE, "orange"), (GREY, "grey")):
         drawn = np.array([(float(x), float(y)) for x, y, found in marks if found == name])
         (curve,) = [each for each in curves if each.color == color]

@@ -20,7 +20,7 @@ from grind_env.control.compensation.entry_exit import entry, exit_junction
 from grind_env.control.compensation.geometry import NEGLIGIBLE_LENGTH, Element, Offset, PathArc, PathSegment, Point
 from grind_env.control.compensation.gouging import GougeCheck
 from grind_env.control.control_settings import Control
-from grind_env.control.errors import ControlError, Place
+from grind_env.control.errors import Place
 from grind_env.control.events import Position, placed
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Prospect
 from grind_env.control.modes import PLANES
@@ -140,7 +140,8 @@ class Compensation:
             share = feed_share(element, before, self.control.minimum_feed_reduction)
         except CompensationFault as fault:
             own = command.block.place if fault.element is element else place
-            raise _error(fault, own if fault.name == TOO_SMALL else place, own) from None
+            at = own if fault.name == TOO_SMALL else place
+            raise at.error(fault.name, f"{fault.subject}{_seen_from(at, own)} {fault.predicate}") from None
         if self.detect and command.action != "G00":
             self._refuse_gouging(command, path, element, (*run, *generated), before.radius)
         self.programmed = path.end
@@ -244,10 +245,6 @@ def _require_line(command: Command, path: Path, move: str) -> None:
         raise command.error(
             "block-format", f"{command.action} is the {move} move of the radius compensation; it must be G00 or G01"
         )
-
-
-def _error(fault: CompensationFault, place: Place, own: Place) -> ControlError:
-    return place.error(fault.name, f"{fault.subject}{_seen_from(place, own)} {fault.predicate}")
 
 
 def _seen_from(place: Place, own: Place) -> str:

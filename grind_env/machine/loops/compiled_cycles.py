@@ -45,9 +45,9 @@ def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> CycleKerne
         finished=inlined_rule(rules.finished),
         depth=_picked_depth,
         edge=_fixed_edge if rules.cross is None else _crossed_edge(rules.cross),
-        lost=_never,
+        lost=never,
         find=_as_it_is,
-        gauged=_never,
+        gauged=never,
     )
 
 
@@ -74,7 +74,8 @@ def _crossed_edge(rule: Callable[[Any, float, float], float]) -> Callable[[Strok
 
 
 @inlined
-def _never(progress: Any) -> bool:
+def never(numbers: Any) -> bool:
+    """Return False, for cycles in which something never happens."""
     return False
 
 

@@ -111,6 +111,15 @@ def is_under(zone: Zone, place: Place) -> bool:
     return (place.edge <= zone.centre) & (zone.centre < place.end)
 
 
+@inlined
+def deepest_zone(surfaces: Array, i: int) -> float:
+    """Return the depth of the deepest stroke on machine i, mm; `surfaces` has shape (N, zones, fields of `Zone`)."""
+    deepest = 0.0
+    for number in range(surfaces.shape[1]):
+        deepest = max(deepest, read_zone(surfaces[i], number).reached)
+    return deepest
+
+
 def zoned_surface(buffer: Buffer) -> SurfaceLanes:
     """Return the functions for surfaces in zones; their table has shape (N, zones, fields of `Zone`).
 
@@ -144,10 +153,7 @@ def zoned_surface(buffer: Buffer) -> SurfaceLanes:
 
     @inlined
     def begin(surfaces: Array, i: int) -> PartState:
-        deepest = 0.0
-        for number in range(surfaces.shape[1]):
-            deepest = max(deepest, read_zone(surfaces[i], number).reached)
-        return PartState(Z=deepest, S=0.0, Rs=0.0, S_step=0.0, Rs_step=0.0)
+        return PartState(Z=deepest_zone(surfaces, i), S=0.0, Rs=0.0, S_step=0.0, Rs_step=0.0)
 
     @inlined
     def load(rows: Array, lane: int, surfaces: Array, i: int) -> None:

@@ -50,9 +50,6 @@ class WheelSeen(NamedTuple):
     W: float
 
 
-WHEEL_FIELDS = WheelSeen._fields
-"""Fields of `WheelState` that a stroke row shows, as the stroke or infeed leaves them."""
-
 STROKE_ROW = np.dtype(
     [
         ("part", np.int64),  # 1, 2, ...
@@ -66,7 +63,7 @@ STROKE_ROW = np.dtype(
 )
 
 
-NUMBERS_FROM = len(STROKE_ROW.names or ()) - len(TableStroke._fields) - len(StrokeResult._fields) - len(WHEEL_FIELDS)
+NUMBERS_FROM = (STROKE_ROW.names or ()).index(TableStroke._fields[0])
 """First column of `TableStroke` in a table of strokes; `StrokeResult` and `WheelSeen` follow."""
 
 

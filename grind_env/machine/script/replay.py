@@ -10,12 +10,13 @@ from grind_env.control.cycle_formulas import DEPTH_TOLERANCE
 from grind_env.control.cycles import RULES, Rules
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.row_accessors import column_reader, column_writer, replacer
-from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS, CycleKernel
+from grind_env.machine.loops.compiled_cycles import CYCLE_KERNELS, CycleKernel, never
 from grind_env.machine.loops.compiled_motion import motion_time
 from grind_env.machine.loops.concurrent_strokes import FEED, FULL, Feeding, deepest_pick
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.machine_lanes import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.row_io import RULES_FROM, read_part, read_zone, write_stroking
+from grind_env.machine.loops.part_surfaces import deepest_zone
+from grind_env.machine.loops.row_io import RULES_FROM, read_part, write_stroking
 from grind_env.machine.loops.stroke_loops import Loops, loops_of, zoned_loops_of
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.machine.loops.table_speed import pace_of
@@ -95,21 +96,15 @@ def deepest_plunge(plan: Any) -> float:
 
 
 @inlined
-def first_travel_of(row: BlockRow, speed: float, travel: float) -> float:
-    """Return the time of the first stroke of a block at `speed`, mm/s; every other stroke takes `travel`; both s."""
+def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, place: BlockPlace) -> tuple[Stroking, float, float]:
+    """Return the strokes of a block with chosen settings, and the time of its first stroke and of the others, s."""
+    speed, dwell = place.share * settings.E / 60.0, place.dwell
+    travel = motion_time(row.stroke_length, speed, row.acceleration)
     first = travel
     if row.first_length != row.stroke_length:
         first = motion_time(row.first_length, speed, row.acceleration)
-    return first
-
-
-@inlined
-def stroking_of(
-    row: BlockRow, plan: Any, settings: BlockSettings, speed: float, first: float, travel: float, dwell: float
-) -> Stroking:
-    """Return the strokes of a block with chosen settings; `first`, `travel` and `dwell` are times of the table, s."""
     pace = pace_of(speed, row.stroke_length, row.length, row.off, row.acceleration)
-    return Stroking(
+    stroking = Stroking(
         speed=pace.speed,
         slow=pace.slow,
         slow_share=pace.slow_share,
@@ -131,6 +126,7 @@ def stroking_of(
         cross_start=row.cross_start,
         cross_end=row.cross_end,
     )
+    return stroking, first, travel
 
 
 @inlined
@@ -181,7 +177,7 @@ def _writer(codes: Sequence[str]) -> Callable[..., bool]:
 
 def _ends_across(rules: Rules, course: CycleKernel) -> Callable[[Any], bool]:
     if rules.cross is None:
-        return _never
+        return never
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     cross, narrowed = inlined_rule(rules.cross), replacer(course.cycle, "width")
 
@@ -195,11 +191,6 @@ def _ends_across(rules: Rules, course: CycleKernel) -> Callable[[Any], bool]:
         return cycle.width > 0.0 and cross(progress, 0.0, 1.0) > 0.0
 
     return ends_across
-
-
-@inlined
-def _never(cycle: Any) -> bool:
-    return False
 
 
 @inlined
@@ -263,20 +254,15 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
                 places[i, PICK] = max(
                     min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i)
                 )
-            speed = here.share * chosen.E / 60.0
-            travel = motion_time(row.stroke_length, speed, row.acceleration)
-            first = first_travel_of(row, speed, travel)
-            write_stroking(cycles, i, stroking_of(row, plan, chosen, speed, first, travel, here.dwell))
+            stroking, _, _ = stroking_of(row, plan, chosen, here)
+            write_stroking(cycles, i, stroking)
             asked = here.across >= 0.0
             places[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, asked, cycles, i) else 0.0
         grind_cycles(script, active, wheels, surfaces, tallies)
         for i in active:
             if places[i, MOTION] >= 0.0:
                 row, plan, chosen, here = chosen_block(script, i)
-                speed, before = here.share * chosen.E / 60.0, deepest(surfaces, i)
-                travel = motion_time(row.stroke_length, speed, row.acceleration)
-                first = first_travel_of(row, speed, travel)
-                stroking = stroking_of(row, plan, chosen, speed, first, travel, here.dwell)
+                before, (stroking, first, travel) = deepest(surfaces, i), stroking_of(row, plan, chosen, here)
                 cycle = feeding_of(row, plan, first, travel, here.dwell, tallies[i, STROKES])
                 most, reached = here.pick, row.bottom
                 if most < 0.0 or row.cycle != NO_CYCLE:
@@ -303,14 +289,6 @@ def _deepest_covered(surfaces: Any, i: int) -> float:
     return part.Z
 
 
-@inlined
-def _deepest_zoned(surfaces: Any, i: int) -> float:
-    reached = 0.0
-    for number in range(surfaces.shape[1]):
-        reached = max(reached, read_zone(surfaces[i], number).reached)
-    return reached
-
-
 @functools.cache
 def covered_blocks_of(process: Process) -> Callable[..., None]:
     """Return the run of blocks on parts that the wheel covers, in cycles that do not cross."""
@@ -323,4 +301,4 @@ def covered_blocks_of(process: Process) -> Callable[..., None]:
 def zoned_blocks_of(process: Process) -> Callable[..., None]:
     """Return the run of blocks on parts in zones, in all cycles."""
     loops = {code: zoned_loops_of(course, process) for code, course in CYCLE_KERNELS.items()}
-    return blocks_of(loops, zoned_loops_of(FEED, process), _deepest_zoned)
+    return blocks_of(loops, zoned_loops_of(FEED, process), deepest_zone)

@@ -297,15 +297,14 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
     jobs, blocks = list(jobs_of(script.job, script.blocks)), dict[Part, list[int]]()
     for number, job in enumerate(jobs):
         blocks.setdefault(job.part, []).append(number)
-    found: list[Any] = [None] * len(rows)
-    for numbers in blocks.values():
-        zones = _zones_of(jobs[numbers[0]], [script.blocks[k] for k in numbers], [rows[k] for k in numbers])
-        for k in numbers:
-            found[k] = zones
-    if len({len(zones) for zones in found}) > 1:
+    zones = {
+        part: _zones_of(jobs[numbers[0]], [script.blocks[k] for k in numbers], [rows[k] for k in numbers])
+        for part, numbers in blocks.items()
+    }
+    if len({len(each) for each in zones.values()}) > 1:
         reason = "the parts at its stations are ground in unlike numbers of strips"
         raise script_error(script.programs, 0, reason)
-    return np.stack(found, axis=1)
+    return np.stack([zones[job.part] for job in jobs], axis=1)
 
 
 def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow]) -> Array:

@@ -53,12 +53,12 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         MissingExtra: as in `page`.
     """
     blocks = block_rows(record)
-    shown = picture(record, job)
+    shown = picture(record)
     bands = " Bands go from the lowest to the highest value." if shown.banded else ""
     marks = " Orange lines are dresses, shaded strokes spark out, dotted lines set the blocks off."
     caption = f"Over every {shown.axis} of the run.{bands}{marks if shown.spans else ''}"
     sections = [
-        document.Section("Verdict", [_verdict(record, job)]),
+        document.Section("Verdict", [_verdict(record)]),
         document.Section("Margin to the limits", [_margins(record, job)]),
         document.Section("Blocks", [_blocks(blocks)]),
         document.Section(
@@ -66,7 +66,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
             [document.table(table_of(COMPARED, compared_blocks(record), left=1).shortened(MOST_ROWS), MEANING)],
         ),
         document.Section("Run", [document.figure(shown, caption)]),
-        document.Section("Parts", _parts(record, job)),
+        document.Section("Parts", _parts(record)),
         document.Section("Dresses and wheel", _dresses(record, job)),
         document.Section("Cost", [_cost(record)]),
         document.Section("Warnings", [_warnings(record, programs)]),
@@ -77,7 +77,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
     return document.page(f"{document.TITLE}{programs.name}", sections, revised)
 
 
-def _verdict(record: GrindingRecord, job: Job) -> "Markup":
+def _verdict(record: GrindingRecord) -> "Markup":
     survival = record.parts["survival"]
     scrap, risky = int((survival < SCRAP_BELOW).sum()), int((survival < SAFE).sum())
     unjudged = sum(map(bool, record.unjudged))
@@ -91,7 +91,7 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     }[level]
     if unjudged:
         headline = f"{unjudged} of {count} parts are not judged." if count > 1 else "The part is not judged."
-    found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record, job)]
+    found = [f"{fault.sentence}{f': {fault.why}' if fault.why else ''}" for fault in faults(record)]
     warnings = len(record.warnings)
     warned = [f"{warnings} warning{'s' * (warnings > 1)}, listed below."] if warnings else []
     return document.verdict(level, headline, [totals(record), *found, *warned])
@@ -177,8 +177,8 @@ def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
     return document.table(table_of([*blocks[0].cells], rows, left=2).shortened(MOST_ROWS), caption)
 
 
-def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
-    found = part_table(record, job)
+def _parts(record: GrindingRecord) -> "list[Markup]":
+    found = part_table(record)
     every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
     whole = document.table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
     if len(every.rows) <= MOST_ROWS:
