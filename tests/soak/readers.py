@@ -230,7 +230,7 @@ def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
         "tuned.toml": folder / "tuned" / "oracle6.toml",
         "policy.safetensors": agent,
         "measured.safetensors": agent,
-        "study.csv": results / "dress_study" / "oracle6.csv",
+        "study.csv": results / "dress_study" / "rush.csv",
         PARQUET: results / PARQUET,
     }
     for name, path in copies.items():
