@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from grind_env.machine.job import JobError
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast_comparison import ComparedReading, Shadow
@@ -34,13 +35,15 @@ def test_advice_is_never_faster_than_the_table_of_the_machine(tmp_path: Path) ->
     program.write_bytes(PLATE.read_bytes())
     program.with_suffix(".toml").write_text(PLATE.with_suffix(".toml").read_text().replace("[setup]", slow))
     simulation: Any = batch(program, 2).simulation()
-    assert simulation.task.action.speed_ends == (3000.0, 16_000.0)
     adviser, speeds = Adviser(simulation, policy_for(None, simulation)), []
     for _ in range(4):
         assert adviser.advice is not None
         speeds.append(adviser.advice.speed)
         adviser.take(readings_of({"mean_power": 500.0, "peak_power": 600.0}, "here"))
-    assert max(speeds) == 16_000.0
+    assert max(speeds) == simulation.task.action.speed_ends[1] == 16_000.0
+    program.with_suffix(".toml").write_text(program.with_suffix(".toml").read_text().replace("= 16000", "= 900"))
+    with pytest.raises(JobError, match=r"maximum_table_speed of .* is 900, .*: raise it"):
+        batch(program, 2).simulation()
 
 
 def test_a_shadow_compares_its_forecasts_with_the_readings_of_an_operator(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, 
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.envs.tasks.tables import USUAL_SPEEDS
-from grind_env.machine.job import Job, Part
+from grind_env.machine.job import Job, JobError, Part
 
 SEEN = (
     *("mean_power", "first_power", "peak_power", "last_speed", "last_executions", "last_pick", "size_error"),
@@ -56,10 +56,13 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
 
 
 def action_of(job: Job) -> ActionRange:
-    """Return the usual table speeds that the machine of a job can reach, and D up to 3: more was never worthwhile."""
+    """Return the usual E that the table reaches, above 1000 mm/min (else a JobError), and D up to 3: more never paid."""
     slow, fast = USUAL_SPEEDS
     fastest = min(fast, job.setup.machine.maximum_table_speed)
-    return ActionRange(executions=3, speed_range=(min(slow, 0.5 * fastest), fastest))
+    if fastest <= 1000.0:
+        name = job.setup.machine.name
+        raise JobError(f"maximum_table_speed of {name!r} is {fastest:g}, but E is chosen above 1000 mm/min: raise it")
+    return ActionRange(executions=3, speed_range=(min(slow, max(1000.0, 0.5 * fastest)), fastest))
 
 
 def job_task(name: str, job: Job, spread: float, file: str) -> Task:
