@@ -56,7 +56,7 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
 
 
 def action_of(job: Job) -> ActionRange:
-    """Return the usual E that the table reaches, above 1000 mm/min (else a JobError), and D up to 3: more never paid."""
+    """Return the usual E that the table reaches, above 1000 mm/min (else JobError), and D up to 3: more never paid."""
     slow, fast = USUAL_SPEEDS
     fastest = min(fast, job.setup.machine.maximum_table_speed)
     if fastest <= 1000.0:
