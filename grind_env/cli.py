@@ -34,9 +34,9 @@ class GrindCommands(HelpfulGroup):
 
     groups: ClassVar = {
         "Run": "check trace run report",
-        "Improve": "sweep optimise calibrate train",
+        "Improve": "sweep optimise calibrate",
         "At the machine": "advise",
-        "Learn": "evaluate verify play tasks",
+        "Learn": "train evaluate verify play tasks",
         "Reference": "init job catalogue facts figure warm-up doctor",
     }
 

@@ -58,7 +58,7 @@ def evaluate(
     split: Split = "all",
     first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds, instead of --seeds.")] = None,
     plant: Plant = None,
-    model: Annotated[str | None, typer.Option(help="Machine that planners assume; default the simulator.")] = None,
+    model: Annotated[str | None, typer.Option(help="Machine that planners assume; default: model.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     other_part: OtherPart = False,
@@ -156,7 +156,7 @@ def _evaluate_core(
 def verify(
     row: Annotated[Path, typer.Argument(metavar="ROW", help="File that `grind evaluate --submit` wrote."), FILE],
     policy: Annotated[
-        str | None, typer.Option(help="Agent file or module:name of another's policy; its code is run."), FILE
+        str | None, typer.Option(help="Agent file or module:name of the row's policy; its code is run."), FILE
     ] = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Draw new episodes from this number of 20 or more digits.")

@@ -26,7 +26,7 @@ def benchmark(
     parts: Parts = 1,
     policies: Annotated[str | None, typer.Option(help="Rules and planners; default all.")] = None,
     kinds: Annotated[str | None, typer.Option(help="Agents such as robust; default ppo,plain_gru.")] = None,
-    seeds: Annotated[int | None, typer.Option(min=0, help="Agents of each kind; default 1.")] = None,
+    seeds: Annotated[int | None, typer.Option(min=0, help="Trainings of each kind of agent; default 1.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; default that of the kind.")] = None,
     episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {plan.EPISODES}.")] = None,
     interpolation_episodes: Annotated[
@@ -44,7 +44,7 @@ def benchmark(
     full: Annotated[bool, typer.Option("--full", help="Take the defaults of the published results.")] = False,
     fresh: Fresh = False,
     hours: Hours = False,
-    report: Annotated[bool, typer.Option("--report", help="Only rewrite figures and README from the results.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Train nothing: write figures and pages anew.")] = False,
 ) -> None:
     """Train agents and compare them with rules and planners.
 
