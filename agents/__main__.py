@@ -9,7 +9,7 @@ INTERRUPTED = 130
 def main() -> None:
     """Run the command; a user's mistake, or a file that cannot be written, gives one sentence and exit status 2."""
     try:
-        from agents.application import app
+        from agents.command_line import app
         from grind_env.command_exit import command
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)

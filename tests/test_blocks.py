@@ -10,7 +10,7 @@ import pytest
 from typer.main import get_command
 
 import grind_env
-from agents.application import app as agents
+from agents.command_line import app as agents
 from grind_env.shop.calibrate.column_names import read_map
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, get_args
 import pytest
 import typer.main
 
-from agents.application import app as agents
+from agents.command_line import app as agents
 from grind_env.cli import app as grind
 from grind_env.command_exit import command
 from grind_env.file_arguments import CONFIGS, FILE, JOB, PROBLEM, PROGRAM, Reads, Writes, checked, roles_of

@@ -8,7 +8,7 @@ import pytest
 import typer.main
 from typer import Context
 
-from agents.application import app as agents
+from agents.command_line import app as agents
 from grind_env.cli import app as grind
 from grind_env.command_exit import command
 from grind_env.command_help import RENAMED

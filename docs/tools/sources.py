@@ -17,7 +17,7 @@ from facts import facts_page
 from flow import flow
 from gallery import png, still
 
-from agents.application import app as agents_app
+from agents.command_line import app as agents_app
 from agents.dressing.table import COLUMNS, read_studies
 from grind_env.cli import app as grind_app
 from grind_env.data_table import table_of

@@ -12,7 +12,7 @@ import typer.main
 from PIL import Image
 
 from agents import __main__
-from agents.application import app
+from agents.command_line import app
 from agents.dressing import findings as dress_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned_parameters import read_tuned
@@ -93,7 +93,7 @@ def test_make_results_runs_every_command_that_writes_results(monkeypatch: pytest
 def test_help_loads_no_heavy_library():
     every = [*typer.main.get_command(app).commands]
     program = (
-        "import sys; from agents.application import app\n"
+        "import sys; from agents.command_line import app\n"
         f"for command in {[[], *([name] for name in every)]}:\n"
         "    app([*command, '--help'], prog_name='agents', standalone_mode=False)\n"
         f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from agents.application import app
 from agents.benchmark.replication_study import BEGINS as REPLICATIONS
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
+from agents.command_line import app
 from agents.commands.studies import COMMANDS, DRESSES
 from agents.csv_tables import check_tables
 from agents.evaluation_cache import RESULTS

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import grind_env
-from agents.application import app
+from agents.command_line import app
 from agents.tuning.rule_tuning import tunable, tune
 from agents.tuning.tunable_parameters import RULES, from_vector, vector_size
 from grind_env.policies.evaluation import episode_seeds, run_seeds

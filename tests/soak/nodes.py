@@ -17,8 +17,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
 
-from agents.application import app
 from agents.benchmark.results import COLUMNS, EPISODES, read_results
+from agents.command_line import app
 from agents.parallel_trials import _joined
 from agents.study import Study
 from tests.patience import wait_until

@@ -23,7 +23,7 @@ from grind_env.machine.part.feed_moves import FEED_WORD, speed_word
 from grind_env.machine.script import block_settings
 from grind_env.message_text import listed
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
-from grind_env.shop.optimise.dress_editing import DressText, DressTextError, dress_text
+from grind_env.shop.optimise.dress_program_editing import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.word_editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of
 from grind_env.shop.search_options import INTERVAL, OptionError, SearchOptions, whole_ends_of
 
