@@ -102,9 +102,9 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
         Column("room", lambda each: shown(each.room, False), right=True),
     )
     gains = [each.searched.value for each in found if each.searched is not None]
-    more = f"with {MORE_SEARCH.partition(AT)[2]} (`{MORE_SEARCH}`) its highest score in a task is"
-    improves = f"`hindsight` improves its plan in {hindsight.SWEEPS} rounds"
-    said = [f"{improves}; {more} {100.0 + max(gains):.1f}."] if gains else []
+    more = f"with {MORE_SEARCH.partition(AT)[2]} (`{MORE_SEARCH}`) it scores at most"
+    improves = f"`hindsight` improves its plan in {hindsight.SWEEPS} rounds. More rounds gain little"
+    said = [f"{improves}: {more} {100.0 + max(gains):.1f} in any task."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 
 

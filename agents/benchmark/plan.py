@@ -38,7 +38,7 @@ ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
     "reciprocation": ("plates with continuous infeed", "lot's dulling rate"),
     "wide_plates": ("plates, flat and to size", "lot's dulling rate"),
-    "wide_rails": ("two dependent cycles per rail", "lot's dulling rate"),
+    "wide_rails": ("rails, two cycles; first affects second", "lot's dulling rate"),
     "blades": ("blades that burn easily", "kind of wheel, age of coolant"),
     "rush": ("orders with due dates", "lot's dulling rate"),
     "job_shop": ("parts of three kinds", "lot's dulling rate"),

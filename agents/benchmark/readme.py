@@ -15,7 +15,7 @@ from grind_env.policies.registry import REFERENCE, TRAINED
 from grind_env.policies.tuned_parameters import ConfigError, write_whole
 
 README = ROOT / "README.md"
-BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
+BEGIN, END = "<!-- results -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
 CORE_BEGIN, CORE_END = "<!-- core tasks -->", "<!-- end of core tasks -->"
 ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)

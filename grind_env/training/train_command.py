@@ -54,7 +54,7 @@ def train(
 ) -> None:
     """Train an agent for a task or a part program in about two minutes.
 
-    The agent is trained on simulated machines with other physics than the model, and evaluated on others
+    The agent is trained on simulated machines whose physics differs from the model, and evaluated on others
     (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: the agent is not
     recommended.
     """

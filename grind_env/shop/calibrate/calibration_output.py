@@ -49,8 +49,8 @@ def meter_sentences(found: Calibration) -> list[str]:
     said = [] if idle is None else [f"Idle power {idle.mean:.0f} W ({idle.low:.0f} to {idle.high:.0f} W)."]
     if idle is not None and idle.written and idle.full is None:
         left = grinding_power(found.job, idle)
-        total = f"power_limit of the written file is {left + idle.mean:.0f} W: {left:.0f} W and the idle power"
-        said.append(f"{total}; if {left:.0f} W is the rating of the motor, write {left:.0f}.")
+        total = f"power_limit is written as {left + idle.mean:.0f} W: {left:.0f} W for grinding and the idle power"
+        said.append(f"{total}. If {left:.0f} W is the rating of the motor, write {left:.0f} into the file.")
     return said + [
         f"Scale of the {kind} meter: {value:.3f} ({low:.3f} to {high:.3f})."
         for kind, (value, low, high) in found.scales.items()

@@ -30,7 +30,7 @@ def calibrate(
     """Fit the process model to a power log or a table of settings.
 
     To use the written file, add it at the end of `files` in [catalogue] of the job. See docs/howto/calibrate.md.
-    Exit status 3: do not use the fit; the old catalogue predicts unseen parts better.
+    Exit status 3: do not use the fit; the old catalogue predicts left-out parts better.
     """
     from rich.console import Console
 
