@@ -15,15 +15,10 @@ class Evidence(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Basis:
-    """Source of a band.
+    """Source of a band."""
 
-    Attributes:
-        evidence: evidence for the numbers; this project's own if the source gives only the direction of a trend.
-        text: reference, or the name of a person.
-    """
-
-    evidence: Evidence
-    text: str
+    evidence: Evidence  #: evidence for the numbers; the project's own if the source gives only the direction of a trend
+    text: str  #: reference, or the name of a person
 
     def __str__(self) -> str:
         return f"{self.evidence.name.lower()}: {self.text}"

@@ -39,27 +39,16 @@ class Mean(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """Reference scores of one environment. Returns are mean episode returns, costs $ an episode.
+    """Reference scores of one environment. Returns are mean episode returns, costs $ an episode."""
 
-    Attributes:
-        zero: return, with no unit, that scores 0: the best fixed plan.
-        hundred: return, with no unit, that scores 100: the hindsight planner.
-        ratio: whether both costs are so close that `normalise` returns the cost relative to the fixed plan's instead.
-        fixed_plan: policy of `zero`.
-        best_scripted: best scripted policy on measurements.
-        J_fix: cost of the best fixed plan on all its episodes, $.
-        J_plan: cost of the planner, $.
-        returns: mean episode return, with no unit, by policy.
-    """
-
-    zero: float
-    hundred: float
-    ratio: bool
-    fixed_plan: str
-    best_scripted: str
-    J_fix: float
-    J_plan: float
-    returns: Mapping[str, Mean]
+    zero: float  #: return, with no unit, that scores 0: the best fixed plan
+    hundred: float  #: return, with no unit, that scores 100: the hindsight planner
+    ratio: bool  #: whether both costs are so close that `normalise` returns the cost relative to the fixed plan's
+    fixed_plan: str  #: policy of `zero`
+    best_scripted: str  #: best scripted policy on measurements
+    J_fix: float  #: cost of the best fixed plan on all its episodes, $
+    J_plan: float  #: cost of the planner, $
+    returns: Mapping[str, Mean]  #: mean episode return, with no unit, by policy
 
 
 def normalise(environment_id: str, episode_return: float) -> float:

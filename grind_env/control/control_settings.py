@@ -26,75 +26,49 @@ class Control:
     A method acts on the program that the control executes, from the next motion on. The tables hold the values at the
     start: G10 and the dresser change copies that last as long as the execution.
 
-    Attributes:
-        acceleration: acceleration of every axis, mm/s^2; linear ramps (PD-21).
-        rapid_feed: speed along the path of G00, mm/min.
-        maximum_feed: F and E above it are clamped to it (12-60), mm/min.
-        reversal_dwell: rest of the table at every reversal, s; part of the time of the stroke before it.
-        strokes: number of strokes of a G81 that still runs at the end of the text (ruling 11).
-        coverage_pass: whether a pass over the part at full depth precedes the L spark-out passes (PD-13).
-        block_delete: whether blocks that begin with ``/`` are skipped.
-        start: position of the axes X, Y, Z at the start, mm.
-        operator_dress_at: times at which the operator asks for a dress, s, ascending.
-        interrupts: program interrupts requested at given times, ascending.
-        block_budget: blocks and strokes, those of dress programs included, that a program may execute.
-        number_format: digits of lengths and feeds, and how missing zeros are read.
-        variables: values that ``#`` variables, local or common ones, have at the start; no unit of their own.
-        compensation_type: "A" or "B", the shape of entry and exit moves of the radius compensation.
-        radius: radius of the dresser or wheel before the first T word and for entries missing in `radii`, mm.
-        radii: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5).
-        lengths: length offsets by the last two digits of T, mm, added to the work origin.
-        entire_wheel: whether the radius replaces the X length offset (15-11).
-        non_motion_blocks: successive blocks without motion in the plane that compensation survives (15-20).
-        minimum_generated_block: generated blocks shorter on both axes are dropped, mm (mill manual 21-42).
-        minimum_feed_reduction: least share of F on inside arcs (12-55).
-        strict_entry_both_axes: whether an entry move must move both axes of the plane (15-12).
-        work_offsets: origins of G54 to G59.3 by their code, mm.
-        external_offset: shift of all work origins (11-10), mm.
-        reference_points: reference points of G28 or G30 P1, and of G30 P2 to P4, mm.
-        groove_retract: retract amount e of G76 and G77, mm; None for 0.5 mm, and 0.02 in while G70 is in force.
-        dress_amount: depth that one dress removes from the wheel radius of entry 33, mm.
-        minimum_radius: wheel radius below which the operator is warned, mm.
-        announce_cycles: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops.
-        announce_feeds: whether a `FeedAhead` comes before every G01 block without compensation, with the table at rest.
-        whole_cycles: whether an undisturbed G82 or G83 is one `CycleStrokes` instead of an event for every stroke and
-            pick. Auto-dresses are included: their program is executed until one execution has left the tables of the
-            control unchanged.
-
     Raises:
         ControlError: setting, a value outside its range.
     """
 
-    acceleration: float = 1000.0
-    rapid_feed: float = 20_000.0
-    maximum_feed: float = 60_000.0
-    reversal_dwell: float = 0.0
-    strokes: int = 10
-    coverage_pass: bool = True
-    block_delete: bool = False
-    start: Position = ORIGIN
-    operator_dress_at: tuple[float, ...] = ()
-    interrupts: tuple[Interrupt, ...] = ()
-    block_budget: int = BLOCK_BUDGET
-    number_format: NumberFormat = STANDARD
+    acceleration: float = 1000.0  #: acceleration of every axis, mm/s^2; linear ramps (PD-21)
+    rapid_feed: float = 20_000.0  #: speed along the path of G00, mm/min
+    maximum_feed: float = 60_000.0  #: F and E above it are clamped to it (12-60), mm/min
+    reversal_dwell: float = 0.0  #: rest of the table at every reversal, s; part of the time of the stroke before it
+    strokes: int = 10  #: number of strokes of a G81 that still runs at the end of the text (ruling 11)
+    coverage_pass: bool = True  #: whether a pass over the part at full depth precedes the L spark-out passes (PD-13)
+    block_delete: bool = False  #: whether blocks that begin with ``/`` are skipped
+    start: Position = ORIGIN  #: position of the axes X, Y, Z at the start, mm
+    operator_dress_at: tuple[float, ...] = ()  #: times at which the operator asks for a dress, s, ascending
+    interrupts: tuple[Interrupt, ...] = ()  #: program interrupts requested at given times, ascending
+    block_budget: int = BLOCK_BUDGET  #: blocks and strokes, dress programs included, that a program may execute
+    number_format: NumberFormat = STANDARD  #: digits of lengths and feeds, and how missing zeros are read
+    #: values that ``#`` variables, local or common ones, have at the start; no unit of their own
     variables: Mapping[int, float] = field(default_factory=dict)
-    compensation_type: str = "A"
-    radius: float = 0.0
+    compensation_type: str = "A"  #: "A" or "B", the shape of entry and exit moves of the radius compensation
+    radius: float = 0.0  #: radius of dresser or wheel before the first T word and for entries missing in `radii`, mm
+    #: radius table by the first two digits of T, mm; negative swaps the sides of G41 and G42 (15-5)
     radii: Mapping[int, float] = field(default_factory=dict)
+    #: length offsets by the last two digits of T, mm, added to the work origin
     lengths: Mapping[int, Position] = field(default_factory=dict)
-    entire_wheel: bool = False
-    non_motion_blocks: int = 2
-    minimum_generated_block: float = 0.0
-    minimum_feed_reduction: float = 0.1
-    strict_entry_both_axes: bool = False
-    work_offsets: Mapping[str, Position] = field(default_factory=dict)
-    external_offset: Position = ORIGIN
+    entire_wheel: bool = False  #: whether the radius replaces the X length offset (15-11)
+    non_motion_blocks: int = 2  #: successive blocks without motion in the plane that compensation survives (15-20)
+    minimum_generated_block: float = 0.0  #: generated blocks shorter on both axes are dropped, mm (mill manual 21-42)
+    minimum_feed_reduction: float = 0.1  #: least share of F on inside arcs (12-55)
+    strict_entry_both_axes: bool = False  #: whether an entry move must move both axes of the plane (15-12)
+    work_offsets: Mapping[str, Position] = field(default_factory=dict)  #: origins of G54 to G59.3 by their code, mm
+    external_offset: Position = ORIGIN  #: shift of all work origins (11-10), mm
+    #: reference points of G28 or G30 P1, and of G30 P2 to P4, mm
     reference_points: tuple[Position, Position, Position, Position] = (ORIGIN, ORIGIN, ORIGIN, ORIGIN)
-    groove_retract: float | None = None
-    dress_amount: float = 0.0
-    minimum_radius: float = 0.0
+    groove_retract: float | None = None  #: retract amount e of G76 and G77, mm; None for 0.5 mm, or 0.02 in under G70
+    dress_amount: float = 0.0  #: depth that one dress removes from the wheel radius of entry 33, mm
+    minimum_radius: float = 0.0  #: wheel radius below which the operator is warned, mm
+    #: whether a `CycleAhead` comes before every cycle block, and a `TableStop` where the table stops
     announce_cycles: bool = False
+    #: whether a `FeedAhead` comes before every G01 block without compensation, with the table at rest
     announce_feeds: bool = False
+    #: whether an undisturbed G82 or G83 is one `CycleStrokes` instead of an event for every stroke and pick.
+    #: Auto-dresses are included: their program is executed until one execution has left the tables of the control
+    #: unchanged.
     whole_cycles: bool = False
     panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 

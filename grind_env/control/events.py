@@ -43,56 +43,31 @@ class CyclePlan:
 
     Axes are 0 = X, 1 = Y, 2 = Z; coordinates are mm; picks are mm, positive, towards their target. A G81 has
     neither plunge nor cross axis and its picks are 0.
-
-    Attributes:
-        code: G81, G82 or G83; G01 for a feed move that `machine` takes as a stroke.
-        pre_dress: whether the code was programmed with ``.1``, so that a dress precedes the cycle.
-        axis: the reciprocating axis.
-        plunge_axis: None for G81.
-        cross_axis: None for G81 and G82.
-        primary: primary reversal point, mm.
-        secondary: secondary reversal point, mm.
-        plunge_start: position of the plunge axis before the cycle, mm.
-        depth_target: plunge depth (Y in G19) as a coordinate, mm.
-        primary_pick: J, plunge pick at the primary reversal, mm; in G83 at the cross start.
-        secondary_pick: Q, plunge pick at the secondary reversal, mm; in G83 at the crossover end.
-        cross_start: position of the cross axis before the cycle, mm.
-        cross_end: crossover (Z in G19) as a coordinate, mm.
-        primary_cross_pick: K, cross pick at the primary reversal, mm.
-        secondary_cross_pick: R, cross pick at the secondary reversal, mm.
-        spark_out: L, the number of spark-out passes.
-        pick_feed: F, mm/min.
-        feed: E, mm/min.
-        program: P, the dress program; None if none is known.
-        dresses: D, the auto-dress executions.
-        block: N word of the cycle block, or its line number.
-        line: line of the cycle block in the file.
-        text: text of the cycle block.
     """
 
-    code: str
-    pre_dress: bool
-    axis: int
-    plunge_axis: int | None = None
-    cross_axis: int | None = None
-    primary: float
-    secondary: float
-    plunge_start: float = 0.0
-    depth_target: float = 0.0
-    primary_pick: float = 0.0
-    secondary_pick: float = 0.0
-    cross_start: float = 0.0
-    cross_end: float = 0.0
-    primary_cross_pick: float = 0.0
-    secondary_cross_pick: float = 0.0
-    spark_out: int = 0
-    pick_feed: float = 0.0
-    feed: float
-    program: int | None
-    dresses: int = 0
-    block: int
-    line: int
-    text: str
+    code: str  #: G81, G82 or G83; G01 for a feed move that `machine` takes as a stroke
+    pre_dress: bool  #: whether the code was programmed with ``.1``, so that a dress precedes the cycle
+    axis: int  #: the reciprocating axis
+    plunge_axis: int | None = None  #: None for G81
+    cross_axis: int | None = None  #: None for G81 and G82
+    primary: float  #: primary reversal point, mm
+    secondary: float  #: secondary reversal point, mm
+    plunge_start: float = 0.0  #: position of the plunge axis before the cycle, mm
+    depth_target: float = 0.0  #: plunge depth (Y in G19) as a coordinate, mm
+    primary_pick: float = 0.0  #: J, plunge pick at the primary reversal, mm; in G83 at the cross start
+    secondary_pick: float = 0.0  #: Q, plunge pick at the secondary reversal, mm; in G83 at the crossover end
+    cross_start: float = 0.0  #: position of the cross axis before the cycle, mm
+    cross_end: float = 0.0  #: crossover (Z in G19) as a coordinate, mm
+    primary_cross_pick: float = 0.0  #: K, cross pick at the primary reversal, mm
+    secondary_cross_pick: float = 0.0  #: R, cross pick at the secondary reversal, mm
+    spark_out: int = 0  #: L, the number of spark-out passes
+    pick_feed: float = 0.0  #: F, mm/min
+    feed: float  #: E, mm/min
+    program: int | None  #: P, the dress program; None if none is known
+    dresses: int = 0  #: D, the auto-dress executions
+    block: int  #: N word of the cycle block, or its line number
+    line: int  #: line of the cycle block in the file
+    text: str  #: text of the cycle block
 
     @property
     def plunges(self) -> bool:
@@ -168,20 +143,13 @@ class Stroke(Motion):
     `start`, `middle` and `end` are the positions of all axes at those moments, and include a program motion under
     way. A pick under way shows in `middle` only: `start` counts it as complete, and `end` counts the pick of
     its reversal as not yet begun. The reversal dwell is part of `seconds`.
-
-    Attributes:
-        middle: position when the reciprocating axis passes the middle of the stroke, mm.
-        axis: the reciprocating axis.
-        feed: E, mm/min.
-        number: 1, 2, ... within a G82 or G83; None for G81 and for reciprocation after a cycle.
-        cycle: plan of the cycle to which the stroke belongs.
     """
 
-    middle: Position
-    axis: int
-    feed: float
-    number: int | None
-    cycle: CyclePlan
+    middle: Position  #: position when the reciprocating axis passes the middle of the stroke, mm
+    axis: int  #: the reciprocating axis
+    feed: float  #: E, mm/min
+    number: int | None  #: 1, 2, ... within a G82 or G83; None for G81 and for reciprocation after a cycle
+    cycle: CyclePlan  #: plan of the cycle to which the stroke belongs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,19 +203,12 @@ class FeedAhead(Instant):
 
 @dataclass(frozen=True, slots=True)
 class CycleStart(Instant):
-    """A cycle takes over, before its pre-dress.
+    """A cycle takes over, before its pre-dress."""
 
-    Attributes:
-        plan: plan of the cycle.
-        variables: values of the `#` variables when its dresses begin; no unit of their own.
-        modes: modal state when its dresses begin.
-        origins: origins of the work systems when its dresses begin, by code, mm; with every shift.
-    """
-
-    plan: CyclePlan
-    variables: Mapping[int, float]
-    modes: Modes
-    origins: Mapping[str, Position]
+    plan: CyclePlan  #: plan of the cycle
+    variables: Mapping[int, float]  #: values of the `#` variables when its dresses begin; no unit of their own
+    modes: Modes  #: modal state when its dresses begin
+    origins: Mapping[str, Position]  #: origins of the work systems by code when its dresses begin, mm; with every shift
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -255,33 +216,21 @@ class CycleStrokes:
     """All strokes and picks of an undisturbed G82 or G83 in one event.
 
     `machine` also uses this class for a single stroke, of any cycle or of a feed move.
-
-    Attributes:
-        time: end of the last stroke, s, without the time of the auto-dresses.
-        plan: plan of the cycle.
-        start: position of all axes when the table sets out, mm.
-        feed: E in force, mm/min.
-        begins: time at which each stroke begins, s.
-        seconds: duration of each stroke, s; the first one leads from `start` to the primary point.
-        plunge: coordinate of the plunge axis in the middle of each stroke, mm.
-        cross: coordinate of the third axis in the middle of each stroke, mm.
-        end: position of all axes after the last stroke and its picks, mm.
-        dresses: for each auto-dress, the number of strokes before it and the time at which the axes stand for it, s;
-            the dresses have not been executed.
-        inch: whether inches are in force for output.
     """
 
-    time: float
-    plan: CyclePlan
-    start: Position
-    feed: float
-    begins: tuple[float, ...]
-    seconds: tuple[float, ...]
-    plunge: tuple[float, ...]
-    cross: tuple[float, ...]
-    end: Position
+    time: float  #: end of the last stroke, s, without the time of the auto-dresses
+    plan: CyclePlan  #: plan of the cycle
+    start: Position  #: position of all axes when the table sets out, mm
+    feed: float  #: E in force, mm/min
+    begins: tuple[float, ...]  #: time at which each stroke begins, s
+    seconds: tuple[float, ...]  #: duration of each stroke, s; the first one leads from `start` to the primary point
+    plunge: tuple[float, ...]  #: coordinate of the plunge axis in the middle of each stroke, mm
+    cross: tuple[float, ...]  #: coordinate of the third axis in the middle of each stroke, mm
+    end: Position  #: position of all axes after the last stroke and its picks, mm
+    #: for each auto-dress, the number of strokes before it and the time at which the axes stand for it, s; the dresses
+    #: have not been executed
     dresses: tuple[tuple[int, float], ...]
-    inch: bool
+    inch: bool  #: whether inches are in force for output
 
     @property
     def turns(self) -> tuple[float, float]:

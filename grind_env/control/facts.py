@@ -15,23 +15,14 @@ MARKS: tuple[MarkName, ...] = ("seen", "inferred", "decided")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fact:
-    """A statement about the control.
+    """A statement about the control."""
 
-    Attributes:
-        id: page and number of a statement, or the name of a decision.
-        text: the statement, in the project's own words.
-        page: page of the grinder manual; a letter before it names another manual; "" for a decision without a page.
-        mark: "seen" on the page, "inferred" from it, or "decided" by the project.
-        tests: the tests of the fact, ``file::function`` from the root of the repository.
-        outside: why the fact is not simulated; "" if it is simulated and has `tests`.
-    """
-
-    id: str
-    text: str
-    page: str
-    mark: MarkName
-    tests: tuple[str, ...] = ()
-    outside: str = ""
+    id: str  #: page and number of a statement, or the name of a decision
+    text: str  #: the statement, in the project's own words
+    page: str  #: page of the grinder manual; a letter before it names another manual; "" for a decision without a page
+    mark: MarkName  #: "seen" on the page, "inferred" from it, or "decided" by the project
+    tests: tuple[str, ...] = ()  #: the tests of the fact, ``file::function`` from the root of the repository
+    outside: str = ""  #: why the fact is not simulated; "" if it is simulated and has `tests`
 
 
 def load_facts() -> tuple[Fact, ...]:

@@ -32,20 +32,15 @@ class NumberFormat:
     lengths, feeds, S and dwells; `g_code` says how it applies to G words. D, L, M, N, O, P and T words are integers
     that no setting changes (D). An evaluated expression counts as written with a point (D).
 
-    Attributes:
-        zero_suppression: "neither", "leading" (LZS) or "trailing" (TZS).
-        metric: integer digits and decimals of a length or feed under G71, and of S and dwells.
-        inch: integer digits and decimals of a length or feed under G70.
-        excess_decimals: "truncate" as in the manual's table, or "round" half away from zero (D).
-
     Raises:
         ControlError: setting, an illegal value.
     """
 
-    zero_suppression: str = "neither"
+    zero_suppression: str = "neither"  #: "neither", "leading" (LZS) or "trailing" (TZS)
+    #: integer digits and decimals of a length or feed under G71, and of S and dwells
     metric: tuple[int, int] = METRIC_DIGITS
-    inch: tuple[int, int] = INCH_DIGITS
-    excess_decimals: str = "truncate"
+    inch: tuple[int, int] = INCH_DIGITS  #: integer digits and decimals of a length or feed under G70
+    excess_decimals: str = "truncate"  #: "truncate" as in the manual's table, or "round" half away from zero (D)
 
     def __post_init__(self) -> None:
         for name, choices in (("zero_suppression", ZERO_SUPPRESSIONS), ("excess_decimals", EXCESS_DECIMALS)):

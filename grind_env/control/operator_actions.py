@@ -13,20 +13,15 @@ HIGHEST_OVERRIDE = 200.0
 class Interrupt:
     """A request to run a program in the middle of another one (lathe manual 29-6, 29-7).
 
-    Attributes:
-        program: O number of the interrupt program.
-        kind: 1 goes on from where the interrupt program ends; 2 returns to the point of interruption first.
-        immediate: whether it may interrupt a motion of the part program, rather than wait for the end of the block.
-        at: time of the request, s.
-
     Raises:
         ControlError: setting, no such kind or a negative time.
     """
 
-    program: int
-    kind: int = 2
+    program: int  #: O number of the interrupt program
+    kind: int = 2  #: 1 goes on from where the interrupt program ends; 2 returns to the point of interruption first
+    #: whether it may interrupt a motion of the part program, rather than wait for the end of the block
     immediate: bool = True
-    at: float = 0.0
+    at: float = 0.0  #: time of the request, s
 
     def __post_init__(self) -> None:
         if self.kind not in (1, 2):

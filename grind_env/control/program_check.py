@@ -21,33 +21,21 @@ MOST_ERRORS = 1000
 
 @dataclass(slots=True)
 class Report:
-    """Findings of a check.
+    """Findings of a check."""
 
-    Attributes:
-        programs: number of programs read.
-        blocks: number of blocks in them.
-        motions: number of motions.
-        seconds: time of the execution, s; with a job the time of the parts, loading and dresses included.
-        cycles: every cycle executed, with its strokes and dresses.
-        between: strokes of the table after a G82 or G83, until the next cycle or G80.
-        messages: messages of the control to the operator.
-        warnings: with a job, parts of the program without the expected effect on its machine.
-        errors: every error of reading (at most `MOST_ERRORS`), and the error that ended the execution, by place.
-        stopped: the error that ended the execution; None if it reached the end, or did not start.
-        executed: whether the program was executed; False for faulty program names.
-    """
-
-    programs: int = 0
-    blocks: int = 0
-    motions: int = 0
-    seconds: float = 0.0
-    cycles: list[CycleEnd] = field(default_factory=list)
-    between: int = 0
-    messages: list[str] = field(default_factory=list)
+    programs: int = 0  #: number of programs read
+    blocks: int = 0  #: number of blocks in them
+    motions: int = 0  #: number of motions
+    seconds: float = 0.0  #: time of the execution, s; with a job the time of the parts, loading and dresses included
+    cycles: list[CycleEnd] = field(default_factory=list)  #: every cycle executed, with its strokes and dresses
+    between: int = 0  #: strokes of the table after a G82 or G83, until the next cycle or G80
+    messages: list[str] = field(default_factory=list)  #: messages of the control to the operator
+    #: with a job, parts of the program without the expected effect on its machine
     warnings: list[str] = field(default_factory=list)
+    #: every error of reading (at most `MOST_ERRORS`), and the error that ended the execution, by place
     errors: list[ControlError] = field(default_factory=list)
-    stopped: ControlError | None = None
-    executed: bool = True
+    stopped: ControlError | None = None  #: error that ended the execution; None if it reached the end or did not start
+    executed: bool = True  #: whether the program was executed; False for faulty program names
 
 
 def check(programs: Programs, control: Control | None = None, faults: Sequence[ControlError] = ()) -> Report:

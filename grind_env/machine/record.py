@@ -138,33 +138,20 @@ class RecordError(GrindError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GrindingRecord:
-    """Result of `machine.grind`.
+    """Result of `machine.grind`."""
 
-    Attributes:
-        strokes: strokes and infeeds in their order, dtype `STROKE_ROW` in the units of `UNITS`.
-        dresses: dresses in their order, dtype `DRESS_ROW` in the units of `UNITS`.
-        parts: parts in their order, dtype `PART_ROW` in the units of `UNITS`.
-        stages: for each part and each of its stages that a stop has ended, the exceeded limits (fields of
-            `process.cost.Limits`).
-        unjudged: for each part, the grinding that is not simulated, so that the part is not judged; empty for a judged
-            part. A part that is not judged is not good.
-        warnings: sentences on parts of the program without the expected effect.
-        blocks: for each line that has ground, the N word of its block; the line number if there is no N.
-        cycles: last executed cycle of each line.
-        programs: the programs.
-        job: the job, with the parts of the run.
-    """
-
-    strokes: Array
-    dresses: Array
-    parts: Array
+    strokes: Array  #: strokes and infeeds in their order, dtype `STROKE_ROW` in the units of `UNITS`
+    dresses: Array  #: dresses in their order, dtype `DRESS_ROW` in the units of `UNITS`
+    parts: Array  #: parts in their order, dtype `PART_ROW` in the units of `UNITS`
+    #: for each part and each of its stages that a stop has ended, the exceeded limits (fields of `process.cost.Limits`)
     stages: tuple[tuple[tuple[str, ...], ...], ...]
+    #: unsimulated grinding of each part, which is then neither judged nor good; empty for a judged part
     unjudged: tuple[tuple[Unjudged, ...], ...]
-    warnings: tuple[str, ...]
-    blocks: Mapping[int, int]
-    cycles: Mapping[int, CyclePlan]
-    programs: Programs
-    job: Job
+    warnings: tuple[str, ...]  #: sentences on parts of the program without the expected effect
+    blocks: Mapping[int, int]  #: N word of the block of each line that has ground; the line number if there is no N
+    cycles: Mapping[int, CyclePlan]  #: last executed cycle of each line
+    programs: Programs  #: the programs
+    job: Job  #: the job, with the parts of the run
 
     @property
     def executions(self) -> Array:

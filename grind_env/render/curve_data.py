@@ -54,27 +54,16 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Curve:
-    """A quantity of a run.
+    """A quantity of a run."""
 
-    Attributes:
-        title: name of the quantity.
-        unit: unit of the values.
-        color: colour of the quantity in all pictures.
-        low: lowest value in each group, in `unit`; for single strokes `low`, `mean` and `high` are equal.
-        mean: mean of each group, in `unit`.
-        high: highest value in each group, in `unit`.
-        limits: lines to be drawn with the curve.
-        downwards: whether larger values are drawn lower, as for a depth.
-    """
-
-    title: str
-    unit: str
-    color: str
-    low: Array
-    mean: Array
-    high: Array
-    limits: tuple[Limit, ...] = ()
-    downwards: bool = False
+    title: str  #: name of the quantity
+    unit: str  #: unit of the values
+    color: str  #: colour of the quantity in all pictures
+    low: Array  #: lowest value in each group, in `unit`; for single strokes `low`, `mean` and `high` are equal
+    mean: Array  #: mean of each group, in `unit`
+    high: Array  #: highest value in each group, in `unit`
+    limits: tuple[Limit, ...] = ()  #: lines to be drawn with the curve
+    downwards: bool = False  #: whether larger values are drawn lower, as for a depth
 
     @property
     def span(self) -> tuple[float, float]:
@@ -90,31 +79,19 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Picture:
-    """All curves of a run over one axis.
+    """All curves of a run over one axis."""
 
-    Attributes:
-        axis: what the axis counts: `stroke` or `part`.
-        at: middle of each group on the axis, in numbers of strokes or parts.
-        edges: begin of each group and end of the last one, in numbers of strokes or parts, for step curves.
-        banded: whether a group is more than one stroke or part, so that a curve is a band.
-        curves: curves from top to bottom.
-        breaks: places before which curves are interrupted, by dresses and new parts.
-        dresses: place on the axis and duration, s, of each dress, if strokes are drawn one by one.
-        spans: the blocks, if strokes are drawn one by one.
-        parts: first stroke and number of each part, if strokes are drawn one by one.
-        spark_out: whether each stroke sparks out, if strokes are drawn one by one.
-    """
-
-    axis: str
-    at: Array
-    edges: Array
-    banded: bool
-    curves: tuple[Curve, ...]
-    breaks: tuple[int, ...] = ()
+    axis: str  #: what the axis counts: `stroke` or `part`
+    at: Array  #: middle of each group on the axis, in numbers of strokes or parts
+    edges: Array  #: begin of each group and end of the last one, in numbers of strokes or parts, for step curves
+    banded: bool  #: whether a group is more than one stroke or part, so that a curve is a band
+    curves: tuple[Curve, ...]  #: curves from top to bottom
+    breaks: tuple[int, ...] = ()  #: places before which curves are interrupted, by dresses and new parts
+    #: place on the axis and duration, s, of each dress, if strokes are drawn one by one
     dresses: tuple[tuple[float, float], ...] = ()
-    spans: tuple[Span, ...] = ()
-    parts: tuple[tuple[int, int], ...] = ()
-    spark_out: Array | None = None
+    spans: tuple[Span, ...] = ()  #: the blocks, if strokes are drawn one by one
+    parts: tuple[tuple[int, int], ...] = ()  #: first stroke and number of each part, if strokes are drawn one by one
+    spark_out: Array | None = None  #: whether each stroke sparks out, if strokes are drawn one by one
 
 
 def picture(record: GrindingRecord) -> Picture:

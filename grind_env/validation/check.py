@@ -59,46 +59,27 @@ def band_of(text: str) -> Band:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Check of the model.
+    """Check of the model."""
 
-    Attributes:
-        name: unique name, used by known failures.
-        group: a key of `GROUPS`.
-        what: name of the number in reports.
-        at: conditions of the number.
-        band: range of right values.
-        measure: function that computes the number; raises a `GrindError` if the catalogue lacks an entry.
-        unit: unit of the number; "" without one.
-        reference: measured, published or remembered number, in `unit`, if it is one number.
-        basis: source of the reference or of the band.
-    """
-
-    name: str
-    group: int
-    what: str
-    at: str
-    band: Band
-    measure: Measure
-    unit: str = ""
-    reference: float | None = None
-    basis: Basis = TREND
+    name: str  #: unique name, used by known failures
+    group: int  #: a key of `GROUPS`
+    what: str  #: name of the number in reports
+    at: str  #: conditions of the number
+    band: Band  #: range of right values
+    measure: Measure  #: function that computes the number; raises a `GrindError` if the catalogue lacks an entry
+    unit: str = ""  #: unit of the number; "" without one
+    reference: float | None = None  #: measured, published or remembered number, in `unit`, if it is one number
+    basis: Basis = TREND  #: source of the reference or of the band
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A check with its number.
+    """A check with its number."""
 
-    Attributes:
-        check: the check.
-        value: number of the model, in the unit of the check; NaN for none.
-        missing: reason for a missing number.
-        outside: conditions beyond the limits of the catalogue.
-    """
-
-    check: Check
-    value: float
-    missing: str = ""
-    outside: tuple[Violation, ...] = ()
+    check: Check  #: the check
+    value: float  #: number of the model, in the unit of the check; NaN for none
+    missing: str = ""  #: reason for a missing number
+    outside: tuple[Violation, ...] = ()  #: conditions beyond the limits of the catalogue
 
     @property
     def passed(self) -> bool:

@@ -3,7 +3,6 @@
 import ast
 import functools
 import inspect
-import itertools
 import re
 import textwrap
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import pytest
+from sphinx.pycode import ModuleAnalyzer
 
 import grind_env
 from grind_env.errors import GrindError
@@ -123,17 +123,13 @@ def quantities_of(table: type) -> list[str]:
 
 @functools.cache
 def own_texts(table: type) -> dict[str, str]:
-    """Return the docstrings below the fields of a table."""
-    body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
-    return {
-        field.target.id: text.value.value
-        for field, text in itertools.pairwise(body)
-        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
-    }
+    """Return the docstrings below the fields of a table and the `#:` comments beside them, as the site shows them."""
+    texts = ModuleAnalyzer.for_module(table.__module__).find_attr_docs()
+    return {name: " ".join(lines) for (owner, name), lines in texts.items() if owner == table.__qualname__}
 
 
 def text_of(table: type, name: str) -> str:
-    """Return all text about a field: below it, in the section on attributes and in sentences that name it.
+    """Return all text about a field: beside or below it, in the section on attributes and in sentences that name it.
 
     A table may refer to another one for fields without a text, by the same name or as 1/X in `per_X`.
     """

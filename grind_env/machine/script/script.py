@@ -34,21 +34,13 @@ FEED_ACROSS = "a feed move that is a stroke goes across, or along what is compen
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A part program as the machine runs it.
+    """A part program as the machine runs it."""
 
-    Attributes:
-        programs: the program.
-        job: the job.
-        blocks: its cycle blocks in the order in which they are run.
-        approach: time of the program up to its first block, s.
-        ranges: permitted ranges of words that differ from those of the program.
-    """
-
-    programs: Programs
-    job: Job
-    blocks: tuple[ScriptBlock, ...]
-    approach: float
-    ranges: Ranges
+    programs: Programs  #: the program
+    job: Job  #: the job
+    blocks: tuple[ScriptBlock, ...]  #: its cycle blocks in the order in which they are run
+    approach: float  #: time of the program up to its first block, s
+    ranges: Ranges  #: permitted ranges of words that differ from those of the program
 
     def _repr_html_(self) -> str:
         return html("scripts", self)

@@ -30,19 +30,12 @@ class AdviceError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Advice:
-    """E and D of a block.
+    """E and D of a block."""
 
-    Attributes:
-        block: number of the block, from 0.
-        speed: E, mm/min.
-        executions: D, the number of auto-dresses.
-        words: E and D by letter, in the units of the program.
-    """
-
-    block: int
-    speed: float
-    executions: int
-    words: Words
+    block: int  #: number of the block, from 0
+    speed: float  #: E, mm/min
+    executions: int  #: D, the number of auto-dresses
+    words: Words  #: E and D by letter, in the units of the program
 
 
 def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, *, other_part: bool = False) -> Policy:
@@ -104,12 +97,9 @@ class Adviser:
         policy: policy on measurements.
         bounds: lowest and highest advised E, mm/min; the program's range if None. The table's maximum holds, too.
         shadow: whether somebody else decides; E and D without a reading are then the program's.
-
-    Attributes:
-        advice: advice for the coming block; None after the last.
     """
 
-    advice: Advice | None
+    advice: Advice | None  #: advice for the coming block; None after the last
 
     def __init__(
         self,

@@ -18,45 +18,28 @@ from grind_env.shop.advise.variables_file import write_values
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """Files of a session.
+    """Files of a session."""
 
-    Attributes:
-        state: state to resume from.
-        log: log with a row for each block.
-        values: file of paramacro variables; None for none.
-    """
-
-    state: Path
-    log: Path
-    values: Path | None = None
+    state: Path  #: state to resume from
+    log: Path  #: log with a row for each block
+    values: Path | None = None  #: file of paramacro variables; None for none
 
 
 @dataclass(kw_only=True)
 class Session:
-    """Session that gives advice before every block, and takes its readings.
+    """Session that gives advice before every block, and takes its readings."""
 
-    Args:
-        adviser: adviser before its first block.
-        origin: inputs behind the advice.
-        files: where the session is saved.
-        source: source of the readings.
-        say: function that prints a text.
-        by_part: whether a row is for a part instead of a block: all blocks of a part are then advised before it, and
-            only its last block has readings.
-        as_json: print advice as JSON objects, one a line.
-        why: print the basis of each reason.
-        shadow: comparison while somebody else decides; None if the advice is followed.
-    """
-
-    adviser: Adviser
-    origin: AdviceOrigin
-    files: Files
-    source: ReadingSource
-    say: Callable[[str], None]
+    adviser: Adviser  #: adviser before its first block
+    origin: AdviceOrigin  #: inputs behind the advice
+    files: Files  #: where the session is saved
+    source: ReadingSource  #: source of the readings
+    say: Callable[[str], None]  #: function that prints a text
+    #: whether a row is for a part instead of a block: all blocks of a part are then advised before it, and only its
+    #: last block has readings
     by_part: bool = False
-    as_json: bool = False
-    why: bool = False
-    shadow: Shadow | None = None
+    as_json: bool = False  #: whether advice is printed as JSON objects, one a line
+    why: bool = False  #: whether the basis of each reason is printed
+    shadow: Shadow | None = None  #: comparison while somebody else decides; None if the advice is followed
     steps: list[AdvisedBlock] = field(default_factory=list)
     given: list[Advice] = field(default_factory=list)
 

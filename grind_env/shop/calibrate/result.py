@@ -30,23 +30,14 @@ BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True, slots=True)
 class FittedConstant:
-    """Fitted constant.
+    """Fitted constant."""
 
-    Attributes:
-        parameter: the constant, with its value in the catalogue.
-        value: most probable value, in the unit of the parameter; the catalogue's if undetermined.
-        low: lower end of the 90 % interval, in the unit of the parameter.
-        high: upper end of the 90 % interval, in the unit of the parameter.
-        determined: whether the measurements determine it.
-        share: ratio of the posterior to the prior spread.
-    """
-
-    parameter: Parameter
-    value: float
-    low: float
-    high: float
-    determined: bool
-    share: float
+    parameter: Parameter  #: the constant, with its value in the catalogue
+    value: float  #: most probable value, in the unit of the parameter; the catalogue's if undetermined
+    low: float  #: lower end of the 90 % interval, in the unit of the parameter
+    high: float  #: upper end of the 90 % interval, in the unit of the parameter
+    determined: bool  #: whether the measurements determine it
+    share: float  #: ratio of the posterior to the prior spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,41 +57,23 @@ class Idle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """Calibration of a model.
+    """Calibration of a model."""
 
-    Attributes:
-        source: file of the log or table.
-        program: name of the part program; empty for a table.
-        job: job with the catalogue before.
-        data: the measurements.
-        fit: fit to all measurements.
-        time: time of each measurement in the log, s; NaN for gauged values.
-        judged: prediction errors of each kind of measurement.
-        quality: median correlation of the log with the program, no unit; NaN for a table.
-        idle: power of the idling spindle in W; None for a table, and if the scale of the meter is unknown.
-        by_stroke: whether each stroke has its own mean.
-        seen: observations of the log; None for a table.
-        meter_scale: reading over true power, a ratio; None if unknown.
-        residual: logarithmic standard deviation of the unexplained power of a block, no unit.
-        drift: logarithmic standard deviation of the step of the power level from part to part, no unit.
-        remarks: sentences on how files were read and on what was left out.
-    """
-
-    source: str
-    program: str
-    job: Job
-    data: Data
-    fit: Fit
-    time: Floats
-    judged: FitJudgement
-    quality: float = math.nan
-    idle: Idle | None = None
-    by_stroke: bool = True
-    seen: Observations | None = None
-    meter_scale: float | None = None
-    residual: float = 0.0
-    drift: float = 0.0
-    remarks: tuple[str, ...] = ()
+    source: str  #: file of the log or table
+    program: str  #: name of the part program; empty for a table
+    job: Job  #: job with the catalogue before
+    data: Data  #: the measurements
+    fit: Fit  #: fit to all measurements
+    time: Floats  #: time of each measurement in the log, s; NaN for gauged values
+    judged: FitJudgement  #: prediction errors of each kind of measurement
+    quality: float = math.nan  #: median correlation of the log with the program, no unit; NaN for a table
+    idle: Idle | None = None  #: power of the idling spindle, W; None for a table and for an unknown scale of the meter
+    by_stroke: bool = True  #: whether each stroke has its own mean
+    seen: Observations | None = None  #: observations of the log; None for a table
+    meter_scale: float | None = None  #: reading over true power, a ratio; None if unknown
+    residual: float = 0.0  #: logarithmic standard deviation of the unexplained power of a block, no unit
+    drift: float = 0.0  #: logarithmic standard deviation of the step of the power level from part to part, no unit
+    remarks: tuple[str, ...] = ()  #: sentences on how files were read and on what was left out
 
     @property
     def fitted(self) -> Job:

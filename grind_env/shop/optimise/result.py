@@ -30,23 +30,14 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WordChange:
-    """Value before and after, as written in the program.
+    """Value before and after, as written in the program."""
 
-    Attributes:
-        name: E, D, J, L, lead, depth, passes or interval.
-        place: its block or dress program.
-        before: old value, in the units of the program.
-        after: new value, in the units of the program.
-        unit: unit of both values.
-        at_bound: "lowest" or "highest" if at an end of its range; else empty.
-    """
-
-    name: str
-    place: str
-    before: str
-    after: str
-    unit: str
-    at_bound: str
+    name: str  #: E, D, J, L, lead, depth, passes or interval
+    place: str  #: its block or dress program
+    before: str  #: old value, in the units of the program
+    after: str  #: new value, in the units of the program
+    unit: str  #: unit of both values
+    at_bound: str  #: "lowest" or "highest" if at an end of its range; else empty
 
     @property
     def changed(self) -> bool:
@@ -56,53 +47,33 @@ class WordChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartMean:
-    """Mean over parts, lots and machines, before and after, with intervals for one machine.
+    """Mean over parts, lots and machines, before and after, with intervals for one machine."""
 
-    Attributes:
-        name: cost, seconds, Ra, power, rise (of the last stage), highest_rise, size_error or scrap.
-        unit: unit of all values.
-        before: mean with the old words.
-        after: mean with the new words.
-        difference: after minus before, on the same lots and machines.
-        expected: old and new value on the expected lot, as `grind run` shows it, in `unit`.
-    """
-
-    name: str
-    unit: str
-    before: Interval
-    after: Interval
-    difference: Interval
-    expected: tuple[float, float]
+    name: str  #: cost, seconds, Ra, power, rise (of the last stage), highest_rise, size_error or scrap
+    unit: str  #: unit of all values
+    before: Interval  #: mean with the old words
+    after: Interval  #: mean with the new words
+    difference: Interval  #: after minus before, on the same lots and machines
+    expected: tuple[float, float]  #: old and new value on the expected lot, as `grind run` shows it, in `unit`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitUse:
-    """Margin to a limit, and the cost of the limit.
+    """Margin to a limit, and the cost of the limit."""
 
-    Attributes:
-        name: power, rise, Ra or size.
-        limit: value of the limit, in `unit`; 0 without a limit.
-        unit: unit of the limit.
-        margin: share of the limit that parts must keep with the required confidence.
-        before: share of the limit that parts keep with the old words.
-        after: share of the limit that parts keep with the new words.
-        price: saving of the best words without this limit, $ a part, or s if time is the objective; None if not
-            searched.
-        without: share of the limit that parts keep with these words; None if not searched.
-        binds: whether the limit binds: `price` is significant and the words without it exceed it; if not searched,
-            whether `after` is near the required share.
-        stations: limit of each station by its name, in `unit`, if they differ; `limit` is the lowest.
-    """
-
-    name: str
-    limit: float
-    unit: str
-    margin: float
-    before: float
-    after: float
+    name: str  #: power, rise, Ra or size
+    limit: float  #: value of the limit, in `unit`; 0 without a limit
+    unit: str  #: unit of the limit
+    margin: float  #: share of the limit that parts must keep with the required confidence
+    before: float  #: share of the limit that parts keep with the old words
+    after: float  #: share of the limit that parts keep with the new words
+    #: saving of the best words without this limit, $ a part, or s if time is the objective; None if not searched
     price: Interval | None
-    without: float | None
+    without: float | None  #: share of the limit that parts keep with these words; None if not searched
+    #: whether the limit binds: `price` is significant and the words without it exceed it; if not searched, whether
+    #: `after` is near the required share
     binds: bool
+    #: limit of each station by its name, in `unit`, if they differ; `limit` is the lowest
     stations: tuple[tuple[str, float], ...] = ()
 
     @property
@@ -112,21 +83,13 @@ class LimitUse:
 
 
 class Requirement(NamedTuple):
-    """Required maximum of a mean of a part, and its value.
+    """Required maximum of a mean of a part, and its value."""
 
-    Attributes:
-        name: cost or seconds.
-        unit: unit of all values, $ or s.
-        most: required maximum, $ or s.
-        before: mean with the old words, $ or s.
-        after: mean with the new words, $ or s.
-    """
-
-    name: str
-    unit: str
-    most: float
-    before: float
-    after: float
+    name: str  #: cost or seconds
+    unit: str  #: unit of all values, $ or s
+    most: float  #: required maximum, $ or s
+    before: float  #: mean with the old words, $ or s
+    after: float  #: mean with the new words, $ or s
 
     @property
     def kept(self) -> bool:
@@ -170,63 +133,34 @@ def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Optimised:
-    """Result of an optimisation.
+    """Result of an optimisation."""
 
-    Attributes:
-        program: name of the program.
-        job: name of the job file; empty for a job in memory.
-        verdict: verdict on the new program.
-        reason: one sentence on the verdict.
-        words: every value that was varied.
-        quantities: means of a part.
-        limits: power, rise, Ra and size.
-        requirements: required maxima of means of a part.
-        objective: reduced value, cost or seconds.
-        cheapest: cheapest tried program of each class of time, the quickest first.
-        chosen: the old and the chosen program, among those tried.
-        remarks: sentences on what could not be varied.
-        before: text of the program.
-        after: text with the new words; the old text if none is better.
-        data: file content of `after`.
-        parts: runs of the program in a batch.
-        counted: unit of a run: "part", or "run" if it grinds several parts.
-        lots: number of unseen lots of the judgement; 1 if the job states how each part differs.
-        seed: seed of all random numbers.
-        evaluations: programs that were tried in the search.
-        judged: programs that were judged on unseen lots.
-        ended_early: whether the budget ended the search.
-        plant: machine of the judgement; empty for the model, which the search used.
-        promised: objective promised by the model before the judgement on `plant`; None for the model.
-        confidence: share of parts and machines for which limits and each end of an interval hold.
-        calibration: source of the calibration; None without one.
-    """
-
-    program: str
-    job: str
-    verdict: Verdict
-    reason: str
-    words: tuple[WordChange, ...]
-    quantities: tuple[PartMean, ...]
-    limits: tuple[LimitUse, ...]
-    requirements: tuple[Requirement, ...]
-    objective: str
-    cheapest: tuple[Trade, ...]
-    chosen: tuple[Trade, Trade]
-    remarks: tuple[str, ...]
-    before: str
-    after: str
-    data: bytes
-    parts: int
-    counted: str
-    lots: int
-    seed: int
-    evaluations: int
-    judged: int
-    ended_early: bool
-    plant: str = ""
-    promised: Interval | None = None
-    confidence: float = CONFIDENCE
-    calibration: str | None = None
+    program: str  #: name of the program
+    job: str  #: name of the job file; empty for a job in memory
+    verdict: Verdict  #: verdict on the new program
+    reason: str  #: one sentence on the verdict
+    words: tuple[WordChange, ...]  #: every value that was varied
+    quantities: tuple[PartMean, ...]  #: means of a part
+    limits: tuple[LimitUse, ...]  #: power, rise, Ra and size
+    requirements: tuple[Requirement, ...]  #: required maxima of means of a part
+    objective: str  #: reduced value, cost or seconds
+    cheapest: tuple[Trade, ...]  #: cheapest tried program of each class of time, the quickest first
+    chosen: tuple[Trade, Trade]  #: the old and the chosen program, among those tried
+    remarks: tuple[str, ...]  #: sentences on what could not be varied
+    before: str  #: text of the program
+    after: str  #: text with the new words; the old text if none is better
+    data: bytes  #: file content of `after`
+    parts: int  #: runs of the program in a batch
+    counted: str  #: unit of a run: "part", or "run" if it grinds several parts
+    lots: int  #: number of unseen lots of the judgement; 1 if the job states how each part differs
+    seed: int  #: seed of all random numbers
+    evaluations: int  #: programs that were tried in the search
+    judged: int  #: programs that were judged on unseen lots
+    ended_early: bool  #: whether the budget ended the search
+    plant: str = ""  #: machine of the judgement; empty for the model, which the search used
+    promised: Interval | None = None  #: objective promised by the model before judgement on `plant`; None for the model
+    confidence: float = CONFIDENCE  #: share of parts and machines for which limits and each end of an interval hold
+    calibration: str | None = None  #: source of the calibration; None without one
 
     @property
     def is_as_promised(self) -> bool:

@@ -59,43 +59,27 @@ class SweepRanges(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPoint:
-    """Cost of a part with some settings.
+    """Cost of a part with some settings."""
 
-    Attributes:
-        E: E of the first cycle block, mm/min.
-        every: dress interval in runs of the program; 0 for the D words of the program, in every part.
-        lead: lead of the dress, mm a revolution; 0 without a dress program.
-        depth: depth of the dress, mm a pass; 0 without a dress program.
-        cost: cost of a part, $, with a 90 % interval for one machine; if judged on new lots: cost of the unchanged
-            program less the saving on the new lots.
-        seconds: time of a part, s.
-        Ra: roughness, um.
-        power: highest power, kW.
-        rise: highest temperature rise of the last stage, K.
-        highest_rise: highest temperature rise of all stages, K.
-        size_error: absolute size error, um.
-        scrap: share of scrapped parts.
-        shares: shares of the limits power, rise, Ra and size that 95 of 100 parts keep, on any machine.
-        risk: risk as in `trials.risk`, as a share of the permitted risk. Both are the higher ones of all lots and of
-            new lots where a point was judged on those.
-        luck: cost of a judged point less its cost on the lots of the sweep, $.
-    """
-
-    E: float
-    every: int
-    lead: float
-    depth: float
+    E: float  #: E of the first cycle block, mm/min
+    every: int  #: dress interval in runs of the program; 0 for the D words of the program, in every part
+    lead: float  #: lead of the dress, mm a revolution; 0 without a dress program
+    depth: float  #: depth of the dress, mm a pass; 0 without a dress program
+    #: cost of a part, $, with a 90 % interval for one machine; if judged on new lots: cost of the unchanged program
+    #: less the saving on the new lots
     cost: Interval
-    seconds: float
-    Ra: float
-    power: float
-    rise: float
-    highest_rise: float
-    size_error: float
-    scrap: float
-    shares: tuple[float, ...]
+    seconds: float  #: time of a part, s
+    Ra: float  #: roughness, um
+    power: float  #: highest power, kW
+    rise: float  #: highest temperature rise of the last stage, K
+    highest_rise: float  #: highest temperature rise of all stages, K
+    size_error: float  #: absolute size error, um
+    scrap: float  #: share of scrapped parts
+    shares: tuple[float, ...]  #: shares of the limits power, rise, Ra and size that 95 of 100 parts keep on any machine
+    #: risk as in `trials.risk`, as a share of the permitted risk. Both are the higher ones of all lots and of new lots
+    #: where a point was judged on those.
     risk: float
-    luck: float = 0.0
+    luck: float = 0.0  #: cost of a judged point less its cost on the lots of the sweep, $
 
     @property
     def keeps_limits(self) -> bool:
@@ -116,33 +100,19 @@ class SweepPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """Result of a sweep.
+    """Result of a sweep."""
 
-    Attributes:
-        program: name of the program.
-        parts: runs of the program in a batch.
-        lots: number of lots of every point.
-        counted: unit of a run: "part", or "run" if it grinds several parts.
-        own: point of the unchanged program.
-        most_risk: permitted risk, as a share of the cost of the unchanged program.
-        speeds: points over E and dress interval.
-        dresses: points over lead and depth, with the best E and interval.
-        remarks: sentences on given variables that nothing reads.
-        calibration: source of the calibration; None without one.
-        plant: name of the machine, if not the model.
-    """
-
-    program: str
-    parts: int
-    lots: int
-    counted: str
-    own: SweepPoint
-    most_risk: float
-    speeds: tuple[SweepPoint, ...]
-    dresses: tuple[SweepPoint, ...]
-    remarks: tuple[str, ...] = ()
-    calibration: str | None = None
-    plant: str = ""
+    program: str  #: name of the program
+    parts: int  #: runs of the program in a batch
+    lots: int  #: number of lots of every point
+    counted: str  #: unit of a run: "part", or "run" if it grinds several parts
+    own: SweepPoint  #: point of the unchanged program
+    most_risk: float  #: permitted risk, as a share of the cost of the unchanged program
+    speeds: tuple[SweepPoint, ...]  #: points over E and dress interval
+    dresses: tuple[SweepPoint, ...]  #: points over lead and depth, with the best E and interval
+    remarks: tuple[str, ...] = ()  #: sentences on given variables that nothing reads
+    calibration: str | None = None  #: source of the calibration; None without one
+    plant: str = ""  #: name of the machine, if not the model
 
     @property
     def best(self) -> SweepPoint:
