@@ -13,7 +13,7 @@ from grind_env.control.events import CycleAhead, Event, FeedAhead, Hold, Message
 from grind_env.control.execution_limits import BlockBudget, Rounds
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Lookout, Outlook, Prospect
-from grind_env.control.macro_calls import MacroCall, macro_call
+from grind_env.control.macro_calls import MacroCall, macro_call, repeats
 from grind_env.control.macro_variables import DEEPEST_MACRO, Variables
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
@@ -138,8 +138,7 @@ class Interpreter:
             raise command.error("block-format", f"{command.code} stands with M98; a call needs its own block")
         if "P" not in words:
             raise command.error("missing-parameter", "M98 lacks P; it takes the number of the subprogram")
-        times = numbers.integer(block, words["L"], 0, 999) if "L" in words else 1
-        return (yield from self._repeatedly(MacroCall(block, words["P"], times, None)))
+        return (yield from self._repeatedly(MacroCall(block, words["P"], repeats(block, words), None)))
 
     def _macro(self, call: MacroCall) -> Generator[Event, None, str | None]:
         place, variables = call.block.place, self.variables

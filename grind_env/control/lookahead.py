@@ -20,7 +20,7 @@ from grind_env.control.control_settings import ORIGIN, Control
 from grind_env.control.cycles import RULES
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Position
-from grind_env.control.macro_calls import macro_call
+from grind_env.control.macro_calls import macro_call, repeats
 from grind_env.control.macro_variables import DEEPEST_MACRO, Foreseen, Variables
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motion_paths import arc_path, target
@@ -219,8 +219,7 @@ class _Walk:
     def follow(self, command: Command) -> None:
         words = command.words
         if 98 in command.m and "P" in words:
-            times = numbers.integer(command.block, words["L"], 0, 999) if "L" in words else 1
-            self._call(command.block, words["P"], times, None)
+            self._call(command.block, words["P"], repeats(command.block, words), None)
         elif 99 in command.m:
             call = self._levels.pop()
             if call.arguments is not None:

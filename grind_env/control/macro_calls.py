@@ -43,5 +43,9 @@ def macro_call(block: Block) -> MacroCall:
         for letter, word in words.items()
         if letter not in "GPL"
     }
-    times = numbers.integer(block, words["L"], 0, MOST_REPEATS) if "L" in words else 1
-    return MacroCall(block, words["P"], times, arguments)
+    return MacroCall(block, words["P"], repeats(block, words), arguments)
+
+
+def repeats(block: Block, words: Mapping[str, Word]) -> int:
+    """Return how often a call is executed: the value of L, or 1."""
+    return numbers.integer(block, words["L"], 0, MOST_REPEATS) if "L" in words else 1

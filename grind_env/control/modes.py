@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Collection
-from typing import Any
+from typing import Any, Literal, TypeAlias, get_args
 
 from grind_env.control.cycles import RULES
 
@@ -12,7 +12,8 @@ PLANES = {"G17": (0, 1), "G18": (2, 0), "G19": (1, 2)}
 MOTIONS = ("G00", "G01", "G02", "G03")
 CYCLES = tuple(code + form for code in RULES for form in ("", ".1"))
 
-WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+WorkSystem: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
+WORK_SYSTEMS = get_args(WorkSystem)
 
 SWITCHES: dict[str, tuple[str, Any]] = {
     **{plane: ("plane", plane) for plane in PLANES},

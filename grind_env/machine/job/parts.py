@@ -9,9 +9,10 @@ edge on the minus side across the table.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated
 
 from grind_env.control.control_settings import ORIGIN
+from grind_env.control.modes import WorkSystem
 from grind_env.control.motion_paths import displaced
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.job.errors import JobError
@@ -20,9 +21,6 @@ from grind_env.process.cost import NO_LIMIT
 from grind_env.process.entries import Material, Quantity
 from grind_env.process.stroke_types import FORCES, StrokeParameters
 from grind_env.process.toml_tables import check, wrong
-
-WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
-"""A work coordinate system of the control."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +120,7 @@ class Station:
     """
 
     name: str
-    offset: WorkOffset | None = None
+    offset: WorkSystem | None = None
     origin: Annotated[tuple[float, float, float], Quantity("", "mm", -10_000, 10_000)] = ORIGIN
     part: Part
 
