@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 65_330,
-    ("tests/*.py",): 50_770,
+    ("grind_env/*.py", "agents/*.py"): 65_140,
+    ("tests/*.py",): 50_690,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

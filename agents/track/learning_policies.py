@@ -68,15 +68,10 @@ class LearningRule(EmpiricalRule):
 
 @dataclass
 class Trained:
-    """Base of policies that change a trained agent between shifts.
-
-    Attributes:
-        agent: trained agent; by default it begins as `robust`.
-        model: simulation of the model.
-    """
+    """Base of policies that change a trained agent between shifts; `model` is the simulation of the model."""
 
     sees: ClassVar[Sees] = "measurements"
-    agent: Any = None
+    agent: Any = None  # trained agent; by default it begins as `robust`
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.model, self.agent = simulation, self.agent or self._first(simulation)

@@ -152,12 +152,9 @@ class ProgramBranches(Branches):
         job: job of the program.
         kind_of_row: number of the kind of each block.
         revolutions: wheel speed, 1/s.
-
-    Attributes:
-        strokes: strokes of each block on nominal parts, shape (blocks,); set after these are ground.
     """
 
-    strokes: Table
+    strokes: Table  #: strokes of each block on nominal parts, shape (blocks,); set after these are ground
 
     def __init__(self, blocks: Sequence[Any], job: Job, kind_of_row: Numbers, revolutions: float) -> None:
         jobs = [job.of_part(block.part + 1) for block in blocks]

@@ -14,21 +14,14 @@ RANGES = 10
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Changes of the random draws by a split.
+    """Changes of the random draws by a split."""
 
-    Attributes:
-        ranges: ranges of every log-normal factor to draw from, counted from the lowest; empty for all.
-        reach: factor on the logarithmic standard deviations of wear and pressure.
-        stock: factor on the stock of every part that a task draws.
-        noise: factor on the noise of all readings and of the pre-gauged stock.
-        foreign: whether wheel and material come from outside the task.
-    """
-
+    #: ranges of every log-normal factor to draw from, counted from the lowest; empty for all
     ranges: tuple[int, ...] = ()
-    reach: float = 1.0
-    stock: float = 1.0
-    noise: float = 1.0
-    foreign: bool = False
+    reach: float = 1.0  #: factor on the logarithmic standard deviations of wear and pressure
+    stock: float = 1.0  #: factor on the stock of every part that a task draws
+    noise: float = 1.0  #: factor on the noise of all readings and of the pre-gauged stock
+    foreign: bool = False  #: whether wheel and material come from outside the task
 
     @property
     def leaves_task(self) -> bool:

@@ -108,19 +108,12 @@ CONTEXT_FACTORS: Mapping[str, Factor] = {
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """The fixed part of an episode, before the rest is drawn.
+    """The fixed part of an episode, before the rest is drawn."""
 
-    Attributes:
-        fixed: numbers of the context.
-        kinds: index of the kind of every block, shape (blocks,); None if the task decides.
-        split: the split, which changes the distributions of the drawn factors.
-        plant: the machine, or the machines to draw from; None for the machine of the simulation.
-    """
-
-    fixed: Fixed = FREE
-    kinds: tuple[int, ...] | None = None
-    split: Split = SPLITS[EVERY]
-    plant: "Plants | None" = None
+    fixed: Fixed = FREE  #: numbers of the context
+    kinds: tuple[int, ...] | None = None  #: index of the kind of every block, shape (blocks,); None if the task decides
+    split: Split = SPLITS[EVERY]  #: the split, which changes the distributions of the drawn factors
+    plant: "Plants | None" = None  #: the machine, or the machines to draw from; None for the machine of the simulation
 
 
 def nominal_context(task: Task, unfixable: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -55,37 +55,21 @@ SimulationT = TypeVar("SimulationT", bound="Simulation")
 
 
 class Simulation(ABC):
-    """Dynamics of a problem: draws, steps and observes episodes.
+    """Dynamics of a problem: draws, steps and observes episodes."""
 
-    Attributes:
-        task: names and limits; made from the job for a part program.
-        entries: entries of the observation, the measured ones first.
-        constant_readings: readings left out of the observation because they never change, by name.
-        kinds: numbers of the rows of its script, shape (rows, fields of `KindRow`).
-        process: the grinding process.
-        gauge: the gauges.
-        plants: out-of-model machines, one for each episode; None for the model.
-        branches: further methods for planners, beliefs and advisers.
-        compiled: whether steps are compiled, so that many branches can be tried before a choice.
-        pre_dress: whether a choice has a third number: 1 for a dress before the first plunge.
-        unfixable: factors that a context cannot fix, each with the reason.
-        shops: numbers of the task, shape (1, fields of `Shop`).
-        whole_program: as in `Episodes`; tapes are then always full.
-    """
-
-    task: Task
-    entries: tuple[Reading, ...]
-    constant_readings: Mapping[str, float]
-    kinds: Table
-    process: Process
-    gauge: Gauge
-    plants: "Plants | None" = None
-    branches: Branches
-    compiled: bool = True
-    pre_dress: bool = False
-    unfixable: Mapping[str, str]
-    shops: Table
-    whole_program: bool = False
+    task: Task  #: names and limits; made from the job for a part program
+    entries: tuple[Reading, ...]  #: entries of the observation, the measured ones first
+    constant_readings: Mapping[str, float]  #: readings left out of the observation because they never change, by name
+    kinds: Table  #: numbers of the rows of its script, shape (rows, fields of `KindRow`)
+    process: Process  #: the grinding process
+    gauge: Gauge  #: the gauges
+    plants: "Plants | None" = None  #: out-of-model machines, one for each episode; None for the model
+    branches: Branches  #: further methods for planners, beliefs and advisers
+    compiled: bool = True  #: whether steps are compiled, so that many branches can be tried before a choice
+    pre_dress: bool = False  #: whether a choice has a third number: 1 for a dress before the first plunge
+    unfixable: Mapping[str, str]  #: factors that a context cannot fix, each with the reason
+    shops: Table  #: numbers of the task, shape (1, fields of `Shop`)
+    whole_program: bool = False  #: as in `Episodes`; tapes are then always full
     tables: ScriptTables
     """Tables of the script."""
     _generator: Any

@@ -28,27 +28,17 @@ FACTOR = "factor"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """Range of a drawn number of a machine.
+    """Range of a drawn number of a machine."""
 
-    Attributes:
-        field: field of the machine's memory.
-        what: meaning of the number.
-        unit: unit of the number; "" for a number without a unit.
-        low: the smallest number, in this unit.
-        high: the largest number, in this unit.
-        held_out: smallest and largest number of held-out machines, in this unit; None for `low` and `high`.
-        factor: whether the logarithm of the number is drawn uniformly instead of the number.
-        basis: source of the range.
-    """
-
-    field: str
-    what: str
-    unit: str = ""
-    low: float
-    high: float
+    field: str  #: field of the machine's memory
+    what: str  #: meaning of the number
+    unit: str = ""  #: unit of the number; "" for a number without a unit
+    low: float  #: the smallest number, in this unit
+    high: float  #: the largest number, in this unit
+    #: smallest and largest number of held-out machines, in this unit; None for `low` and `high`
     held_out: tuple[float, float] | None = None
-    factor: bool = False
-    basis: Basis
+    factor: bool = False  #: whether the logarithm of the number is drawn uniformly instead of the number
+    basis: Basis  #: source of the range
 
     def ends(self, stream: int) -> tuple[float, float]:
         """Return the least and the largest number of a stream."""
@@ -64,26 +54,17 @@ class Range:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """Machines that differ from the package's model in one respect.
+    """Machines that differ from the package's model in one respect."""
 
-    Attributes:
-        name: prefix of its memory fields.
-        what: the difference, in a sentence.
-        ranges: ranges of the drawn numbers.
-        chances: whether a seed of random events is drawn into the field `<name>_seed`.
-        wraps: function from a process to the changed process, the same object at each call; None to change nothing.
-        hook: hook that runs before every block, or None.
-        gauge: gauge from true readings to shown readings, without noise, or None.
-        anew: fields that restart with every shift, because the shift has another wheel, temperature or gauge zero.
-    """
-
-    name: str
-    what: str
-    ranges: tuple[Range, ...]
-    chances: bool = False
+    name: str  #: prefix of its memory fields
+    what: str  #: the difference, in a sentence
+    ranges: tuple[Range, ...]  #: ranges of the drawn numbers
+    chances: bool = False  #: whether a seed of random events is drawn into the field `<name>_seed`
+    #: function from a process to the changed process, the same object at each call; None to change nothing
     wraps: Callable[[Process], Process] | None = None
-    hook: Hook | None = None
-    gauge: Gauge | None = None
+    hook: Hook | None = None  #: hook that runs before every block, or None
+    gauge: Gauge | None = None  #: gauge from true readings to shown readings, without noise, or None
+    #: fields that restart with every shift, because the shift has another wheel, temperature or gauge zero
     anew: tuple[str, ...] = ()
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:

@@ -20,23 +20,16 @@ class PlantError(GrindError):
 class Plant:
     """An out-of-model machine.
 
-    Attributes:
-        name: name for `find_plant`.
-        process: the grinding process, with its hooks before every block.
-        gauge: gauge that gives the shown readings, to which the tasks add noise.
-        own: memory of process and gauge at the start of a shift, in this order and in the units of their fields; () for
-            the defaults.
-        anew: fields that restart with every shift.
-
     Raises:
         PlantError: `own` has more or fewer numbers than process and gauge have fields.
     """
 
-    name: str
-    process: Process = PROCESS
-    gauge: Gauge = TRUTH
+    name: str  #: name for `find_plant`
+    process: Process = PROCESS  #: the grinding process, with its hooks before every block
+    gauge: Gauge = TRUTH  #: gauge that gives the shown readings, to which the tasks add noise
+    #: memory of process and gauge at the start of a shift, in this order and in the fields' units; () for the defaults
     own: tuple[float, ...] = ()
-    anew: tuple[str, ...] = ()
+    anew: tuple[str, ...] = ()  #: fields that restart with every shift
 
     def __post_init__(self) -> None:
         fields = self.remembers._fields

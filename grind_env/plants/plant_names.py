@@ -43,16 +43,11 @@ class Plants:
     """Machines of one name, which may be a family or a set without a seed.
 
     All of these machines share process and gauge.
-
-    Attributes:
-        text: the name.
-        first: machine of the name, with seed 0 if the name has no seed.
-        modules: whether the name may refer to a module, as for `find_plant`.
     """
 
-    text: str
-    first: Plant
-    modules: bool = False
+    text: str  #: the name
+    first: Plant  #: machine of the name, with seed 0 if the name has no seed
+    modules: bool = False  #: whether the name may refer to a module, as for `find_plant`
 
     def __reduce__(self) -> Any:
         """Pickle by name, because no copy holds the process functions."""

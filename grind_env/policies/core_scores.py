@@ -31,15 +31,10 @@ the middle half of the tasks; below -100 counts as -100. 95 % CI; of best tuned 
 
 
 class BoardRow(NamedTuple):
-    """Scores of a policy in all core tasks.
+    """Scores of a policy in all core tasks."""
 
-    Attributes:
-        scores: ratio to the gap between fixed plan and hindsight, %, shape (tasks,).
-        draws: score ratio of each resample of the episodes, %, shape (resamples, tasks).
-    """
-
-    scores: Array
-    draws: Array
+    scores: Array  #: ratio to the gap between fixed plan and hindsight, %, shape (tasks,)
+    draws: Array  #: score ratio of each resample of the episodes, %, shape (resamples, tasks)
 
     def intervals(self) -> list[Interval]:
         """Return the score in each task, with its interval."""
@@ -52,15 +47,10 @@ class BoardRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class CoreJudgement:
-    """Scores and evaluations of a policy in all core tasks.
+    """Scores and evaluations of a policy in all core tasks."""
 
-    Attributes:
-        judgements: judgement of the policy, by task.
-        rows: row of the policy and of each policy shown next to it, by name.
-    """
-
-    judgements: Mapping[str, Judgement]
-    rows: Mapping[str, BoardRow]
+    judgements: Mapping[str, Judgement]  #: judgement of the policy, by task
+    rows: Mapping[str, BoardRow]  #: row of the policy and of each policy shown next to it, by name
 
     def table(self) -> Table:
         """Return the scores: a row for each task, and for the mean over the tasks."""

@@ -28,23 +28,14 @@ from grind_env.policies.problem_lookup import Problem, find_problem
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Followed:
-    """Episodes of a policy, block by block; all arrays have shape (N, blocks), NaN after the end of a shorter one.
+    """Episodes of a policy, block by block; all arrays have shape (N, blocks), NaN after the end of a shorter one."""
 
-    Attributes:
-        chosen: chosen E, mm/min, and D.
-        beside: E and D of other policies in the same states, by name.
-        wear_flat: true wear-flat area A before the block, fraction of the wheel surface.
-        dulling: log of the true factor of wheel and lot on the dulling rate.
-        belief: belief of an ensemble filter before the block.
-        cost: cost of the block, $.
-    """
-
-    chosen: Decision
-    beside: Mapping[str, Decision]
-    wear_flat: Array
-    dulling: Array
-    belief: Belief
-    cost: Array
+    chosen: Decision  #: chosen E, mm/min, and D
+    beside: Mapping[str, Decision]  #: E and D of other policies in the same states, by name
+    wear_flat: Array  #: true wear-flat area A before the block, fraction of the wheel surface
+    dulling: Array  #: log of the true factor of wheel and lot on the dulling rate
+    belief: Belief  #: belief of an ensemble filter before the block
+    cost: Array  #: cost of the block, $
 
     def to_dataframe(self) -> Any:
         """Return a pandas data frame with a row for each block of each episode; columns have their units.

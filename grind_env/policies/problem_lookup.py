@@ -26,17 +26,11 @@ class ProblemError(GrindError):
 
 @dataclass(frozen=True)
 class Problem:
-    """Environment with its arguments; after an edit of its file find the problem again.
+    """Environment with its arguments; after an edit of its file find the problem again."""
 
-    Attributes:
-        name: name in tables and folders.
-        id: id of Gymnasium.
-        arguments: arguments of `gym.make` that differ between problems.
-    """
-
-    name: str
-    id: str
-    arguments: tuple[tuple[str, Any], ...] = ()
+    name: str  #: name in tables and folders
+    id: str  #: id of Gymnasium
+    arguments: tuple[tuple[str, Any], ...] = ()  #: arguments of `gym.make` that differ between problems
 
     def make(self, **arguments: Any) -> gym.Env[Any, Any]:
         """Return the environment with measured observations; further arguments as for `gym.make`.

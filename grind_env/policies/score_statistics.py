@@ -150,15 +150,10 @@ def resampled_runs(scores: Array, seed: int = 0) -> Array:
 
 
 class ScoredRuns(NamedTuple):
-    """Scores of a policy, clipped at `CLIP`.
+    """Scores of a policy, clipped at `CLIP`."""
 
-    Attributes:
-        scores: ratio to the gap between fixed plan and hindsight, %, shape (runs, tasks).
-        draws: score ratio of every resample of runs and episodes, %, shape (resamples, runs, tasks).
-    """
-
-    scores: Array
-    draws: Array
+    scores: Array  #: ratio to the gap between fixed plan and hindsight, %, shape (runs, tasks)
+    draws: Array  #: score ratio of every resample of runs and episodes, %, shape (resamples, runs, tasks)
 
     @classmethod
     def clipped(cls, scores: Array, draws: Array) -> "ScoredRuns":

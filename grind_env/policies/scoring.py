@@ -37,37 +37,24 @@ REFERENCE_SEEDS = "evaluation"
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """Result of a policy in an environment.
+    """Result of a policy in an environment."""
 
-    Attributes:
-        policy: name of the policy.
-        sees: information that the policy sees.
-        problem: name of the environment.
-        seeds: name of the seeds, or first and last seed.
-        split: split of the contexts.
-        evaluation: decisions and costs, episode by episode.
-        score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
-        paired: whether the fixed plan ran on the same episodes, and these are the episodes of the reference scores.
-            Otherwise the anchors are means of other episodes, and the interval ignores the error of these means.
-        plant: name of the machine, or of the set from which every episode draws a machine; empty for the model.
-        model: name of the machine that planners and beliefs compute with.
-        first_seed: first of the consecutive seeds of the episodes.
-        trained_on: machines on which a trained agent learned; empty for other policies and where they are unknown.
-        draws: score of each resample, a ratio in %, shape (resamples,).
-    """
-
-    policy: str
-    sees: Sees
-    problem: str
-    seeds: str
-    split: str
-    evaluation: Evaluation
-    score: Interval | None
+    policy: str  #: name of the policy
+    sees: Sees  #: information that the policy sees
+    problem: str  #: name of the environment
+    seeds: str  #: name of the seeds, or first and last seed
+    split: str  #: split of the contexts
+    evaluation: Evaluation  #: decisions and costs, episode by episode
+    score: Interval | None  #: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores
+    #: whether the fixed plan ran on the same episodes, and these are the episodes of the reference scores; otherwise
+    #: the anchors are means of other episodes, and the interval ignores the error of these means
     paired: bool
-    plant: str = ""
-    model: str = ""
-    first_seed: int = 0
+    plant: str = ""  #: name of the machine, or of the set from which every episode draws a machine; empty for the model
+    model: str = ""  #: name of the machine that planners and beliefs compute with
+    first_seed: int = 0  #: first of the consecutive seeds of the episodes
+    #: machines on which a trained agent learned; empty for other policies and where they are unknown
     trained_on: str = ""
+    #: score of each resample, a ratio in %, shape (resamples,)
     draws: Array | None = field(default=None, repr=False, compare=False)
 
     @property

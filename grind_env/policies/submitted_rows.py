@@ -48,31 +48,22 @@ NEAR = 1e-3
 class SubmittedRow:
     """Costs of a policy in the episodes of an environment.
 
-    Attributes:
-        id: id of the environment.
-        policy: name for `named_policy`; for a file, its name without the folder.
-        sha256: hash of the policy file, hexadecimal digits; empty for a policy of the package.
-        plant: the machine; `model` is the machine the policy computes with, as in `Judgement`.
-        split: split of the contexts.
-        first_seed: first of the consecutive seeds.
-        costs: cost of each episode, $; for a row of the track, cost per block on each machine with seed 0, $.
-        robust: for a row of the track, cost per block of the bundled `robust` on each machine, $; else empty.
-        versions: versions of the libraries.
-
     Raises:
         FormError: the row cannot be re-run.
     """
 
-    id: str
-    policy: str
-    sha256: str = ""
-    plant: str = ""
-    model: str = ""
-    split: str = EVERY
-    first_seed: int
+    id: str  #: id of the environment
+    policy: str  #: name for `named_policy`; for a file, its name without the folder
+    sha256: str = ""  #: hash of the policy file, hexadecimal digits; empty for a policy of the package
+    plant: str = ""  #: the machine, as in `Judgement`
+    model: str = ""  #: the machine that the policy computes with, as in `Judgement`
+    split: str = EVERY  #: split of the contexts
+    first_seed: int  #: first of the consecutive seeds
+    #: cost of each episode, $; for a row of the track, cost per block on each machine with seed 0, $
     costs: tuple[float, ...]
+    #: for a row of the track, cost per block of the bundled `robust` on each machine, $; else empty
     robust: tuple[float, ...] = ()
-    versions: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)  #: versions of the libraries
     task_version: int = TASK_VERSION
     format: int = FORMAT
 

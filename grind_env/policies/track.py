@@ -32,22 +32,16 @@ SCRAP, HANDOVER = Outcome._fields.index("scrap_cost"), Outcome._fields.index("ha
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackShift:
-    """Log of a shift on a machine, with the values that a shop can record.
+    """Log of a shift on a machine, with the values that a shop can record."""
 
-    Attributes:
-        observations: measurements before every block and after the last block, shape (blocks + 1, entries).
-        speeds: E of every block, mm/min, shape (blocks,).
-        executions: D of every block, shape (blocks,).
-        cost: cost of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to
-            be bad. It leaves out the cost of handing over a dull wheel, because nobody measures this cost.
-        bad: whether the part that the block finished was found to be bad.
-    """
-
+    # measurements before every block and after the last block, shape (blocks + 1, entries)
     observations: NDArray[np.float32]
-    speeds: Array
-    executions: Array
+    speeds: Array  # E of every block, mm/min, shape (blocks,)
+    executions: Array  # D of every block, shape (blocks,)
+    # cost of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to be bad;
+    # without the cost of handing over a dull wheel, because nobody measures this cost
     cost: Array
-    bad: NDArray[np.bool_]
+    bad: NDArray[np.bool_]  # whether the part that the block finished was found to be bad
 
 
 class Learner(Policy, Protocol):

@@ -61,17 +61,11 @@ UNCERTAINTY = "uncertainty"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibrated:
-    """A calibrated file.
+    """A calibrated file."""
 
-    Attributes:
-        table: content of its table `[uncertainty]`.
-        names: names of its entries, by kind.
-        file: name of the file; empty for a document.
-    """
-
-    table: Mapping[str, Any]
-    names: Mapping[str, tuple[str, ...]]
-    file: str
+    table: Mapping[str, Any]  #: content of its table `[uncertainty]`
+    names: Mapping[str, tuple[str, ...]]  #: names of its entries, by kind
+    file: str  #: name of the file; empty for a document
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,21 +41,14 @@ Error = type[TableError]
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """Legal content of a field.
+    """Legal content of a field."""
 
-    Attributes:
-        type: type of the value: float, int, bool, str, or tuple or Mapping of these.
-        item: type of the entries of a tuple or a mapping; else as `type`.
-        count: entries of a tuple; 0 for any number.
-        optional: whether None is legal, for a value that is left out.
-    """
-
-    type: Any
-    item: Any
-    count: int = 0
+    type: Any  # type of the value: float, int, bool, str, or tuple or Mapping of these
+    item: Any  # type of the entries of a tuple or a mapping; else as `type`
+    count: int = 0  # entries of a tuple; 0 for any number
     quantity: Quantity | None = None
     choices: tuple[str, ...] = ()
-    optional: bool = False
+    optional: bool = False  # whether None is legal, for a value that is left out
 
     @property
     def legal(self) -> str:

@@ -29,17 +29,11 @@ CHARACTERS = "GXYZIJKRQLFEPDSTMNO0123456789.-+ ()/;%[]#*\n\t\"'é\ufeff\x00"
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A program, the settings of its control, and what the operator does.
+    """A program, the settings of its control, and what the operator does."""
 
-    Attributes:
-        text: the part program.
-        settings: keyword arguments of `Control`, as plain data.
-        actions: what the operator does at the panel, by the number of events before it.
-    """
-
-    text: str
-    settings: dict[str, Any] = field(default_factory=dict)
-    actions: tuple[tuple[int, str], ...] = ()
+    text: str  # the part program
+    settings: dict[str, Any] = field(default_factory=dict)  # keyword arguments of `Control`, as plain data
+    actions: tuple[tuple[int, str], ...] = ()  # what the operator does at the panel, by the number of events before it
 
 
 def case(seed: int) -> Case:

@@ -12,15 +12,10 @@ DRESSER = 9100
 
 @dataclass
 class Table:
-    """State of the table as programmed so far.
+    """State of the table as programmed so far."""
 
-    Attributes:
-        runs: whether the table reciprocates.
-        known: words in force, which a later cycle may omit.
-    """
-
-    runs: bool = False
-    known: set[str] = field(default_factory=set)
+    runs: bool = False  # whether the table reciprocates
+    known: set[str] = field(default_factory=set)  # words in force, which a later cycle may omit
 
 
 class BlockWriter:

@@ -55,34 +55,21 @@ STEPPED_BY_CONTROL = 4
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Fault that a program has shown.
+    """Fault that a program has shown."""
 
-    Attributes:
-        kind: short text, equal for all programs with the fault.
-        details: traceback or numbers.
-    """
-
-    kind: str
-    details: str
+    kind: str  # short text, equal for all programs with the fault
+    details: str  # traceback or numbers
 
 
 @dataclass(slots=True)
 class Examined:
-    """Results of a program in all ways of running it.
+    """Results of a program in all ways of running it."""
 
-    Attributes:
-        end: "ground", or the name of the error that refuses the program.
-        replay: "script", or why the program has no script or is not stepped.
-        happened: names of the events during grinding.
-        strokes: number of strokes.
-        exact: numbers of values of wheels after a block that equal the machine's to the bit, and that were compared.
-        findings: faults.
-    """
-
-    end: str = ""
-    replay: str = ""
-    happened: set[str] = field(default_factory=set)
+    end: str = ""  # "ground", or the name of the error that refuses the program
+    replay: str = ""  # "script", or why the program has no script or is not stepped
+    happened: set[str] = field(default_factory=set)  # names of the events during grinding
     strokes: int = 0
+    # numbers of values of wheels after a block that equal the machine's to the bit, and that were compared
     exact: tuple[int, int] = (0, 0)
     findings: list[Finding] = field(default_factory=list)
 
@@ -337,17 +324,11 @@ def _compare_chosen(case: Case, simulation: JobSimulation, examined: Examined) -
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """Results of the blocks of a program.
+    """Results of the blocks of a program."""
 
-    Attributes:
-        outcomes: shape (blocks, fields of `Outcome`).
-        tallies: shape (blocks, fields of `Tally`).
-        wheels: wheel after each block with the own state of the process, shape (blocks, fields of both).
-    """
-
-    outcomes: Array
-    tallies: Array
-    wheels: Array
+    outcomes: Array  # shape (blocks, fields of `Outcome`)
+    tallies: Array  # shape (blocks, fields of `Tally`)
+    wheels: Array  # wheel after each block with the own state of the process, shape (blocks, fields of both)
 
     def outcome(self, name: str) -> Array:
         """Return a column of the outcomes."""

@@ -15,22 +15,13 @@ from tests.soak.part import Tried
 
 @dataclass(slots=True)
 class Count:
-    """Results of the cases of a part.
+    """Results of the cases of a part; `sums` and `most` are as in `Tried`, over all cases."""
 
-    Attributes:
-        begun: start time by seed.
-        ended: seeds.
-        ends: numbers of cases by result.
-        falls: seeds and details of failed cases, by kind.
-        seconds: duration of the cases.
-        sums, most: as in `Tried`, over all cases.
-    """
-
-    begun: dict[int, float] = field(default_factory=dict)
-    ended: set[int] = field(default_factory=set)
-    ends: Counter[str] = field(default_factory=Counter)
-    falls: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
-    seconds: float = 0.0
+    begun: dict[int, float] = field(default_factory=dict)  # start time by seed
+    ended: set[int] = field(default_factory=set)  # seeds
+    ends: Counter[str] = field(default_factory=Counter)  # numbers of cases by result
+    falls: dict[str, list[tuple[int, str]]] = field(default_factory=dict)  # seeds and details of failed cases, by kind
+    seconds: float = 0.0  # duration of the cases
     sums: Counter[str] = field(default_factory=Counter)
     most: dict[str, float] = field(default_factory=dict)
 
@@ -57,15 +48,10 @@ def _fields(tried: Tried) -> dict[str, object]:
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """Log file of a commit.
-
-    Attributes:
-        path: path of the file.
-        origin: first seed of each part, which differs between commits so that each tries other cases.
-    """
+    """Log file of a commit."""
 
     path: Path
-    origin: int = 0
+    origin: int = 0  # first seed of each part, which differs between commits so that each tries other cases
 
     def write(self, part: str, seed: int, tried: Tried | None = None) -> None:
         """Write that a case begins, or how it ended."""

@@ -20,42 +20,25 @@ PACKAGES = ("grind_env", "agents")
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """Result of a case.
+    """Result of a case."""
 
-    Attributes:
-        end: `refused` if an error sentence refused the case, `fallen` if it failed.
-        kind: short text, equal for all failures of one kind.
-        details: text that helps to find the cause of a failure.
-        sums: numbers that are added over all cases, by name.
-        most: numbers whose maximum over all cases is reported, by name.
-    """
-
-    end: End
-    kind: str = ""
-    details: str = ""
-    sums: Mapping[str, float] = field(default_factory=dict)
-    most: Mapping[str, float] = field(default_factory=dict)
+    end: End  # `refused` if an error sentence refused the case, `fallen` if it failed
+    kind: str = ""  # short text, equal for all failures of one kind
+    details: str = ""  # text that helps to find the cause of a failure
+    sums: Mapping[str, float] = field(default_factory=dict)  # numbers that are added over all cases, by name
+    most: Mapping[str, float] = field(default_factory=dict)  # numbers whose maximum over all cases is reported, by name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Kind of cases.
+    """Kind of cases."""
 
-    Attributes:
-        name: name on the command line and in tables.
-        attempt: function that tries the case of a seed.
-        prepare: function that prepares each process once, before its cases.
-        share: share of the time, relative to the other parts.
-        seconds: duration after which a case counts as a hang, and its process ends.
-        growth: MB by which a process may grow after the first quarter of its time; None for no limit.
-    """
-
-    name: str
-    attempt: Callable[[int], Tried]
-    prepare: Callable[[], object] = lambda: None
-    share: float = 1.0
-    seconds: float = 60.0
-    growth: float | None = None
+    name: str  # name on the command line and in tables
+    attempt: Callable[[int], Tried]  # function that tries the case of a seed
+    prepare: Callable[[], object] = lambda: None  # function that prepares each process once, before its cases
+    share: float = 1.0  # share of the time, relative to the other parts
+    seconds: float = 60.0  # duration after which a case counts as a hang, and its process ends
+    growth: float | None = None  # MB by which a process may grow after the first quarter of its time; None for no limit
 
 
 def attempted(part: Part, seed: int) -> Tried:

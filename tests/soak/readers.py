@@ -47,23 +47,14 @@ LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """Command or function that reads a file.
+    """Command or function that reads a file."""
 
-    Attributes:
-        file: name of the file in the folder of `good_files`.
-        words: words of the command, or a function of the path.
-        seconds: limit of the processor time, s.
-        change: function that makes the file hostile.
-        weight: relative frequency.
-        typed: name of the file that is the standard input.
-    """
-
-    file: str
-    words: str | Callable[[Path], object]
-    seconds: float = 10.0
-    change: Callable[..., bytes] = mutated
-    weight: float = 1.0
-    typed: str = "readings.jsonl"
+    file: str  # name of the file in the folder of `good_files`
+    words: str | Callable[[Path], object]  # words of the command, or a function of the path
+    seconds: float = 10.0  # limit of the processor time, s
+    change: Callable[..., bytes] = mutated  # function that makes the file hostile
+    weight: float = 1.0  # relative frequency
+    typed: str = "readings.jsonl"  # name of the file that is the standard input
 
 
 ADVISE = "advise part.nc --parts 2 --policy handbook --json"

@@ -43,26 +43,17 @@ CAPABILITY, DROP = 1, 24
 
 @dataclass(slots=True)
 class Surroundings:
-    """Surroundings of a command.
+    """Surroundings of a command."""
 
-    Attributes:
-        name: name in tables.
-        begin: function that the process of the command calls first.
-        environment: changes of the environment variables; None unsets one.
-        out, error: paths for output and errors; None for a pipe.
-        signal: signal that is sent after a while.
-        reads_on: whether the output is read.
-        gone: whether the working folder is removed.
-    """
-
-    name: str
-    begin: Callable[[], object] = lambda: None
+    name: str  # name in tables
+    begin: Callable[[], object] = lambda: None  # function that the process of the command calls first
+    # changes of the environment variables; None unsets one
     environment: Mapping[str, str | None] = field(default_factory=dict)
-    out: str | None = None
-    error: str | None = None
-    signal: int | None = None
-    reads_on: bool = True
-    gone: bool = False
+    out: str | None = None  # path for the output; None for a pipe
+    error: str | None = None  # path for the errors; None for a pipe
+    signal: int | None = None  # signal that is sent after a while
+    reads_on: bool = True  # whether the output is read
+    gone: bool = False  # whether the working folder is removed
 
 
 def _closing(*descriptors: int) -> Callable[[], object]:

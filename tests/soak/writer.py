@@ -16,17 +16,11 @@ SUBPROGRAM, MACRO, CALLED = 700, 800, 9190
 
 @dataclass(frozen=True)
 class Case:
-    """Program and its job.
+    """Program and its job."""
 
-    Attributes:
-        seed: seed of both.
-        text: text of the program.
-        job: job that the program is ground on.
-    """
-
-    seed: int
-    text: str
-    job: Job
+    seed: int  # seed of both
+    text: str  # the program
+    job: Job  # job that the program is ground on
 
 
 def case(seed: int) -> Case:

@@ -41,14 +41,10 @@ class BeliefPlanner:
     block with every choice, and the rest of the part with the choices of the table of `worth`, by the same compiled
     cycle as the true wheel. The table also gives the cost of the later blocks, from wheel, lot and spare time. Nothing
     is tuned: the table is computed from the simulation.
-
-    Attributes:
-        members: size of the ensemble; each member has a wheel, a lot and a roughness.
-        speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` - 1 between
-            the neighbours of the best E.
     """
 
-    members: int = 32
+    members: int = 32  # size of the ensemble; each member has a wheel, a lot and a roughness
+    # number of E tried first in a range of E, geometrically spaced; then `speeds` - 1 between the best E's neighbours
     speeds: int = 10
     name: ClassVar[str] = "belief_planner"
     sees: ClassVar[Sees] = "measurements"

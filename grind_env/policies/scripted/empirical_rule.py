@@ -49,15 +49,14 @@ class EmpiricalRule:
     part too thick, or a part nearly too thin, because it was hot. These parts reduce the usual volume for a while.
 
     Attributes:
-        step: largest factor on E from block to block.
-        interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
         power: fitted law of the power readings.
         speeds: E of the last block of each kind, whichever policy chose it, mm/min, shape (N, kinds).
         kind: kind of the coming block, shape (N,).
         volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 
-    step: float = 1.5
+    step: float = 1.5  # largest factor on E from block to block
+    # usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K)
     interval: float = INTERVAL
     name: ClassVar[str] = "empirical_rule"
     sees: ClassVar[Sees] = "measurements"

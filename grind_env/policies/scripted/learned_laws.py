@@ -25,17 +25,13 @@ class PowerLaw:
         ln P = c + f ln Q + g ln(V' + 10 mm3/mm)
 
     Recursive least squares with exponential forgetting (Astrom and Wittenmark, Adaptive Control, section 2.2).
-
-    Attributes:
-        found: c, f and g, shape (N, 3).
-        known: whether a machine has been read, shape (N,).
-        expected: forecast of the logarithm of the last reading, from before the law learned the reading, shape (N,).
-        spread: standard deviation of this forecast, shape (N,).
     """
 
     def __init__(self, machines: int) -> None:
-        self.found = np.tile(FIRST, (machines, 1))
-        self.known = np.zeros(machines, bool)
+        self.found = np.tile(FIRST, (machines, 1))  # c, f and g, shape (N, 3)
+        self.known = np.zeros(machines, bool)  # whether a machine has been read, shape (N,)
+        # forecast of the logarithm of the last reading, from before the law learned the reading, and the standard
+        # deviation of this forecast, shape (N,)
         self.expected, self.spread = np.zeros(machines), np.ones(machines)
         self._covariance = np.tile(np.diag(SPREAD**2), (machines, 1, 1))
 

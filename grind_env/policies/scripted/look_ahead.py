@@ -83,26 +83,16 @@ class LookAhead:
     such blocks and with or without a dress, whichever is cheaper. The wheel at the end adds a price, in dress
     executions: price[kind] (s / 0.015)^growth[kind] with the dullness s = (A + 0.02 lam) pm. At the end of an episode
     the task itself charges the wheel.
-
-    Attributes:
-        price: price of a wheel of reference dullness, in dress executions, by kind of the coming block.
-        growth: exponent of the price, by kind of the coming block.
-        caution: factor on the price of scrap, because few wheels include few of the worst.
-        haste: price of lost time before a due date, in prices of lateness.
-        calm: log of the work over the time left at which the chance of a late date is one half.
-        layer: price of a dress execution, in wheel changes, when as many executions as blocks are left.
-        scarcity: exponent by which this price rises as fewer executions are left.
-        speeds: number of E tried first, geometrically spaced, if the task has a range of E; then `speeds` - 1 between
-            the neighbours of the best E.
     """
 
-    price: tuple[float, ...]
-    growth: tuple[float, ...]
-    caution: float = 1.0
-    haste: float = 0.0
-    calm: float = 0.0
-    layer: float = 0.0
-    scarcity: float = 0.0
+    price: tuple[float, ...]  # price of a wheel of reference dullness, in dress executions, by kind of the coming block
+    growth: tuple[float, ...]  # exponent of the price, by kind of the coming block
+    caution: float = 1.0  # factor on the price of scrap, because few wheels include few of the worst
+    haste: float = 0.0  # price of lost time before a due date, in prices of lateness
+    calm: float = 0.0  # log of the work over the time left at which the chance of a late date is one half
+    layer: float = 0.0  # price of a dress execution, in wheel changes, when as many executions as blocks are left
+    scarcity: float = 0.0  # exponent by which this price rises as fewer executions are left
+    # number of E tried first in a range of E, geometrically spaced; then `speeds` - 1 between the best E's neighbours
     speeds: int = 8
     name: ClassVar[str] = "look_ahead"
     sees: ClassVar[Sees] = "measurements"

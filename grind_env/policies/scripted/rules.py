@@ -128,13 +128,10 @@ class SpeedLaw:
         ln E = ln E[kind] + gA x + gF exp(-V / 40) + gH h + gP p + gB q + ...
         x = ln(A / 0.015)
 
-    Attributes:
-        E: E at the reference sharpness, mm/min, by kind of block.
-        gP: coefficient of p, useful only in a task with due dates.
-        gB: coefficient of q, useful only in a task whose wheel is changed.
+    gP is useful only in a task with due dates, and gB only in a task whose wheel is changed.
     """
 
-    E: tuple[float, ...]
+    E: tuple[float, ...]  # E at the reference sharpness, mm/min, by kind of block
     gA: float
     gF: float
     gH: float
@@ -156,13 +153,10 @@ class DressLaw:
 
         D = 1 if x + wV V / 300 + wH h + wP p + wB q + ... > ln(A_dress[kind] / 0.015), else 0
 
-    Attributes:
-        A_dress: wear-flat area above which to dress, by kind of block.
-        wP: coefficient of p, useful only in a task with due dates.
-        wB: coefficient of q, useful only in a task whose wheel is changed.
+    wP is useful only in a task with due dates, and wB only in a task whose wheel is changed.
     """
 
-    A_dress: tuple[float, ...]
+    A_dress: tuple[float, ...]  # wear-flat area above which to dress, by kind of block
     wV: float
     wH: float
     wP: float = 0.0
@@ -242,14 +236,10 @@ class AdaptiveDress(Estimating, DressLaw):
 
     Its saving on the best fixed plan is the value of adapting D; the further saving of `AdaptiveRule` is that of
     adapting E.
-
-    Attributes:
-        E: E of all blocks, mm/min.
-        wS: coefficient of the lot severity in the dress criterion.
     """
 
-    E: float
-    wS: float
+    E: float  # E of all blocks, mm/min
+    wS: float  # coefficient of the lot severity in the dress criterion
     name: ClassVar[str] = "adaptive_dress"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
