@@ -33,7 +33,7 @@ SIZE_AIM = 0.5
 """Mean share of the size tolerance to aim at; gauges drift, too."""
 NEAR = 0.75
 """Share of a limit of size or Ra above which no block of the part becomes faster."""
-HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
+HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.88
 """Burn ratio that the model allows. Factors from a heat to the allowed heat: of the first part, if above this ratio, of
 a part that did not burn, and of a part that burnt."""
 COOLS = 0.6
@@ -128,10 +128,9 @@ class Rule:
         return JobChoice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
 
     def executions(self, number: int, asked: float) -> float:
-        """Return the fewest dress executions, at least those asked for, with which the part stays cool."""
+        """Return the fewest dress executions with which the part stays cool, or those asked for if none are enough."""
         first, *later = self.simulation.branches.part_from(number)
-        most = float(max(MOST_EXECUTIONS, self.simulation.blocks[number].plan.dresses))
-        for D in np.arange(asked, most):
+        for D in np.arange(asked, max(MOST_EXECUTIONS, self.simulation.blocks[number].plan.dresses) + 1.0):
             worn = self.ground(first) / (D + 1.0)
             hot = self.is_hot(first, worn)
             for each in later:
@@ -139,7 +138,7 @@ class Rule:
                 hot |= self.is_hot(each, worn)
             if not hot:
                 return float(D)
-        return max(asked, most)
+        return asked
 
     def is_hot(self, number: int, volume: float) -> bool:
         """Return whether a block would come nearer to burning than is allowed."""
@@ -178,9 +177,10 @@ class Rule:
             return min(last, self.ceiling[k]), "E stays until the power of this block is read"
         limit, rate = self.rows[number].power, self.power.found[k, 1]
         power = (np.log(SHARE * limit) - self.expected(number, last, volume)) / max(rate, LEAST_EXPONENT)
-        # power alone does not slow the table below the program's E: a dress costs less, and slow tables burn
-        power = max(power, 0.0 if k in self.without_effect else np.log(min(self.own[k], last) / last))
         heat = self.heat_left(number, last, volume) / (rate - 0.5) if rate > COOLS else np.inf
+        # forecasts do not slow the table below the program's E: a dress costs less, and slow tables burn
+        slowest = np.log(min(self.own[k], last) / last)
+        power, heat = max(power, 0.0 if k in self.without_effect else slowest), max(heat, slowest)
         easy = max(self.limit_ratio, self.size_ratio / EASY_SIZE, self.peaks[k] / limit) < EASY
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)

@@ -10,11 +10,12 @@ from grind_env.array_types import Array
 from grind_env.envs.cost import Outcome
 from grind_env.envs.job.job_simulation import JobSimulation
 from grind_env.envs.job.program_outline import JobChoice
+from grind_env.process.cost import NO_LIMIT, survival
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.operator_readings import MachineReadings
 
-LOTS = 1
-"""Seed of lots, stocks and noise, the same for all compared batches."""
+LOTS, BURNS = 1, 2
+"""Seeds, the same for all compared batches: of lots, stocks and noise, and with it of the parts that burn."""
 COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "rise"))
 
 Decide = Callable[[int, MachineReadings | None], JobChoice]
@@ -55,6 +56,8 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
     cost, scrap = np.zeros((2, simulation.parts))
+    # a part of which half are burnt is read as burnt in half of the batches
+    chances = np.random.default_rng((seed, BURNS)).random(simulation.parts)
     speeds, executions = np.zeros((2, len(blocks)))
     all_readings, readings, heat = list[MachineReadings](), None, 0.0
     for number, block in enumerate(blocks):
@@ -65,7 +68,8 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
         heat = max(0.0 if block.starts_part else heat, float(outcomes[0, RISE]))
         readings = read(simulation, simulation.observe(episodes), number)
         if block.finished:
-            readings = replace(readings, burn=heat > job.of_part(block.part + 1).limits.rise)
+            limits = job.of_part(block.part + 1).limits._replace(roughness=NO_LIMIT, size=NO_LIMIT)
+            readings = replace(readings, burn=bool(chances[block.part] > survival(heat, 0.0, 0.0, 0.0, limits)))
         speeds[number], executions[number] = choice
         all_readings.append(readings)
     return BatchResult(cost=cost, scrap=scrap, speeds=speeds, executions=executions, readings=tuple(all_readings))
