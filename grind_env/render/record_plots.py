@@ -8,7 +8,7 @@ import numpy as np
 from grind_env.machine.record import GrindingRecord
 from grind_env.message_text import shortened
 from grind_env.render import curve_data
-from grind_env.render.figures import check_format, new_figure, write_figure
+from grind_env.render.figures import new_figure, write_figure
 from grind_env.render.record_tables import totals
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ def plot_record(record: GrindingRecord, path: str | Path, title: str) -> None:
         MissingExtra: matplotlib is not installed.
         FileError: the folder does not exist or cannot be written to.
     """
-    check_format(path)
     write_figure(draw_record(record, title), path)
 
 
