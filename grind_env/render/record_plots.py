@@ -1,5 +1,6 @@
 """Pictures of a grinding record, drawn by matplotlib."""
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,20 +93,12 @@ def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture
         marked = known[1:-1] & (few | ~(known[:-2] | known[2:]))
         axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5 if few else 1.0)
         axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
-    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
+    title = curve.title if curve.unit == "-" else f"{curve.title}, {curve.unit}"
+    axes.set_ylabel(textwrap.fill(title, 14, break_on_hyphens=False, break_long_words=False), fontsize=size)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color=curve_data.GRID, lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def _wrapped(title: str, unit: str) -> str:
-    lines = [""]
-    for word in (title if unit == "-" else f"{title}, {unit}").split():
-        if len(lines[-1]) + len(word) > 13 and lines[-1]:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return "\n".join(lines)
 
 
 def _mark_limits(axes: "Axes", curve: curve_data.Curve) -> None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT, usual_uncertainty
 from grind_env.message_text import listed
@@ -21,7 +21,6 @@ from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
-from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
