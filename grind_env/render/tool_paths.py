@@ -106,7 +106,6 @@ def _draw(axes: "Axes", motion: Motion, right: Floats, up: Floats, programmed: s
 
 
 def _arrow(axes: "Axes", motion: Motion, points: Floats) -> None:
-    """Draw a small arrow head in the middle of a motion."""
     middle = len(points) // 2
     before, after = points[middle - 1], points[middle]
     tail, head = before + 0.49 * (after - before), before + 0.51 * (after - before)

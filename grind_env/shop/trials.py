@@ -380,7 +380,6 @@ def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
 
 
 def _alike(blocks: Sequence[BlockOutline], runs: int) -> bool:
-    """Return whether all runs have the same blocks with the same settings."""
     count, left = divmod(len(blocks), runs)
     if left or any(blocks[k].block.source != blocks[k % count].block.source for k in range(len(blocks))):
         return False

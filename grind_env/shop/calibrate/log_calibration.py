@@ -101,8 +101,8 @@ def calibrate(
 
     unlogged = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
-    problem = FitProblem(parameters, scales, data, predict, free, jumps)
-    fitted, judged = fit_and_judge(problem, report_stage)
+    problem = FitProblem(parameters, scales, data, predict, report_stage, free, jumps)
+    fitted, judged = fit_and_judge(problem)
     _refuse_hopeless(fitted, judged.errors, data, rows.unit, gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)

@@ -88,8 +88,7 @@ def calibrate_table(
         return np.array([found[rows[k]][name] for k, name in measured])
 
     report_stage("fitting")
-    problem = FitProblem(parameters, {}, data, predict)
-    fitted, judged = fit_and_judge(problem, report_stage)
+    fitted, judged = fit_and_judge(FitProblem(parameters, {}, data, predict, report_stage))
     return Calibration(
         source=table.name,
         program="",

@@ -308,7 +308,6 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """Return the change of a word to the level with the index `number`."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(
