@@ -3,6 +3,7 @@
 This module is light to import; the drawing library is loaded with the first picture.
 """
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,11 +75,9 @@ class Follower:
     """
 
     def __init__(self, title: str) -> None:
-        self.window: Window | None
-        try:
+        self.window: Window | None = None
+        with suppress(NoScreenError):
             self.window = open_window(title)
-        except NoScreenError:
-            self.window = None
 
     def show(self, view: EpisodePicture) -> None:
         """Show a state.
