@@ -26,14 +26,7 @@ FPS = 10
 
 
 def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
-    """Draw a view.
-
-    Args:
-        view: view of the episode.
-        size: `WIDE` or `TALL`.
-
-    Returns:
-        The picture, shape (height, width, 3).
+    """Return the picture of a view, shape (height, width, 3); the size is `WIDE` or `TALL`.
 
     Raises:
         RenderError: for another size.
@@ -66,9 +59,6 @@ def open_window(title: str) -> "Window":
 
 class Follower:
     """Display of every state of an episode: in a window, or without a screen as text in the terminal.
-
-    Args:
-        title: title of the window.
 
     Raises:
         RenderError: if Pillow or tkinter is not installed.

@@ -49,10 +49,6 @@ def draw_record(record: GrindingRecord, title: str) -> "Figure":
     Strokes are drawn one by one, with marks for blocks, parts, dresses and spark-out. Many strokes are drawn as bands
     from the lowest to the highest value, by part if there are many parts.
 
-    Args:
-        record: record of `machine.grind`.
-        title: title, such as the name of the program.
-
     Raises:
         MissingExtra: matplotlib is not installed.
     """
@@ -74,7 +70,9 @@ def draw_panels(shown: curve_data.Picture, figure: "Figure", size: float) -> Non
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
         panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
-    _name_blocks(panels[0], shown)
+    if len(shown.parts) > 1:
+        _name_places(panels[0], [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
+    _name_places(panels[0], [(span.first, span.label) for span in shown.spans], shown, 3.0)
     _name_marks(panels[-1], shown)
     panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
     panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
@@ -127,12 +125,6 @@ def _mark_pauses(axes: "Axes", shown: curve_data.Picture) -> None:
     if len(shown.spans) <= 2 * MOST_LABELS:
         for span in shown.spans[1:]:
             axes.axvline(shown.edges[span.first], color=curve_data.GREY, lw=0.8, ls=":")
-
-
-def _name_blocks(axes: "Axes", shown: curve_data.Picture) -> None:
-    if len(shown.parts) > 1:
-        _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
-    _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
 
 
 def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: curve_data.Picture, height: float) -> None:
