@@ -54,19 +54,19 @@ def draw_record(record: GrindingRecord, title: str) -> "Figure":
     """
     shown = curve_data.picture(record)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
-    draw_panels(shown, figure, 9.0)
+    draw_panels(shown, figure)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
     summary.set_parse_math(False)
     return figure
 
 
-def draw_panels(shown: curve_data.Picture, figure: "Figure", size: float) -> None:
-    """Draw all curves of a picture into an empty figure, one below the other, with headings of `size`, pt."""
+def draw_panels(shown: curve_data.Picture, figure: "Figure") -> None:
+    """Draw all curves of a picture into an empty figure, one below the other."""
     from matplotlib.ticker import MaxNLocator
 
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
     for panel, curve in zip(panels, shown.curves, strict=True):
-        _draw_curve(panel, curve, shown, size)
+        _draw_curve(panel, curve, shown)
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
         panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
@@ -79,7 +79,7 @@ def draw_panels(shown: curve_data.Picture, figure: "Figure", size: float) -> Non
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture, size: float) -> None:
+def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture) -> None:
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
@@ -92,7 +92,7 @@ def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture
         axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5 if few else 1.0)
         axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
     title = curve.title if curve.unit == "-" else f"{curve.title}, {curve.unit}"
-    axes.set_ylabel(textwrap.fill(title, 14, break_on_hyphens=False, break_long_words=False), fontsize=size)
+    axes.set_ylabel(textwrap.fill(title, 14, break_on_hyphens=False, break_long_words=False), fontsize=9)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color=curve_data.GRID, lw=0.6)
     axes.set_axisbelow(True)
