@@ -9,3 +9,4 @@ Array = NDArray[Any]
 Table = NDArray[np.float64]
 """Array with one row for each machine, episode or lot."""
 Numbers = NDArray[np.int64]
+Floats = NDArray[np.float64]

@@ -64,7 +64,7 @@ OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True)
 """Predicted cuts: factors on E and on picks, and whether there are dresses; the logs have E times 0.8 to 1.2."""
 
 
-def calibrate_on(machine: StudyMachine) -> dict[str, float]:
+def answer(machine: StudyMachine, *_: object) -> dict[str, float]:
     """Return the mean errors of the power of blocks, or `refused` alone if the calibration refuses the log."""
     with tempfile.TemporaryDirectory() as folder:
         log = logged(machine, Path(folder))

@@ -46,14 +46,11 @@ def column(rows: Rows, name: str) -> Array:
     return np.array([numbers.get(name, np.nan) for _, numbers in rows])
 
 
-def by_family(rows: Rows, number: Callable[[Rows], float]) -> dict[str, float]:
-    """Return a number of each family."""
+def worst_family(rows: Rows, number: Callable[[Rows], float]) -> float:
+    """Return the highest value of a number among the families; NaN without rows."""
     families = dict.fromkeys(cell.machine.family for cell, _ in rows)
-    return {family: number([row for row in rows if row[0].machine.family == family]) for family in families}
-
-
-def _worst(numbers: Mapping[str, float]) -> float:
-    return max(numbers.values(), default=np.nan)
+    found = (number([row for row in rows if row[0].machine.family == family]) for family in families)
+    return max(found, default=np.nan)
 
 
 def _mean(values: Array) -> float:
@@ -73,7 +70,7 @@ def _calibrate(others: Rows, own: Rows) -> list[Bound]:
         return _mean(column(rows, "error")) / _mean(column(rows, "regression"))
 
     return [
-        Bound("error over the error of the power law, worst family", _worst(by_family(others, over)), 1.0),
+        Bound("error over the error of the power law, worst family", worst_family(others, over), 1.0),
         Bound("error over the error of the power law, machine is the model", over(own) if own else np.nan, 0.5),
     ]
 
@@ -128,7 +125,7 @@ def _advise(others: Rows, own: Rows) -> list[Bound]:
         return 100.0 * _most((adviser - trusting) / (program - trusting))
 
     return [
-        Bound("cost over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
+        Bound("cost over an adviser without a model, worst family", worst_family(others, over), 1.05),
         Bound("cost over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
         Bound("cost over the best of 15 fixed plans, worst machine", _most(cost / plan), 1.5),
         Bound("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),

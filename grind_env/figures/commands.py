@@ -11,14 +11,12 @@ from grind_env.policy_commands import NamedProblem, Parts
 
 app = Application(no_args_is_help=True, help="Draw figures for papers, as vector graphics of page width.")
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()]
-
 
 @app.command(
     epilog="grind figure dress -o dress.pdf\ngrind figure dress --task rush --E 12000 --dress-every 5 -o rush.svg"
 )
 def dress(
-    output: Output,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()],
     env: NamedProblem = "power_limited",
     job: ProblemJob = None,
     parts: Parts = 1,

@@ -1,14 +1,11 @@
 """View of a calibration: fitted constants, prediction errors, and how the files were read."""
 
-from typing import TYPE_CHECKING
-
 from grind_env.notebook_views.markup import fragment, items, paragraphs, table
 from grind_env.shop.calibrate.calibration_output import all_sentences, constants_table
 from grind_env.shop.calibrate.figure import draw_calibration
 from grind_env.shop.calibrate.result import Calibration
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+figure = draw_calibration
 
 
 def html(found: Calibration) -> str:
@@ -16,8 +13,3 @@ def html(found: Calibration) -> str:
     constants = constants_table(found)
     shown = table(constants.headings, constants.rows) if constants.rows else ""
     return fragment(f"Calibrated from {found.source}", shown, paragraphs(all_sentences(found)), items(found.remarks))
-
-
-def figure(found: Calibration) -> "Figure":
-    """Return the figure of measured over modelled values."""
-    return draw_calibration(found)

@@ -18,7 +18,7 @@ def html(record: GrindingRecord) -> str:
     found = faults(record)
     return fragment(
         record.programs.name,
-        table(parts.headings, [row.cells(parts.fields) for row in parts.rows]),
+        table(parts.headings, parts.rows),
         table(HEADINGS, compared_blocks(record)),
         paragraphs(compared_dresses(record)),
         paragraphs([totals(record)]),

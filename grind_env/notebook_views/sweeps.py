@@ -1,15 +1,12 @@
 """View of a sweep: its tables of settings, and the best one."""
 
-from typing import TYPE_CHECKING
-
 from grind_env.notebook_views.markup import fragment, paragraphs, table
 from grind_env.shop.sweep.figure import draw_sweep
 from grind_env.shop.sweep.study import Sweep
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import lots_text
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+figure = draw_sweep
 
 
 def html(found: Sweep) -> str:
@@ -17,8 +14,3 @@ def html(found: Sweep) -> str:
     bodies = [paragraphs([shown.title]) + table(shown.headings, shown.rows, left=0) for shown in tables_of(found)]
     title = f"{found.program}, batches of {found.parts} {found.counted}s, {lots_text(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
-
-
-def figure(found: Sweep) -> "Figure":
-    """Return the figure of `grind sweep --plot`."""
-    return draw_sweep(found)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from grind_env.files import read_text
-from grind_env.process.catalogue import BUILT_IN, KINDS
+from grind_env.process.catalogue import BUILT_IN
 from grind_env.process.entries import Entry, Quantity, quantities
 
 _COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
@@ -48,7 +48,7 @@ def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
     """Return the catalogue comments on an entry, from the last file with the entry."""
     heading = re.compile(rf"^\[{kind}\.\"?{re.escape(name)}\"?\]\s*(?:#\s*(.*))?\n((?:#.*\n)*)", re.MULTILINE)
     found = ""
-    for path in (_built_in(kind), *files):
+    for path in (BUILT_IN / f"{kind}s.toml", *files):
         if match := heading.search(read_text(path)):
             found = " ".join(filter(None, (match[1] or "", _text(match[2]))))
     return found
@@ -56,12 +56,7 @@ def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
 
 def preface(kind: str) -> str:
     """Return the comments at the top of a kind's built-in file; empty for none."""
-    return _text("".join(re.findall(r"\A((?:#.*\n)*)", read_text(_built_in(kind)))))
-
-
-def _built_in(kind: str) -> Path:
-    assert kind in KINDS
-    return BUILT_IN / f"{kind}s.toml"
+    return _text("".join(re.findall(r"\A((?:#.*\n)*)", read_text(BUILT_IN / f"{kind}s.toml"))))
 
 
 def _text(comment: str) -> str:

@@ -43,24 +43,14 @@ class Box(NamedTuple):
         return Box(self.left + left, self.top + top, self.right - right, self.bottom - bottom)
 
 
-class CanvasText(NamedTuple):
-    """Text to write when the shapes are done."""
-
-    at: Point
-    text: str
-    size: int
-    colour: Colour
-    anchor: str
-    strong: bool
-
-
 class Canvas:
     """Shapes and text in pixels of the finished picture, y downwards."""
 
     def __init__(self, width: int, height: int) -> None:
         self.image = Image.new("RGB", (FINENESS * width, FINENESS * height), PAPER)
         self.shapes = ImageDraw.Draw(self.image)
-        self.texts: list[CanvasText] = []
+        # arguments of `text`, which is written when the shapes are done
+        self.texts: list[tuple[Point, str, int, Colour, str, bool]] = []
 
     def rectangle(self, box: Box, colour: Colour, *, outline: Colour | None = None, radius: float = 0.0) -> None:
         """Draw a filled rectangle, at least one drawn pixel wide and high; nothing if it has no area."""
@@ -102,14 +92,14 @@ class Canvas:
         self, at: Point, text: str, size: int = 12, colour: Colour = INK, anchor: str = "ls", strong: bool = False
     ) -> None:
         """Write text on a base line; `at` is its left end if `anchor` is `ls`, its right end if `rs`."""
-        self.texts.append(CanvasText(at, text, size, colour, anchor, strong))
+        self.texts.append((at, text, size, colour, anchor, strong))
 
     def pixels(self) -> NDArray[np.uint8]:
         """Return the finished picture, shape (height, width, 3)."""
         picture = self.image.reduce(FINENESS)
-        for text in self.texts:
-            mask, (left, top) = _mask(text.text, text.size, text.anchor, text.strong)
-            picture.paste(text.colour, (round(text.at[0]) + left, round(text.at[1]) + top), mask)
+        for (x, y), text, size, colour, anchor, strong in self.texts:
+            mask, (left, top) = _mask(text, size, anchor, strong)
+            picture.paste(colour, (round(x) + left, round(y) + top), mask)
         return np.array(picture)
 
 

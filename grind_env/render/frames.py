@@ -3,6 +3,7 @@
 This module is light to import; the drawing library is loaded with the first picture.
 """
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,14 +26,7 @@ FPS = 10
 
 
 def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
-    """Draw a view.
-
-    Args:
-        view: view of the episode.
-        size: `WIDE` or `TALL`.
-
-    Returns:
-        The picture, shape (height, width, 3).
+    """Return the picture of a view, shape (height, width, 3); the size is `WIDE` or `TALL`.
 
     Raises:
         RenderError: for another size.
@@ -66,19 +60,14 @@ def open_window(title: str) -> "Window":
 class Follower:
     """Display of every state of an episode: in a window, or without a screen as text in the terminal.
 
-    Args:
-        title: title of the window.
-
     Raises:
         RenderError: if Pillow or tkinter is not installed.
     """
 
     def __init__(self, title: str) -> None:
-        self.window: Window | None
-        try:
+        self.window: Window | None = None
+        with suppress(NoScreenError):
             self.window = open_window(title)
-        except NoScreenError:
-            self.window = None
 
     def show(self, view: EpisodePicture) -> None:
         """Show a state.

@@ -23,13 +23,7 @@ DRESSED = _colour("#f7e4cc")
 
 WHEEL, FLANGE, GUARD = _colour("#e0dbcf"), _colour("#8b929c"), _colour("#e4e5e3")
 GRAIN = _colour("#a9a49a")
-TABLE, BED, STEEL, STOCK, BRIGHT = (
-    _colour("#59626e"),
-    _colour("#3f4650"),
-    _colour("#b4bdc8"),
-    _colour("#8d99a8"),
-    _colour("#eef2f6"),
-)
+TABLE, BED, STEEL, STOCK, BRIGHT = map(_colour, ("#59626e", "#3f4650", "#b4bdc8", "#8d99a8", "#eef2f6"))
 COOLANT, SPARK, DIAMOND = _colour("#bcd9ea"), _colour("#f0a63c"), _colour("#7fc4dd")
 
 WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))

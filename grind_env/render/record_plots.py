@@ -1,5 +1,6 @@
 """Pictures of a grinding record, drawn by matplotlib."""
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from grind_env.machine.record import GrindingRecord
 from grind_env.message_text import shortened
 from grind_env.render import curve_data
-from grind_env.render.figures import check_format, new_figure, write_figure
+from grind_env.render.figures import new_figure, write_figure
 from grind_env.render.record_tables import totals
 
 if TYPE_CHECKING:
@@ -39,7 +40,6 @@ def plot_record(record: GrindingRecord, path: str | Path, title: str) -> None:
         MissingExtra: matplotlib is not installed.
         FileError: the folder does not exist or cannot be written to.
     """
-    check_format(path)
     write_figure(draw_record(record, title), path)
 
 
@@ -49,39 +49,37 @@ def draw_record(record: GrindingRecord, title: str) -> "Figure":
     Strokes are drawn one by one, with marks for blocks, parts, dresses and spark-out. Many strokes are drawn as bands
     from the lowest to the highest value, by part if there are many parts.
 
-    Args:
-        record: record of `machine.grind`.
-        title: title, such as the name of the program.
-
     Raises:
         MissingExtra: matplotlib is not installed.
     """
     shown = curve_data.picture(record)
     figure = new_figure(10.0, 1.1 + PANEL * len(shown.curves))
-    draw_panels(shown, figure, 9.0)
+    draw_panels(shown, figure)
     summary = figure.suptitle(f"{shortened(title, LONGEST_TITLE)}\n{totals(record)}".lstrip("\n"), fontsize=10)
     summary.set_parse_math(False)
     return figure
 
 
-def draw_panels(shown: curve_data.Picture, figure: "Figure", size: float) -> None:
-    """Draw all curves of a picture into an empty figure, one below the other, with headings of `size`, pt."""
+def draw_panels(shown: curve_data.Picture, figure: "Figure") -> None:
+    """Draw all curves of a picture into an empty figure, one below the other."""
     from matplotlib.ticker import MaxNLocator
 
     panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(shown.curves), 1, sharex=True)))
     for panel, curve in zip(panels, shown.curves, strict=True):
-        _draw_curve(panel, curve, shown, size)
+        _draw_curve(panel, curve, shown)
         _mark_limits(panel, curve)
         _mark_pauses(panel, shown)
         panel.yaxis.set_label_coords(HEADINGS, 0.5)  # fixed: measuring the tick labels takes half the time of a page
-    _name_blocks(panels[0], shown)
+    if len(shown.parts) > 1:
+        _name_places(panels[0], [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
+    _name_places(panels[0], [(span.first, span.label) for span in shown.spans], shown, 3.0)
     _name_marks(panels[-1], shown)
     panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
     panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture, size: float) -> None:
+def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture) -> None:
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
@@ -93,20 +91,12 @@ def _draw_curve(axes: "Axes", curve: curve_data.Curve, shown: curve_data.Picture
         marked = known[1:-1] & (few | ~(known[:-2] | known[2:]))
         axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5 if few else 1.0)
         axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
-    axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
+    title = curve.title if curve.unit == "-" else f"{curve.title}, {curve.unit}"
+    axes.set_ylabel(textwrap.fill(title, 14, break_on_hyphens=False, break_long_words=False), fontsize=9)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
     axes.grid(True, color=curve_data.GRID, lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def _wrapped(title: str, unit: str) -> str:
-    lines = [""]
-    for word in (title if unit == "-" else f"{title}, {unit}").split():
-        if len(lines[-1]) + len(word) > 13 and lines[-1]:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return "\n".join(lines)
 
 
 def _mark_limits(axes: "Axes", curve: curve_data.Curve) -> None:
@@ -135,12 +125,6 @@ def _mark_pauses(axes: "Axes", shown: curve_data.Picture) -> None:
     if len(shown.spans) <= 2 * MOST_LABELS:
         for span in shown.spans[1:]:
             axes.axvline(shown.edges[span.first], color=curve_data.GREY, lw=0.8, ls=":")
-
-
-def _name_blocks(axes: "Axes", shown: curve_data.Picture) -> None:
-    if len(shown.parts) > 1:
-        _name_places(axes, [(first, f"part {number}") for first, number in shown.parts], shown, 13.0)
-    _name_places(axes, [(span.first, span.label) for span in shown.spans], shown, 3.0)
 
 
 def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: curve_data.Picture, height: float) -> None:

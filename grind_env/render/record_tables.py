@@ -1,6 +1,8 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -74,39 +76,20 @@ MOST_ROWS = 60
 """Most rows of a table; of a longer one the first and the last rows are printed."""
 
 
-class PartsRow(NamedTuple):
-    """Successive parts that a table shows in one row."""
-
-    first: int
-    last: int
-    texts: tuple[str, ...]
-    """Texts of all columns except the number."""
-    red: frozenset[str]
-    """Fields of the columns whose limit the parts exceed."""
-
-    @property
-    def number(self) -> str:
-        """Return the number of the part or parts."""
-        return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
-
-    def cells(self, fields: Sequence[str]) -> list[Cell]:
-        """Return the cells of all columns; `fields` are the fields of the columns, the number first."""
-        texts = zip(fields, (self.number, *self.texts), strict=True)
-        return [Cell(text, "bad" if field in self.red else "") for field, text in texts]
-
-
 class PartTable(NamedTuple):
     """A table with a row for each part, or for successive equal parts."""
 
     fields: tuple[str, ...]
     """Fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
-    rows: list[PartsRow]
+    rows: list[list[Cell]]
 
 
 class Fault(NamedTuple):
     """A limit that parts exceed, or another cause why they are not good."""
 
+    words: str
+    """The cause, as `cause_words` names it."""
     sentence: str
     """Sentence with the limit and the parts."""
     why: str
@@ -145,13 +128,13 @@ def faults(record: GrindingRecord) -> list[Fault]:
     for part, stages, unjudged_part in zip(record.parts, record.stages, record.unjudged, strict=True):
         for words in cause_words(causes_of(part, record.job), stages, unjudged_part):
             bad.setdefault(words, []).append(int(part["part"]))
-    unjudged = _unjudged(record)
+    unjudged = {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
     found = []
     for words, numbers in bad.items():
         limit = words if words in unjudged else SENTENCES.get(words, f"beyond the limit of {words}")
         cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
         sentence = f"{limit}: {parts_text(numbers, record.job)}"
-        found.append(Fault(sentence, unjudged.get(words) or explain(cause, numbers, record)))
+        found.append(Fault(words, sentence, unjudged.get(words) or explain(cause, numbers, record)))
     return found
 
 
@@ -162,11 +145,6 @@ def parts_text(numbers: Sequence[int], job: Job) -> str:
     return f"{text} (station{'s' * (len(names) > 1)} {', '.join(names)})" if job.stations else text
 
 
-def _unjudged(record: GrindingRecord) -> dict[str, str]:
-    """Return why parts are not judged, by the sentence of `not_judged`."""
-    return {not_judged(found): "; ".join(each.why for each in found) for found in record.unjudged if found}
-
-
 def print_record(record: GrindingRecord, title: str, console: "Console") -> None:
     """Print a row per part or group of equal parts, exceeded limits in red; then all sentences."""
     from rich.text import Text
@@ -174,10 +152,9 @@ def print_record(record: GrindingRecord, title: str, console: "Console") -> None
     parts, job = part_table(record), record.job
     where = ("" if job.uncertainty else ", not calibrated") + (f", on {job.plant}" if job.plant else "")
     console.print(Text(printable(f"{title}{where}"), "italic"), soft_wrap=True)
-    rows = [row.cells(parts.fields) for row in parts.rows]
-    table_of(parts.headings, rows, left=0).shortened(MOST_ROWS, "...").print(console)
-    if len(rows) > MOST_ROWS:
-        console.print(f"... {len(rows) - MOST_ROWS} more rows, which --json has")
+    table_of(parts.headings, parts.rows, left=0).shortened(MOST_ROWS, "...").print(console)
+    if len(parts.rows) > MOST_ROWS:
+        console.print(f"... {len(parts.rows) - MOST_ROWS} more rows, which --json has")
     console.print()
     table_of(HEADINGS, compared_blocks(record), left=0).shortened(MOST_ROWS, "...").print(console)
     for sentence in compared_dresses(record):
@@ -193,16 +170,19 @@ def print_record(record: GrindingRecord, title: str, console: "Console") -> None
         console.print(Text(printable(f"warning: {warning}"), "yellow"), soft_wrap=True)
 
 
-def _joined(record: GrindingRecord, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
-    rows: list[PartsRow] = []
-    lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
-    for part, texts in zip(record.parts, lines, strict=True):
-        scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
-        red = frozenset(scrap | {CAUSES[cause][1] for cause in causes_of(part, record.job)})
-        if rows and rows[-1].texts == texts and rows[-1].red == red:
-            rows[-1] = rows[-1]._replace(last=int(part["part"]))
-        else:
-            rows.append(PartsRow(int(part["part"]), int(part["part"]), texts, red))
+def _joined(record: GrindingRecord, cells: Mapping[str, Sequence[str]]) -> list[list[Cell]]:
+    """Return the rows; successive parts with the same texts share one."""
+    every, rows = list[tuple[tuple[list[str], set[str]], str]](), list[list[Cell]]()
+    for part, number, *texts in zip(record.parts, *cells.values(), strict=True):
+        red = {CAUSES[cause][1] for cause in causes_of(part, record.job)}
+        if part["survival"] < SCRAP_BELOW:
+            red.add("survival")
+        every.append(((texts, red), number))
+    for (texts, red), alike in groupby(every, itemgetter(0)):
+        numbers = [number for _, number in alike]
+        number = numbers[0] if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+        shown = zip(cells, (number, *texts), strict=True)
+        rows.append([Cell(text, "bad" if field in red else "") for field, text in shown])
     return rows
 
 
@@ -263,11 +243,7 @@ def as_data(record: GrindingRecord, title: str) -> dict[str, Any]:
     stations, the name of its `station`. `reasons` says for each word in `beyond` where parts have exceeded the limit
     most, and what to do.
     """
-    bad, job = dict[str, list[int]](), record.job
-    for part, unjudged in zip(record.parts, record.unjudged, strict=True):
-        for cause in () if unjudged else causes_of(part, job):
-            bad.setdefault(cause, []).append(int(part["part"]))
-    names = record.parts.dtype.names or ()
+    job, names = record.job, record.parts.dtype.names or ()
     return {
         "program": title,
         **({"plant": job.plant} if job.plant else {}),
@@ -282,8 +258,7 @@ def as_data(record: GrindingRecord, title: str) -> dict[str, Any]:
         ],
         "cycles": _rows(record.executions),
         "dresses": _rows(record.dresses),
-        "reasons": {CAUSES[cause][0]: why for cause, numbers in bad.items() if (why := explain(cause, numbers, record))}
-        | _unjudged(record),
+        "reasons": {fault.words: fault.why for fault in faults(record) if fault.why},
         "warnings": list(record.warnings),
     }
 

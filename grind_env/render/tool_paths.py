@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.control import Arc, Dwell, Event, Motion, Rapid, Source
 from grind_env.control.motion_paths import AXES
 from grind_env.control.path_geometry import Circular
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 ARC_POINTS = 33
 """Number of points drawn of an arc."""
-
-Points = NDArray[np.float64]
 
 STYLES: dict[str, dict[str, Any]] = {
     "rapid": {"color": GREY, "ls": (0, (1, 2)), "lw": 1.2},
@@ -91,7 +89,7 @@ def _name(motion: Motion) -> str:
     return "rapid" if isinstance(motion, Rapid) and motion.source is Source.PROGRAM else motion.source.value
 
 
-def _points(motion: Motion) -> Points:
+def _points(motion: Motion) -> Floats:
     """Return points along a motion, shape (points, 3), mm."""
     if not isinstance(motion, Arc):
         return np.array([motion.start, motion.end])
@@ -99,7 +97,7 @@ def _points(motion: Motion) -> Points:
     return np.array([arc.point(fraction) for fraction in np.linspace(0.0, 1.0, ARC_POINTS)])
 
 
-def _draw(axes: "Axes", motion: Motion, right: Points, up: Points, programmed: str = "program") -> None:
+def _draw(axes: "Axes", motion: Motion, right: Floats, up: Floats, programmed: str = "program") -> None:
     name = "dwell" if isinstance(motion, Dwell) else _name(motion)
     style = {"color": GREY, "ls": "-", "lw": 1.0} if isinstance(motion, Dwell) else STYLES[name]
     label = programmed if name == Source.PROGRAM.value else name
@@ -107,8 +105,7 @@ def _draw(axes: "Axes", motion: Motion, right: Points, up: Points, programmed: s
     axes.plot(right, up, label="_" if label in drawn else label, **style)
 
 
-def _arrow(axes: "Axes", motion: Motion, points: Points) -> None:
-    """Draw a small arrow head in the middle of a motion."""
+def _arrow(axes: "Axes", motion: Motion, points: Floats) -> None:
     middle = len(points) // 2
     before, after = points[middle - 1], points[middle]
     tail, head = before + 0.49 * (after - before), before + 0.51 * (after - before)

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -26,15 +25,6 @@ BUDGET = 1.0
 """Time of the search, s; its first runs compile all code that it needs."""
 SPREAD = 0.02
 """Spread of the exponents of `calibrated`; any other spread above 0 compiles the same code."""
-
-
-class Warmed(NamedTuple):
-    """Result of a warm-up."""
-
-    name: str
-    seconds: float
-    kernels: int  # number of new kernels in the cache
-    left_out: str = ""  # why the step was left out: an extra is not installed
 
 
 def uses() -> dict[str, Callable[[], object]]:
@@ -68,8 +58,8 @@ def step(name: str) -> None:
         env.close()
 
 
-def warm_up(steps: Mapping[str, Callable[[], object]]) -> Iterator[Warmed]:
-    """Run the steps one after the other and yield their results."""
+def warm_up(steps: Mapping[str, Callable[[], object]]) -> Iterator[tuple[str, float, int, str]]:
+    """Run the steps; yield the name, time, s, and number of new kernels of each, and the extra that it lacks."""
     folder = cache_folder()
     compile_at_once()
     for name, call in steps.items():
@@ -77,9 +67,9 @@ def warm_up(steps: Mapping[str, Callable[[], object]]) -> Iterator[Warmed]:
         try:
             call()
         except MissingExtra as error:
-            yield Warmed(name, 0.0, 0, str(error))
+            yield name, 0.0, 0, str(error)
         else:
-            yield Warmed(name, time.perf_counter() - begin, kernels() - before)
+            yield name, time.perf_counter() - begin, kernels() - before, ""
     if not kernels():
         raise GrindError(
             f"no kernel is in {folder}: let it be written to, or name another by NUMBA_CACHE_DIR, and unset "

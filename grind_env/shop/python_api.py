@@ -83,8 +83,7 @@ def report(
         interrupts=interrupts,
         plant=plant,
     )
-    html = run_report(record, programs, record.job, (program, path))
-    write_page(written, html)
+    write_page(written, run_report(record, (program, path)))
     return written
 
 

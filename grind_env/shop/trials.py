@@ -53,10 +53,6 @@ class LotUse(IntEnum):
     SWEEP = 4
 
 
-def nothing() -> None:
-    """Do nothing between two blocks."""
-
-
 CORES = min(os.cpu_count() or 1, 8)
 """Number of cores that replay candidates side by side; with more cores the lock of the interpreter is the limit."""
 ROWS_AT_ONCE = 150_000
@@ -208,7 +204,7 @@ class Trials:
         return np.asarray(walks[:, self.simulation.part_of_block])
 
     def measure(
-        self, settings: Array, *, other_settings: bool = False, handover: bool = True, between: Between = nothing
+        self, settings: Array, *, other_settings: bool = False, handover: bool = True, between: Between = lambda: None
     ) -> Measures:
         """Return the results of candidates; settings are of all runs, shape (C, blocks, fields of `BlockSettings`).
 
@@ -325,7 +321,7 @@ def trials_of(
     picks: Sequence[float] = (),
     spark_outs: Sequence[int] = (),
     spread: float = 1.0,
-    between: Between = nothing,
+    between: Between = lambda: None,
 ) -> Trials:
     """Return trials of a program that is run several times with one wheel.
 
@@ -380,7 +376,6 @@ def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
 
 
 def _alike(blocks: Sequence[BlockOutline], runs: int) -> bool:
-    """Return whether all runs have the same blocks with the same settings."""
     count, left = divmod(len(blocks), runs)
     if left or any(blocks[k].block.source != blocks[k % count].block.source for k in range(len(blocks))):
         return False

@@ -279,7 +279,7 @@ def test_feed_moves_are_strokes_at_each_station() -> None:
 def test_records_name_the_stations() -> None:
     record = run(HEAD + strokes("G54") + strokes("G55") + "M30\n", two(roughness_limit=0.1))
     shown = part_table(record)
-    assert shown.fields[:2] == ("part", "station") and [row.texts[0] for row in shown.rows] == ["left", "right"]
+    assert shown.fields[:2] == ("part", "station") and [row[1].text for row in shown.rows] == ["left", "right"]
     data = as_data(record, "test.nc")
     assert [each["station"] for each in data["parts"]] == ["left", "right"]
     assert [each["beyond"] for each in data["parts"]] == [[], ["Ra"]]

@@ -20,11 +20,11 @@ DRAW = {WIDE: draw_wide, TALL: draw_tall}
 
 def boxes(canvas: Canvas) -> Iterator[tuple[str, Box]]:
     """Yield each text and its box: 0.75 of its size above the base line, 0.2 below."""
-    for text in canvas.texts:
-        if text.text:
-            width = text_width(text.text, text.size, text.strong)
-            left = text.at[0] - (width if text.anchor == "rs" else 0.0)
-            yield text.text, Box(left, text.at[1] - 0.75 * text.size, left + width, text.at[1] + 0.2 * text.size)
+    for (x, y), text, size, _, anchor, strong in canvas.texts:
+        if text:
+            width = text_width(text, size, strong)
+            left = x - (width if anchor == "rs" else 0.0)
+            yield text, Box(left, y - 0.75 * size, left + width, y + 0.2 * size)
 
 
 def assert_legible(view: EpisodePicture, size: tuple[int, int]) -> None:
@@ -62,9 +62,9 @@ def test_the_longest_values_fit_into_the_picture(size: tuple[int, int]) -> None:
 def test_a_long_title_gets_smaller_then_shorter(title: str, shown: str, size: tuple[int, int]) -> None:
     view = replace(VIEW, extent=replace(VIEW.extent, title=title))
     assert_legible(view, size)
-    heading = next(text for text in DRAW[size](view, *size).texts if text.text.startswith("Plates"))
-    assert heading.text.startswith(shown)
-    assert (heading.text == title) == (title == shown)
+    heading = next(text for _, text, *_ in DRAW[size](view, *size).texts if text.startswith("Plates"))
+    assert heading.startswith(shown)
+    assert (heading == title) == (title == shown)
 
 
 def test_dresses_stay_visible_in_a_job_of_many_blocks() -> None:

@@ -47,7 +47,7 @@ def page_of(name: str) -> str:
     job = load_job(EXAMPLES / f"{name}.toml")
     programs = read_file(EXAMPLES / f"{name}.nc")
     files = EXAMPLES / f"{name}.nc", EXAMPLES / f"{name}.toml"
-    return run_report(grind(programs, job), programs, job, files)
+    return run_report(grind(programs, job), files)
 
 
 def section(page: str, title: str) -> str:
@@ -153,7 +153,7 @@ def test_reports_of_many_parts_stay_small() -> None:
         programs = read(f"G71 G94 G90 G19 S1910 M03\nG00 Y2. Z-2.5 M08\n{body}M30\n{DRESS}", "many.nc")
         record = grind(programs, job)
         assert (record.strokes.size <= MOST_STROKES) == (count <= 50)
-        page = run_report(record, programs, job)
+        page = run_report(record)
         assert len(page) < 400_000 and page.count("<tr") < 700 and len(cells(section(page, "Blocks"))) == 2
 
 

@@ -185,7 +185,7 @@ def test_a_calibration_report_shows_the_result(
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
     assert found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading
-    assert "power_limit of the written file is" in reading
+    assert "power_limit is written as" in reading
     assert all(remark in reading for remark in found.remarks)
     verdict = unescape(section(html, "Verdict"))
     assert verdict.strip().count(found.verdict.headline) == 1

@@ -8,6 +8,7 @@ import numpy as np
 from grind_env.control import CycleStart, Programs, execute, read
 from grind_env.control.block_words import Block, read_block
 from grind_env.control.events import CyclePlan
+from grind_env.control.motion_paths import AXES
 from grind_env.control.program_scanner import readable
 from grind_env.control.word_rewriting import with_words
 from grind_env.machine.grind import grind
@@ -32,7 +33,6 @@ SPANS = (1.0, 0.75, 0.5, 0.3)
 """Exponents of all factors, from the widest on; the first safe one is taken."""
 MM, INCH = 3, 4
 """Decimals that the control reads in mm and in inches."""
-LETTERS = "XYZ"
 
 
 class Plan(NamedTuple):
@@ -96,7 +96,7 @@ def _text(
 ) -> tuple[str, tuple[tuple[float, float], ...]]:
     """Return the text of the plan, and E and pick of its test blocks."""
     assert plan.plunge_axis is not None
-    depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
+    depth, cross = AXES[plan.plunge_axis], plan.cross_axis
     numbers = {word.letter: float(str(word)[1:]) for word in block.words}
     target, pick, feed = (numbers.get(letter) for letter in (depth, "J", "E"))
     if target is None or pick is None or feed is None:
@@ -118,7 +118,7 @@ def _text(
         if plan.program is not None:
             values["D"] = str(int(dresses))
         if number and cross is not None:
-            lines.append(f"G01 {LETTERS[cross]}{unit * plan.cross_start:.{digits}f} F{unit * plan.pick_feed:.0f}.")
+            lines.append(f"G01 {AXES[cross]}{unit * plan.cross_start:.{digits}f} F{unit * plan.pick_feed:.0f}.")
         lines.append(re.sub(r"^\s*N\d+\s*", "", with_words(block, values).source.text))
         words.append((E, abs(J) / unit))
     with programs.main.blocks.text.open() as handle:

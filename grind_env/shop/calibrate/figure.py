@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.render.curve_data import BLUE, GREY, INK, ORANGE, RED
 from grind_env.render.figures import new_figure
 from grind_env.render.series_graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.calibrate.least_squares import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.measurements.measured_sheet import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

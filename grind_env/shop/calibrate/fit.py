@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.machine.job import Job
 from grind_env.machine.job.drawn_machines import USUAL_DRIFT, usual_uncertainty
 from grind_env.message_text import listed
@@ -21,7 +21,6 @@ from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
-from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
@@ -158,6 +157,7 @@ class FitProblem:
     scales: Mapping[str, float]
     data: Data  # measurements
     predict: Predict  # prediction of the measurements with changed constants, shape of `data.value`
+    report_stage: Callable[[str], None]  # called with the name of each stage
     free: tuple[Parameter, ...] = ()  # the free term at its full width; empty for none
     jumps: bool = False  # whether predictions jump where constants change, as for a wheel that crosses
     left_out: tuple[str, ...] = ()  # kinds of measurement that are not used
@@ -183,25 +183,25 @@ class FitProblem:
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 
-def fit_and_judge(problem: FitProblem, report_stage: Callable[[str], None]) -> tuple[Fit, FitJudgement]:
+def fit_and_judge(problem: FitProblem) -> tuple[Fit, FitJudgement]:
     """Fit constants and judge the fit; constants of measurements that are then predicted worse keep catalogue values.
 
     Errors as in `fit`.
     """
-    found = fit(problem, report_stage)
+    found = fit(problem)
     judged = judge(problem.data, found.used, found.nominal, found.predicted, found.held_out)
     own = {name for kind in judged.worse for name in CONSTANTS_OF.get(kind, ())}
     left = tuple(each for each in problem.parameters if each.name not in own)
     if len(left) == len(problem.parameters) or not left:
         return found, judged
-    report_stage(f"fitting without {listed(judged.worse)}")
-    other = fit(replace(problem, parameters=left, left_out=judged.worse), report_stage)
+    problem.report_stage(f"fitting without {listed(judged.worse)}")
+    other = fit(replace(problem, parameters=left, left_out=judged.worse))
     chosen = other.used | np.isin(problem.data.kind, judged.worse)
     again = judge(problem.data, chosen, other.nominal, other.predicted, other.held_out)
     return (found, judged) if again.worse else (other, replace(again, kept=judged.worse))
 
 
-def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage: None) -> Fit:
+def fit(problem: FitProblem) -> Fit:
     """Fit constants to measurements."""
     data, count = problem.data, len(problem.parameters)
     used = np.isfinite(data.value) & np.isfinite(data.error) & ~np.isin(data.kind, problem.left_out)
@@ -213,11 +213,11 @@ def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage:
         raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
     at_first = plain.enlarged(x, used, unit, gauged=False)
     nominal = plain.predicted(plain.solve(x, used, at_first, np.arange(plain.size) >= count))
-    place, width, wider = _settled(plain, x, used, report_stage), 0.0, None
+    place, width, wider = _settled(problem, plain, x, used), 0.0, None
     if problem.free:
-        report_stage("holding parts out in turn")
+        problem.report_stage("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
-        wide = _settled(at_most, np.zeros(at_most.size), used, report_stage)
+        wide = _settled(problem, at_most, np.zeros(at_most.size), used)
         linear = _linear(problem, wide, problem.outside_free_term)
         width = best_width(_linear(problem, place), linear, data)
         if width == 1.0:
@@ -225,18 +225,18 @@ def fit(problem: FitProblem, report_stage: Callable[[str], None] = lambda stage:
         elif width:
             ratio, at_most = np.where(problem.outside_free_term, 1.0, width), problem.solver(width, plain)
             at_most.begin_with(wide.solver, ratio)
-            place = _settled(at_most, linear.at(width) / ratio, wide.used, report_stage, wide)
+            place = _settled(problem, at_most, linear.at(width) / ratio, wide.used, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
             x = np.zeros(narrow.size)  # with a free term that has no effect
             x[problem.outside_free_term] = place.x
             there = _Place(narrow, x, place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.outside_free_term).covariance(WIDTHS[0])
-    return _finished(problem, width, place, nominal, report_stage, wider)
+    return _finished(problem, width, place, nominal, wider)
 
 
 def _settled(
-    solver: Solver, x: Floats, used: NDArray[np.bool_], report_stage: Callable[[str], None], like: _Place | None = None
+    problem: FitProblem, solver: Solver, x: Floats, used: NDArray[np.bool_], like: _Place | None = None
 ) -> _Place:
     """Return the most probable variables, with errors as large as residuals say and without outliers.
 
@@ -247,7 +247,7 @@ def _settled(
     unit = dict.fromkeys(solver.data.kinds, 1.0)
     factors = solver.enlarged(x, used, unit, gauged=False) if like is None else like.factors
     for number in rounds:
-        report_stage(f"fitting, round {number + 1}")
+        problem.report_stage(f"fitting, round {number + 1}")
         x = solver.solve(x, used, factors, free, roughly=True)
         used = solver.without_outliers(x, every)
         factors = solver.enlarged(x, used, factors, gauged=number == rounds[-1])
@@ -275,7 +275,6 @@ def _finished(
     width: float,
     place: _Place,
     nominal: Floats,
-    report_stage: Callable[[str], None],
     wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
     """Return the result, with constants that the measurements do not determine reset to the catalogue.
@@ -287,11 +286,11 @@ def _finished(
     covariance = solver.covariance(joint, used, factors)
     spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
     known, free = (spread < UNDETERMINED)[:count] | (np.abs(joint[:count]) > 1.0), np.ones(solver.size, np.bool_)
-    report_stage("keeping what the measurements do not tell")
+    problem.report_stage("keeping what the measurements do not tell")
     free[:count] = known
     x = solver.solve(np.where(free, joint, 0.0), used, factors, free)
     spread = np.where(free, np.hypot(spread, x - joint), spread)
-    report_stage("leaving parts out")
+    problem.report_stage("leaving parts out")
     parts = np.unique(data.part[used])
     held_out = np.full(data.value.size, np.nan)
     for fold in range(min(parts.size, FOLDS) if parts.size > 1 else 0):

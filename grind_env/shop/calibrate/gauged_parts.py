@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.column_names import Map, find_columns
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.least_squares import YES_OR_NO
-from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
+from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, Sheet, read_sheet
 
 MOST_DIGITS = 18
 """Greatest number of digits of a part number."""

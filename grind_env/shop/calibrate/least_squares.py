@@ -7,9 +7,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.errors import GrindError
 from grind_env.shop.calibrate.fitted_constants import Parameter
-from grind_env.shop.measurements.measured_sheet import Floats
 
 OUTLIER = 5.0
 """Residual above which a measurement is left out, in standard deviations."""

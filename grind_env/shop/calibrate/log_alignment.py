@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.optional_libraries import needing
 from grind_env.shop.calibrate.power_logs import Log
 from grind_env.shop.calibrate.stroke_schedule import Pattern
-from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import optimize

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.program_outline import JobProgramError
 from grind_env.files import shown
@@ -30,7 +30,6 @@ from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.stroke_power import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.stroke_schedule import Pattern, RepeatedProgram, pattern_of, powers
 from grind_env.shop.calibrate.verdict import Errors
-from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import read_toml
 
 LEAST_POWER_ERROR = 0.002
@@ -102,8 +101,8 @@ def calibrate(
 
     unlogged = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
-    problem = FitProblem(parameters, scales, data, predict, free, jumps)
-    fitted, judged = fit_and_judge(problem, report_stage)
+    problem = FitProblem(parameters, scales, data, predict, report_stage, free, jumps)
+    fitted, judged = fit_and_judge(problem)
     _refuse_hopeless(fitted, judged.errors, data, rows.unit, gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from grind_env.array_types import Floats
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment, clarity, refined
 from grind_env.shop.calibrate.power_logs import Log, averaged
 from grind_env.shop.calibrate.stroke_matching import ENOUGH_QUALITY, align
 from grind_env.shop.calibrate.stroke_schedule import Pattern
-from grind_env.shop.measurements.measured_sheet import Floats
 
 NEEDED = 0.7
 """Least median correlation of the runs at which a log is taken to be of the program."""

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.files import shown
 from grind_env.message_text import quoted
 from grind_env.process.entries import Machine
 from grind_env.shop.calibrate.column_names import Map, find_columns
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.measurements.clock_times import DAY
-from grind_env.shop.measurements.measured_sheet import MOST_TIME, WATTS, Floats, Sheet, plain, read_sheet
+from grind_env.shop.measurements.measured_sheet import MOST_TIME, WATTS, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grind_env.array_types import Floats
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import entries_of, with_entries
@@ -18,7 +19,6 @@ from grind_env.shop.calibrate.fitted_constants import Parameter
 from grind_env.shop.calibrate.least_squares import Data, changes_of
 from grind_env.shop.calibrate.stroke_power import Observations
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
-from grind_env.shop.measurements.measured_sheet import Floats
 from grind_env.toml import toml_value
 
 if TYPE_CHECKING:

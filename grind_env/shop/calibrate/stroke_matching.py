@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.optional_libraries import needing
 from grind_env.shop.calibrate.log_alignment import (
     ALIKE_RUNS,
@@ -27,7 +27,6 @@ from grind_env.shop.calibrate.log_alignment import (
 )
 from grind_env.shop.calibrate.power_logs import Log, averaged
 from grind_env.shop.calibrate.stroke_schedule import Pattern
-from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import fft

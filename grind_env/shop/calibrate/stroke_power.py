@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.log_alignment import Alignment
 from grind_env.shop.calibrate.meter_lag import sharpened
 from grind_env.shop.calibrate.power_logs import Log
 from grind_env.shop.calibrate.stroke_schedule import Pattern
-from grind_env.shop.measurements.measured_sheet import Floats
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
 """Least relative error of a model of the power of a stroke, and of a block of strokes that cross."""

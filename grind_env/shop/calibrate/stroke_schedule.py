@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.array_types import Numbers
+from grind_env.array_types import Floats, Numbers
 from grind_env.control import CycleStrokes, DressEnd, DressStart, Event, Line, Programs, ProgramStop, Stroke, execute
 from grind_env.control.cycle_formulas import motion_time
 from grind_env.envs.job.repeated_program import repeated
@@ -16,7 +16,6 @@ from grind_env.machine.job import Job
 from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.exceptions import CalibrationError
-from grind_env.shop.measurements.measured_sheet import Floats
 
 PAUSE = 0.5
 """Greatest time between two strokes of one run, s."""
@@ -135,12 +134,10 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     if job.stations and strokes:
         program = RepeatedProgram(programs, job)
         ground = [program.placed_parts[part] for part in program.part.tolist()]
-    ways = [(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]
-    on_part = [
-        sorted((_along(part.start, way), _along(part.start + part.length, way)))
-        for part, way in zip(ground, ways, strict=True)
-    ]
-    near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
+    ways = np.array([(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]).reshape(-1, 2)
+    way, direction = np.abs(np.diff(ways)), np.where(np.diff(ways) >= 0.0, 1.0, -1.0)
+    edges = np.array([(part.start, part.start + part.length) for part in ground]).reshape(-1, 2)
+    near, far = np.sort(np.clip((edges - ways[:, :1]) * direction, 0.0, way), axis=1).T
     if not strokes or not np.any(far > near):
         raise CalibrationError(
             f"{programs.name} makes no stroke over the part, so that no power can be compared with a log"
@@ -154,12 +151,8 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         # the table goes on at a stop: only a log shows on which side of the pause the last stroke of a block lies
         begins_run[k + 1 + int(np.argmax(line[k + 1 :] != line[k]))] = True
     run = np.cumsum(begins_run) - 1
-    motion = np.array(
-        [
-            motion_time(abs(b - a), stroke.feed / 60.0, job.control.acceleration)
-            for (a, b), stroke in zip(ways, strokes, strict=True)
-        ]
-    )
+    lengths = zip(way[:, 0].tolist(), strokes, strict=True)
+    motion = np.array([motion_time(mm, stroke.feed / 60.0, job.control.acceleration) for mm, stroke in lengths])
     same_run = np.append(run[1:] == run[:-1], False)
     rest = np.where(same_run, np.append(np.diff(begin), 0.0), seconds) - motion
     firsts = np.flatnonzero(begins_run)
@@ -169,7 +162,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         line=line,
         part=RepeatedProgram(programs, job).part,
         crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
-        way=np.array([abs(b - a) for a, b in ways]),
+        way=way[:, 0],
         near=near,
         far=far,
         feed=np.array([stroke.feed / 60.0 for stroke in strokes]),
@@ -178,10 +171,3 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         acceleration=job.control.acceleration,
         overridable=sum(stroke.number is None for stroke in strokes) < FEW * len(strokes),
     )
-
-
-def _along(coordinate: float, way: tuple[float, float]) -> float:
-    """Return the distance along a path, mm, at which a coordinate is passed."""
-    begin, end = way
-    direction = 1.0 if end >= begin else -1.0
-    return min(max((coordinate - begin) * direction, 0.0), abs(end - begin))

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.array_types import Floats
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_entries import entries_of, with_entries
 from grind_env.machine.job.job_file import load_job
@@ -23,7 +24,7 @@ from grind_env.shop.calibrate.fitted_constants import chosen_parameters
 from grind_env.shop.calibrate.least_squares import Changes, Data
 from grind_env.shop.calibrate.log_calibration import override_remarks
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
+from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, WATTS, read_sheet
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
@@ -87,8 +88,7 @@ def calibrate_table(
         return np.array([found[rows[k]][name] for k, name in measured])
 
     report_stage("fitting")
-    problem = FitProblem(parameters, {}, data, predict)
-    fitted, judged = fit_and_judge(problem, report_stage)
+    fitted, judged = fit_and_judge(FitProblem(parameters, {}, data, predict, report_stage))
     return Calibration(
         source=table.name,
         program="",

@@ -11,10 +11,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.message_text import listed
 from grind_env.optional_libraries import needing
 from grind_env.shop.calibrate.least_squares import ABSOLUTE, LINEAR, YES_OR_NO, Data
-from grind_env.shop.measurements.measured_sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import special

@@ -15,14 +15,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.array_types import Floats
 from grind_env.errors import GrindError
 from grind_env.files import ReadError, read_bytes, shown
 from grind_env.message_text import quoted
 from grind_env.shop.measurements.clock_times import CLOCK, DATE, clock_seconds
-
-Floats = NDArray[np.float64]
 
 SEPARATORS = (";", "\t", "|", ",", " ")
 MOST_COLUMNS, MOST_LINES = 1000, 20

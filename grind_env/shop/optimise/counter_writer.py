@@ -13,13 +13,12 @@ from grind_env.control import Programs
 from grind_env.control.program_scanner import SourceText
 from grind_env.errors import GrindError
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.optimise.word_editing import Edit, ProgramText
+from grind_env.shop.optimise.word_editing import COMMENT, Edit, ProgramText
 
 KEPT = range(500, 1000)
 """Variables that the control keeps from run to run."""
 
 _NUMBER = re.compile(r"#[ \t\[]*(\d+)")
-_COMMENT = re.compile(r"\([^()]*\)")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
@@ -63,5 +62,5 @@ def counting_of(
     if len(free) < 2:
         raise GrindError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
     if interval.of != "block":  # runs are counted before the first block that is not empty
-        blocks = [next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip())]
+        blocks = [next(block for block in programs.main.blocks if COMMENT.sub("", block.text).strip())]
     return Counting(interval, free[1], free[0], tuple(dict.fromkeys(blocks)))

@@ -4,9 +4,11 @@ The effect of an edit is always measured on the edited text (`dress.dress_run`).
 its words cannot express is refused.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from itertools import pairwise
 
 from grind_env.control import ControlError, read
@@ -28,8 +30,8 @@ from grind_env.shop.optimise.word_editing import (
     word_of,
 )
 
-NEAR = 1e-6
-"""Relative difference of values that are equal; words are decimal numbers, and inches exact."""
+_same = partial(math.isclose, rel_tol=1e-6)
+"""Whether two values are equal; words are decimal numbers, and inches exact."""
 
 
 class DressTextError(GrindError):
@@ -206,7 +208,3 @@ def _last(sources: Sequence[SourceText], line: int, text: ProgramText) -> Source
     source = [each for each in sources if each.line == line][-1]
     now = text.lines[line - 1].rstrip("\r\n")
     return source._replace(text=now[source.column - 1 :].rstrip(" \t"))
-
-
-def _same(one: float, other: float) -> bool:
-    return abs(one - other) <= NEAR * max(abs(one), abs(other))

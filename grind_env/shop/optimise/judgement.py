@@ -115,16 +115,12 @@ class CostChange(NamedTuple):
 
 
 def verdict_of(
-    feasible: bool,
-    unit: str,
-    change: CostChange,
-    limits: tuple[LimitUse, ...],
-    beyond: Array,
-    requirements: tuple[Requirement, ...],
-    confidence: float,
-    on: str,
+    feasible: bool, chosen: JudgedProgram, limits: tuple[LimitUse, ...], variation: Variation, on: str
 ) -> tuple[Verdict, str]:
-    """Return whether the best words are better, and why; `beyond` is the excess in shares of the limits, shape (4,)."""
+    """Return whether the best words are better, and why; `on` names the lots of the judgement."""
+    _, new, requirements, change = chosen
+    beyond, confidence = new.violation(variation.margins)[0], variation.options.confidence
+    unit = QUANTITIES[variation.options.quantity]
     stay = f"{confidence_text(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max(
@@ -312,7 +308,6 @@ def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
 
 
 def _word_of(variable: SearchVariable, number: int) -> WordChange:
-    """Return the change of a word to the level with the index `number`."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(

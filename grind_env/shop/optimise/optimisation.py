@@ -18,7 +18,6 @@ from grind_env.plants.plant_names import MODEL
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.candidate_ranking import costs_of_limits, job_without, rank_finalists
 from grind_env.shop.optimise.judgement import (
-    QUANTITIES,
     ProgramJudge,
     dress_remarks,
     limits_of,
@@ -112,7 +111,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
-    point, new, requirements, change = chosen
+    point, new, requirements, _ = chosen
     text, programs = variation.with_words(point), variation.read(point)
     after = variation.read_trials(programs)
     _require_written_settings(variation, after, point)
@@ -122,10 +121,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     costs = costs_of_limits(variation, judgement, point, tried, progress) if sought else {}
     limits = limits_of(variation, judgement.old, new, costs)
     on = lots_text(judgement.trials.lots, "unseen lots")
-    beyond = new.violation(variation.margins)[0]
-    verdict, reason = verdict_of(
-        feasible or kept, QUANTITIES[objective], change, limits, beyond, requirements, variation.options.confidence, on
-    )
+    verdict, reason = verdict_of(feasible or kept, chosen, limits, variation, on)
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
         enough = f"try about {ENOUGH_TRIALS} programs with --budget {time_text(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"

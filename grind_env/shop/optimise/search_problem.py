@@ -21,7 +21,7 @@ from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, S
 from grind_env.shop.optimise.word_editing import ProgramText, Spot, like
 from grind_env.shop.possible_machines import Fleet, compile_all, fleet_of
 from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
-from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
+from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
 
 INFEASIBLE = 1e9
 """Cost of a program beyond a limit in the search, $, times 1 plus its excess."""
@@ -149,7 +149,7 @@ class Variation(NamedTuple):
             return blocks
         return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
-    def measure(self, trials: Trials, points: ArrayLike, between: Between = nothing) -> Measures:
+    def measure(self, trials: Trials, points: ArrayLike, between: Between = lambda: None) -> Measures:
         settings = self.settings(trials.own, np.array(points))
         others = any(each.name not in ("E", "D") for each in self.choices.variables)
         return trials.measure(settings, other_settings=others, between=between)
@@ -323,7 +323,7 @@ def one_run(programs: Programs, job: Job) -> Trials:
 
 
 def _base(
-    programs: Programs, job: Job, runs: int, seed: int, choices: SearchSpace, between: Between = nothing
+    programs: Programs, job: Job, runs: int, seed: int, choices: SearchSpace, between: Between = lambda: None
 ) -> Trials:
     """Return the batch of the unchanged program, whose J and L may go from their lowest to their highest levels."""
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]

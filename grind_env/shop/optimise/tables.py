@@ -81,12 +81,9 @@ def sentences(found: Optimised) -> list[str]:
 
 def as_data(found: Optimised) -> dict[str, Any]:
     """Return the optimisation in JSON types."""
-    same = (
-        *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
-        *("evaluations", "judged", "ended_early"),
-    )
+    same = "program job calibration confidence reason objective parts lots seed evaluations judged ended_early"
     return {
-        **{name: getattr(found, name) for name in same},
+        **{name: getattr(found, name) for name in same.split()},
         **({"plant": found.plant} if found.plant else {}),
         **({"promised": found.promised._asdict()} if found.promised is not None else {}),
         "verdict": found.verdict.name.lower(),

@@ -24,7 +24,7 @@ _ASSIGNMENT = re.compile(
     r"[ \t]*([-+]?[ \t]*(?:[0-9]+\.?[0-9]*|\.[0-9]+))[ \t]*(?:\([^()]*\)[ \t]*)*"
 )
 _BLANKS = re.compile(r"[ \t](?=[A-Za-z])")
-_COMMENT = re.compile(r"\([^()]*\)")
+COMMENT = re.compile(r"\([^()]*\)")
 _READ = re.compile(r"[-+]?\[?[-+]?#([0-9]+)\]?")
 _ANY = re.compile(r"#[ \t]*([0-9]+)")
 _ASSIGNED = re.compile(r"#[ \t]*([0-9]+)[ \t]*=")
@@ -195,11 +195,11 @@ class Assignments:
             for source in program.blocks:
                 self._add(source)
         main = [*programs.main.blocks]
-        straight = not any(_TURN.search(_COMMENT.sub("", each.text)) for each in main)
+        straight = not any(_TURN.search(COMMENT.sub("", each.text)) for each in main)
         self._order = {source: number for number, source in enumerate(main)} if straight else {}
 
     def _add(self, source: SourceText) -> None:
-        text = _COMMENT.sub("", source.text)
+        text = COMMENT.sub("", source.text)
         self._worked_out |= _WORKED_OUT.search(text) is not None
         self._macro |= _MACRO.search(text) is not None
         assigned = [int(number) for number in _ASSIGNED.findall(text)]

@@ -51,12 +51,12 @@ class Note(NamedTuple):
 
 def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
     """Return a summary sentence with its details."""
-    return _block("verdict", level, printable(headline), [printable(line) for line in lines])
+    return _block("verdict", level, headline, lines)
 
 
 def table(content: Table, caption: str = "") -> "Markup":
     """Return a table."""
-    return _block("table", _markup(content.html(_attributes)), printable(caption))
+    return _block("table", _markup(content.html(_attributes)), caption)
 
 
 def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
@@ -67,34 +67,30 @@ def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
     """
     from grind_env.shop.report.svg_figures import drawn
 
-    return _block("figure", _markup(drawn(content)), printable(caption))
+    return _block("figure", _markup(drawn(content)), caption)
 
 
 def items(lines: Sequence[str]) -> "Markup":
     """Return a list."""
-    return _block("items", [printable(line) for line in lines])
+    return _block("items", lines)
 
 
 def paragraph(text: str) -> "Markup":
     """Return a paragraph."""
-    return _block("paragraph", printable(text))
+    return _block("paragraph", text)
 
 
 def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}) -> "list[Markup]":
     """Return the lines of a program or a file, at most `MOST_LINES`, with notes by line number from 1."""
     lines = [
-        (
-            str(number),
-            printable(text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE)),
-            [Note(printable(note.text), note.kind) for note in notes.get(number, ())],
-        )
+        (number, text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE), notes.get(number, ()))
         for number, text in enumerate(texts[:MOST_LINES], 1)
     ]
     hidden = len(texts) - len(lines)
     return [_block("listing", lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
 
 
-def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
+def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] = {}) -> str:
     """Return a whole page, HTML: title, facts by name such as the revision of a program, and sections.
 
     The security policy of the page forbids it to load anything and to run any script.
@@ -106,9 +102,9 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
         _environment()
         .get_template("page.html")
         .render(
-            title=printable(title),
-            facts={printable(name): printable(value) for name, value in (facts or {}).items()},
-            sections=[Section(printable(each.title), each.body) for each in sections],
+            title=title,
+            facts=facts,
+            sections=sections,
             generator=f"grind_env {__version__}",
             style=_markup((TEMPLATES / "page.css").read_text("utf-8")),
         )
@@ -161,6 +157,7 @@ def _environment() -> "Environment":
     return Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
+        finalize=lambda value: value if hasattr(value, "__html__") else printable(str(value)),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from grind_env.control import Programs
 from grind_env.control.program_scanner import lines_of
 from grind_env.data_table import Cell, Kind, table_of
 from grind_env.machine.dress.mounted_wheel import first_diameter
-from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.block_comparison import HEADINGS as COMPARED
@@ -46,20 +44,20 @@ class BlockSummary(NamedTuple):
     summary: str  # summary as a note in the listing of the program
 
 
-def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
+def run_report(record: GrindingRecord, files: Sequence[Path] = ()) -> str:
     """Return the page of a run, HTML.
 
     Raises:
         MissingExtra: as in `page`.
     """
-    blocks = block_rows(record)
+    blocks, job = block_rows(record), record.job
     shown = picture(record)
     bands = " Bands go from the lowest to the highest value." if shown.banded else ""
     marks = " Orange lines are dresses, shaded strokes spark out, dotted lines set the blocks off."
     caption = f"Over every {shown.axis} of the run.{bands}{marks if shown.spans else ''}"
     sections = [
         document.Section("Verdict", [_verdict(record)]),
-        document.Section("Margin to the limits", [_margins(record, job)]),
+        document.Section("Margin to the limits", [_margins(record)]),
         document.Section("Blocks", [_blocks(blocks)]),
         document.Section(
             "Comparison",
@@ -67,14 +65,14 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         ),
         document.Section("Run", [document.figure(shown, caption)]),
         document.Section("Parts", _parts(record)),
-        document.Section("Dresses and wheel", _dresses(record, job)),
+        document.Section("Dresses and wheel", _dresses(record)),
         document.Section("Cost", [_cost(record)]),
-        document.Section("Warnings", [_warnings(record, programs)]),
-        document.Section("Program", _program(record, programs, blocks)),
+        document.Section("Warnings", [_warnings(record)]),
+        document.Section("Program", _program(record, blocks)),
         document.Section("Assumptions and calibration", [document.items(assumptions(job)), *foundations(job)]),
     ]
     revised = revisions(dict(zip(("program", "job"), files, strict=False)))
-    return document.page(f"{document.TITLE}{programs.name}", sections, revised)
+    return document.page(f"{document.TITLE}{record.programs.name}", sections, revised)
 
 
 def _verdict(record: GrindingRecord) -> "Markup":
@@ -97,8 +95,8 @@ def _verdict(record: GrindingRecord) -> "Markup":
     return document.verdict(level, headline, [totals(record), *found, *warned])
 
 
-def _margins(record: GrindingRecord, job: Job) -> "Markup":
-    parts, wheel = record.parts, job.setup.wheel
+def _margins(record: GrindingRecord) -> "Markup":
+    parts, job = record.parts, record.job
     limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
     rise, power, roughness, size = limits.T
     names = [f"{number} {job.station_of(number)}".rstrip() for number in parts["part"].tolist()]
@@ -111,7 +109,7 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
         _margin("burn ratio (a warning, no scrap)", parts["burn_ratio"], names, 1.0, ".2f"),
     ]
     used = first_diameter(job) - record.strokes["ds"]
-    least = first_diameter(job) - wheel.minimum_diameter
+    least = first_diameter(job) - job.setup.wheel.minimum_diameter
     rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"].tolist(), least, ".3f"))
     return document.table(table_of(("limit", "worst", "limit is", "left, %", "in part"), rows, left=1))
 
@@ -179,7 +177,7 @@ def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
 
 def _parts(record: GrindingRecord) -> "list[Markup]":
     found = part_table(record)
-    every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
+    every = table_of(found.headings, found.rows, left=1)
     whole = document.table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
     if len(every.rows) <= MOST_ROWS:
         return [whole]
@@ -195,8 +193,8 @@ def _number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
-def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
-    dresses, wheel = record.dresses, job.setup.wheel
+def _dresses(record: GrindingRecord) -> "list[Markup]":
+    dresses, wheel = record.dresses, record.job.setup.wheel
     last = float(record.strokes["ds"][-1])
     if not dresses.size:
         return [document.paragraph(f"The wheel is not dressed. It ends with {last:.3f} mm of diameter.")]
@@ -253,13 +251,13 @@ def _cost(record: GrindingRecord) -> "Markup":
     return document.table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
 
 
-def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
+def _warnings(record: GrindingRecord) -> "Markup":
     if not record.warnings:
         return document.paragraph("None.")
-    texts, found = lines_of(programs.main.blocks.text), dict[str, list[int]]()
+    texts, found = lines_of(record.programs.main.blocks.text), dict[str, list[int]]()
     for warning in record.warnings:
         match = _WARNING.match(warning)
-        line = int(match["line"]) if match and match["file"] == programs.name else 0
+        line = int(match["line"]) if match and match["file"] == record.programs.name else 0
         found.setdefault(match["text"] if match and line else warning, []).append(line)
     rows = []
     for text, lines in found.items():
@@ -270,14 +268,14 @@ def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
     return document.table(table_of(("line", "block", "warning"), rows).shortened(MOST_ROWS))
 
 
-def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockSummary]) -> "list[Markup]":
+def _program(record: GrindingRecord, blocks: Sequence[BlockSummary]) -> "list[Markup]":
     notes: dict[int, list[document.Note]] = {}
     for row in blocks:
         notes.setdefault(row.line, []).append(document.Note(row.summary))
     for warning in record.warnings:
-        if (match := _WARNING.match(warning)) and match["file"] == programs.name:
+        if (match := _WARNING.match(warning)) and match["file"] == record.programs.name:
             notes.setdefault(int(match["line"]), []).append(document.Note(match["text"], "poor"))
-    return document.listing(lines_of(programs.main.blocks.text), notes)
+    return document.listing(lines_of(record.programs.main.blocks.text), notes)
 
 
 def _range(first: int, last: int) -> str:

@@ -44,7 +44,7 @@ def drawn(shown: Picture | Graph) -> str:
     with rc_context(settings), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser has the letters that matplotlib's font lacks
         if isinstance(shown, Picture):
-            draw_panels(shown, figure, FONT)
+            draw_panels(shown, figure)
             width, height = figure.get_size_inches()
             figure.set_layout_engine(None)  # the layout engine of the figure draws everything twice
             sides = {"left": MARGINS[0] / width, "right": 1.0 - MARGINS[1] / width}

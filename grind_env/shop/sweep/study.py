@@ -199,7 +199,7 @@ def sweep(
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
     trials, fleet = sweep_trials(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
-    study = _Study(trials, parts, progress)
+    study = _Study(trials, progress)
     require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
         own_E, most = float(study.own[0, E]), study.trials.simulation.task.action.speed_ends[1]
@@ -207,7 +207,7 @@ def sweep(
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, most)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [_Setting()])
-    judge = _Study(judgement_trials(trials, fleet, seed), parts, progress)
+    judge = _Study(judgement_trials(trials, fleet, seed), progress)
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
         grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
@@ -259,8 +259,8 @@ class _Setting(NamedTuple):
 class _Study:
     """Study of a program in a batch of parts, with any settings of its blocks."""
 
-    def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
-        self.trials, self.runs, self.progress = trials, runs, progress
+    def __init__(self, trials: Trials, progress: Callable[[str, int], object]) -> None:
+        self.trials, self.progress = trials, progress
         self.turns = trials.simulation.task.wheel_revolutions
         self.own = trials.own
         self.dressed = self.own[:, DRESS_PASSES] > 0.0
@@ -290,8 +290,8 @@ class _Study:
         if ranges.every is not None:
             if not self.executions.any():
                 raise SweepError(f"{name} has no block that takes a D word: --dress-every has nothing to place")
-            if not 1 <= ranges.every[0] <= ranges.every[1] <= self.runs:
-                raise SweepError(f"--dress-every goes from 1 to --parts at most, which is {self.runs}")
+            if not 1 <= ranges.every[0] <= ranges.every[1] <= self.trials.runs:
+                raise SweepError(f"--dress-every goes from 1 to --parts at most, which is {self.trials.runs}")
         if (ranges.lead or ranges.depth) and not self.dressed.any():
             raise SweepError(f"{name} has no dress program whose lead or depth could be swept")
         if ranges.E is None:
