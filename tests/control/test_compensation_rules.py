@@ -5,19 +5,13 @@ import math
 import pytest
 
 from grind_env.control import Arc, Motion, Source
-from tests.control.harness import motions, refusal
+from tests.control.harness import motions, path, refusal
 
-Point = tuple[float, float]
 RADIUS = 2.0
 
 
 def moved(text: str, **settings: object) -> list[Motion]:
     return motions(text, **{"radius": RADIUS, **settings})
-
-
-def path(text: str, **settings: object) -> list[Point]:
-    """Return the ends (Z, X) of the motions of a program."""
-    return [(move.end[2], move.end[0]) for move in moved(text, **settings)]
 
 
 def test_example_15_3_entry_after_blocks_without_motion() -> None:

@@ -154,8 +154,6 @@ def test_feeds_and_speeds_have_the_format_of_lengths() -> None:
         assert caught.value.name == "out-of-range"
     with pytest.raises(ControlError, match=r"it must be 0\.0001 or more"):
         numbers.feed(*read_word("F.00001"), True)
-    with pytest.raises(ControlError, match="S-1 is negative"):
-        numbers.plain(*read_word("S-1"))
 
 
 @pytest.mark.parametrize(("word", "value"), [("D12", 12), ("L0", 0), ("P9100", 9100), ("M03", 3), ("D12.", 12)])

@@ -431,7 +431,6 @@ def test_a_comment_has_at_most_128_characters_with_its_parentheses() -> None:
 def test_block_delete_must_be_the_first_character() -> None:
     (source,) = read("  / X1").main.blocks
     assert source.deletable and words(" /X1") == ["X1"]
-    assert refusal("X1 /Y2") == ("block-format", 4)
     assert refusal("//X1") == ("block-format", 2)
     assert words("(/ OFF) X1") == ["X1"]
 

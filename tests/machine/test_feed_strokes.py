@@ -57,15 +57,6 @@ def by_moves(strokes: Sequence[tuple[int, int]]) -> str:
     return "".join(lines)
 
 
-def by_tables(strokes: Sequence[tuple[int, int]]) -> str:
-    """Return a G81 for each of these strokes."""
-    lines = []
-    for number, (deeper, feed) in enumerate(strokes):
-        ends = ("X230. I-30.", "X-30. I230.")[number % 2]
-        lines.append(f"G91 G01 Y-{0.001 * deeper:.3f} F500.\nG90 G81 {ends} E{feed}.\nG04 P.01\nG80\n")
-    return "".join(lines)
-
-
 some_feeds = st.integers(30, 300).map(lambda hundreds: 100 * hundreds)
 some_strokes = st.lists(st.tuples(st.integers(0, 20), some_feeds), min_size=1, max_size=6)
 
