@@ -252,10 +252,8 @@ def test_an_infeed_beyond_the_model_warns_once_per_block() -> None:
     assert stalls.startswith("test.nc:3: in an infeed the spindle stalls") and "take smaller steps" in stalls
     creeping = run(START + "G77 X24.9 I.05 D0 F.06\nM30\n", groove_job(), control=NEAR)
     # 100 mm in the 50 s of an infeed are 120 mm/min
-    assert creeping.warnings == (
-        "test.nc:3: an infeed grinds the length of the part at 120 mm/min, a turn per infeed; "
-        "the process model holds from 3000 to 40000 mm/min",
-    )
+    (slow,) = creeping.warnings
+    assert slow.startswith("test.nc:3: ") and "at 120 mm/min" in slow and "holds from 3000 to 40000 mm/min" in slow
     assert run(START + FINE + "M30\n", groove_job(), control=NEAR).warnings == ()
 
 
