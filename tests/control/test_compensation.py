@@ -221,10 +221,6 @@ def test_g28_is_an_exit_move() -> None:
     assert close(found, [(10, 2), (30, 2), (40, 10), (60, 50), (30, 3), (20, 3), (10, 3)])
 
 
-def test_moves_after_a_lapse_and_g40_are_uncompensated() -> None:
-    assert close(path("G41 G01 Z10 F100; Z30; M08; M08; M08; G40 X10; Z40")[1:], [(30, 2), (30, 10), (40, 10)])
-
-
 @pytest.mark.parametrize("plane", ["G17", "G18", "G19"])
 def test_the_third_axis_follows_along_the_line(plane: str) -> None:
     first, second, third = {"G17": "XYZ", "G18": "ZXY", "G19": "YZX"}[plane]
@@ -260,12 +256,6 @@ def test_m800_switches_error_detection_off_and_m801_on() -> None:
 def test_a_strict_entry_must_move_both_axes() -> None:
     assert refusal("G41 G01 Z10 F100; Z20", radius=2.0, strict_entry_both_axes=True).name == "block-format"
     assert path("G41 G01 Z10 X5 F100; Z20", strict_entry_both_axes=True)
-
-
-def test_contours_run_beside_reciprocation_of_another_axis() -> None:
-    text = "G81 Y30. J0 E6000.\n" + E1 + "\nG80"
-    lines = [m for m in motions(text, radius=2.0) if m.source in (Source.PROGRAM, Source.COMPENSATION)]
-    assert close([(m.end[2], m.end[0]) for m in lines], path(E1))
 
 
 def test_a_dress_cancels_the_compensation_which_enters_again_after_it() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grind_env.control import Arc, Motion, Source
-from tests.control.harness import motions, path, refusal
+from tests.control.harness import motions, path
 
 RADIUS = 2.0
 
@@ -34,13 +34,6 @@ def test_moves_out_of_the_plane_count_as_blocks_without_motion() -> None:
     two, three = ("".join(f"Y{step}.\n" for step in range(1, count + 1)) for count in (2, 3))
     assert path(text.format(two))[1] == pytest.approx((10.0 - RADIUS, RADIUS))
     assert path(text.format(three))[1] == pytest.approx((10.0, RADIUS))
-
-
-@pytest.mark.parametrize("kind", ["A", "B"])
-def test_a_circular_exit_is_an_error_in_both_types(kind: str) -> None:
-    text = "G41 G01 Z10. F60.\nZ30.\nG40 G02 Z40. X10. R20."
-    error = refusal(text, radius=RADIUS, compensation_type=kind)
-    assert (error.name, error.line) == ("block-format", 3)
 
 
 @pytest.mark.parametrize("degrees", range(-170, 180, 20))

@@ -1,6 +1,5 @@
 """Program interrupts of types 1 and 2 (lathe manual 29-6, 29-7) and the operator's panel (PD-16)."""
 
-import itertools
 import math
 
 import pytest
@@ -74,14 +73,6 @@ def test_increments_after_a_type_1_interrupt_count_from_the_programmed_point(imm
     assert [step[:3] for step in found[-2:]] == [(10.0, 0.0, 10.0), (20.0, 0.0, 10.0)]
 
 
-def test_motions_after_an_interrupt_that_leads_away_are_continuous() -> None:
-    text = "F100.\nG42 G01 Z35. T0101\nG01 Z-49.\nO9001\nG00 Z33.\nM99"
-    settings = {"radii": {1: 5.0}, "compensation_type": "B", "interrupts": (Interrupt(9001, 1, True, at=19.0),)}
-    moves = motions(text, **settings)
-    for before, after in itertools.pairwise(moves):
-        assert after.start == pytest.approx(before.end)
-
-
 def test_a_type_2_interrupt_comes_back_and_finishes_the_block() -> None:
     found = steps(MAIN, AWAY, Interrupt(7, 2, True, at=0.5))
     assert found == [
@@ -137,17 +128,6 @@ def test_an_interrupt_is_latched_while_another_runs() -> None:
 
 
 # ------------------------------------------------------------------------------------------------ the panel
-
-
-def test_a_dress_can_be_requested_between_motions() -> None:
-    control = Control(start=PARKED, strokes=3)
-    events = []
-    for event in execute(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + DRESS), control):
-        events.append(event)
-        if isinstance(event, Stroke) and len([e for e in events if isinstance(e, Stroke)]) == 1:
-            control.request_dress()
-            control.request_dress()
-    assert story(events) == "X230 operator X-30 X230"
 
 
 def test_a_dress_request_without_a_dress_program_gives_a_message() -> None:
