@@ -74,11 +74,6 @@ def test_infeed_is_the_mean_over_the_passes(body: str, passes: int, depth: float
     assert found.feed == pytest.approx(5.0)
 
 
-def test_retraced_traverses_are_no_passes() -> None:
-    # both traverses are among the first four moves and so are run again on the way back
-    assert plan("G91 G01 Y-.02 F60.\nZ30. F300.\nY-.02 F60.\nZ-30. F300.").passes == 2
-
-
 def test_inch_programs_give_millimetres() -> None:
     found = plan("G70 G91 G01 Y-.001 F2.\nZ1.2 F10.")
     assert found.depth == pytest.approx(0.0254)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from grind_env.control import Control, Infeed, Source
-from grind_env.machine.grind import GrindingError
 from grind_env.machine.job import Job, Stage
 from grind_env.machine.part.groove_cuts import infeed_depth
 from tests.machine.harness import CATALOGUE, job, run
@@ -272,11 +271,6 @@ def test_an_infeed_that_destroys_the_wheel_warns_once() -> None:
     found = [warning for warning in record.warnings if "destroys the wheel" in warning]
     assert len(found) == 1
     assert re.match(r"test\.nc:3: an infeed .* at F0\.01 mm/min destroys the wheel; take", found[0])
-
-
-def test_a_program_without_stroke_or_groove_is_refused() -> None:
-    with pytest.raises(GrindingError, match=r"makes no stroke and no groove; .* G76 or G77 cuts grooves"):
-        run(START + "M30\n", groove_job())
 
 
 def test_a_spindle_stall_in_a_groove_costs_time_and_the_part_and_warns() -> None:
