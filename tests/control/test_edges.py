@@ -4,7 +4,7 @@ from math import hypot
 
 import pytest
 
-from grind_env.control import Arc, Control, Infeed, Interrupt, Line, Motion, Rapid, Source, execute, read
+from grind_env.control import Arc, Control, ControlError, Infeed, Interrupt, Line, Motion, Rapid, Source, execute, read
 from grind_env.control.numbers import NumberFormat
 
 
@@ -68,6 +68,11 @@ def test_an_arc_stays_circular_when_t_changes_the_sign_of_the_radius() -> None:
     assert abs(a - b) < 0.01
 
 
+def test_an_arc_that_ends_at_its_centre_is_refused() -> None:
+    with pytest.raises(ControlError):
+        list(execute(read("G17 G90 G41 G01 X0 F100.\nX5.\nG02 X5.001 I.001\nG01 X10.\nM30"), Control(radius=1.0)))
+
+
 def test_a_groove_after_a_type_1_interrupt_starts_at_the_tool() -> None:
     text = "N10 G18 G90 F600. G01 Z10.\nN30 Z20.\nN40 G77 X-10. I2. D0\nM30\nO9\nG01 X15. Z0\nM99"
     control = Control(start=(0.0, 0.0, -10.0), interrupts=(Interrupt(9, 1, True, 2.5),))
@@ -83,6 +88,13 @@ def test_a_corner_accounts_for_the_length_offset_of_the_next_block() -> None:
     text = "N10 G18 G90 F100.\nN20 G41 G01 Z0 X0 T0101\nN30 Z20.\nN40 X20. Z20. T0102\nN50 G01 Z40. X20.\nG40 Z50.\nM30"
     z = ends(text, radius=2.0, lengths={2: (0.0, 0.0, 5.0)}, start=(0.0, 0.0, -10.0))[1][1][2]
     assert z == pytest.approx(20 - 2 * 0.7808, abs=1e-3)  # tan of half the 75.96 degrees of the real path
+
+
+def test_a_plane_change_under_compensation_is_refused_in_its_own_block() -> None:
+    text = "N10 G17 G90 F100.\nN30 G41 G01 X-20.\nN40 X0.\nN50 G18\nN60 G01 X10. Z10.\nN70 G40 X20.\nM30"
+    with pytest.raises(ControlError) as caught:
+        list(execute(read(text), Control(radius=2.0, start=(-40.0, 0, 0))))
+    assert caught.value.block == 50
 
 
 def test_a_zero_move_after_a_type_1_interrupt_returns_to_its_point() -> None:

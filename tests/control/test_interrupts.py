@@ -1,5 +1,6 @@
 """Program interrupts of types 1 and 2 (lathe manual 29-6, 29-7) and the operator's panel (PD-16)."""
 
+import itertools
 import math
 
 import pytest
@@ -71,6 +72,14 @@ def test_increments_after_a_type_1_interrupt_count_from_the_programmed_point(imm
     main = "G00 X0\nG01 G91 X10. F600.\nZ10.\nX10.\nM30\n"
     found = steps(main, AWAY, Interrupt(7, 1, immediate, at=0.5))
     assert [step[:3] for step in found[-2:]] == [(10.0, 0.0, 10.0), (20.0, 0.0, 10.0)]
+
+
+def test_motions_after_an_interrupt_that_leads_away_are_continuous() -> None:
+    text = "F100.\nG42 G01 Z35. T0101\nG01 Z-49.\nO9001\nG00 Z33.\nM99"
+    settings = {"radii": {1: 5.0}, "compensation_type": "B", "interrupts": (Interrupt(9001, 1, True, at=19.0),)}
+    moves = motions(text, **settings)
+    for before, after in itertools.pairwise(moves):
+        assert after.start == pytest.approx(before.end)
 
 
 def test_a_type_2_interrupt_comes_back_and_finishes_the_block() -> None:

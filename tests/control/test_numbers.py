@@ -136,6 +136,12 @@ def test_t_words_give_the_radius_and_length_entries(word: str, radius: int, leng
     assert numbers.tool_numbers(*read_word(word)) == (radius, length_entry)
 
 
+def test_an_unevaluated_expression_is_refused() -> None:
+    for text, reading in (("G[0]", numbers.g_code), ("S[0]", numbers.plain), ("T#1", numbers.tool_numbers)):
+        with pytest.raises(ControlError, match="has a paramacro value"):
+            reading(*read_word(text))
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -440,7 +440,6 @@ def test_block_numbers_have_up_to_five_digits(text: str) -> None:
         ("X+-1", "number-format", 1),
         ("X.[1]", "number-format", 1),
         ("X1 É", "block-format", 4),
-        ("WHILE[#1LT3]DO4", "expression", 15),
         ("X#1[2]", "expression", 4),
     ],
 )

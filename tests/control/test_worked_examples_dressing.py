@@ -140,3 +140,8 @@ def test_dress_program_moves_executes_a_dress_program_alone() -> None:
 def test_the_way_back_carries_the_block_of_the_m99() -> None:
     moves = dressed(D1 + "N7 X--\n")
     assert {move.block for move in moves if move.source is Source.RETRACE} == {6}
+
+
+def test_a_way_back_without_a_link_needs_no_feed() -> None:
+    text = "G81.1 Z40. K0 E200. P7\nM30\nO7\nG00 X50.\nG01\nM99"
+    assert legs(dress_moves(run(text)), Source.RETRACE) == [(0, 0, None)]
