@@ -1,6 +1,6 @@
 import pytest
 
-from tests.control.harness import cycles, ends, motions, plans, story
+from tests.control.harness import COMMON, cycles, ends, motions, plans, run, story, strokes
 
 OFFSETS = {"G55": (100.0, 10.0, 1.0), "G59.3": (-5.0, 0.0, 0.0)}
 REFERENCE = ((1.0, 2.0, 3.0), (10.0, 20.0, 30.0), (0.0, 0.0, 99.0), (7.0, 7.0, 7.0))
@@ -72,6 +72,12 @@ def test_cycles_run_in_the_work_system_and_remember_its_coordinates() -> None:
     assert (second.primary, second.secondary, second.plunge_start, second.depth_target) == (230.0, -30.0, 0.0, -0.02)
     moved = story(events).split()
     assert moved[:3] == ["X330", "y9.99", "X70"]
+
+
+def test_reversal_points_move_in_the_work_system() -> None:
+    text = COMMON + "G55\nG81 X230. I-30. E12000.\nG91 G01 Y1. I-5. F60.\nG90 Y2. X200. F60.\n"
+    events = run(text, work_offsets={"G55": (100.0, 0.0, 0.0)}, start=(70.0, 0.0, 0.0), strokes=9)
+    assert {330.0, 65.0, 300.0} == {stroke.end[0] for stroke in strokes(events)} - {70.0}
 
 
 def test_diameter_mode_halves_x_but_not_i() -> None:

@@ -61,6 +61,10 @@ def test_the_spark_out_follows_at_once_without_a_coverage_pass() -> None:
     )
 
 
+def test_g83_without_a_crossover_plunges_at_every_reversal() -> None:
+    assert story(cycles("G83 X230. I-30. Y-.03 J-.02 Q-.01 Z0 K0 F6. E12000.\nM30")) == ("X230 y-0.02 X-30 y-0.03 X230")
+
+
 def test_a_cycle_remembers_words_by_the_role_of_their_axis() -> None:
     events = cycles("G82 X230. I-30. Y-.02 J-.01 L1 F6. E12000.\nG80\nG17\nG82 X-29. I1.\nM30")
     second = plans(events)[1].plan

@@ -131,6 +131,12 @@ def test_reversal_data_survive_other_blocks(block: str) -> None:
     assert story(cycles(f"G81 X230. I-30. E12000.\n{block}\n", strokes=2)) == "X230 X-30"
 
 
+def test_reversal_data_survive_a_dress() -> None:
+    dress = "\nM30\nO7\nG00 X99. E9.\nG01 X98. F60.\nM99\n"
+    made = strokes(cycles(f"{G82} P7 D1" + dress))
+    assert [(stroke.end[0], stroke.feed) for stroke in made] == [(230.0, 12000.0), (-30.0, 12000.0), (230.0, 12000.0)]
+
+
 def test_the_motion_code_outlives_a_cycle() -> None:
     events = cycles(f"G01 Z1. F600.\n{G82}\nG80\nZ2.\nM30")
     lines = [event for event in events if isinstance(event, Motion) and event.source.value == "program"]

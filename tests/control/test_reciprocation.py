@@ -53,6 +53,12 @@ def test_the_middle_of_a_stroke_includes_a_motion_in_progress() -> None:
     assert line.finish < stroke.finish and stroke.end == (230.0, 0.0, 100.0)
 
 
+def test_the_end_of_a_motion_includes_the_table_position() -> None:
+    events = cycles("G81 X230. I-30. E12000.\nG04 P.7\n", strokes=1)
+    dwell = next(event for event in events if isinstance(event, Motion))
+    assert dwell.end[0] == pytest.approx(100.0)
+
+
 def test_a_stroke_spans_several_blocks() -> None:
     events = cycles("G81 X230. I-30. E2600.\n" + "G91 G01 Z1. F600.\n" * 20, strokes=1)
     first = strokes(events)[0]
