@@ -22,6 +22,11 @@ def motions(text: str, **settings: object) -> list[control.Motion]:
     return [event for event in run(text, **settings) if isinstance(event, control.Motion)]
 
 
+def path(text: str, radius: float = 2.0, **settings: object) -> list[tuple[float, float]]:
+    """Return the ends (Z, X) of the motions of a compensated program."""
+    return [(end[2], end[0]) for end in ends(text, radius=radius, **settings)]
+
+
 def ends(text: str, **settings: object) -> list[control.Position]:
     return [motion.end for motion in motions(text, **settings)]
 

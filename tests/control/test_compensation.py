@@ -5,15 +5,9 @@ from pathlib import Path
 import pytest
 
 from grind_env.control import Arc, Control, ControlError, Line, Motion, Source, execute, read, read_file
-from tests.control.harness import motions, refusal
+from tests.control.harness import motions, path, refusal
 
 Point = tuple[float, float]
-
-
-def path(text: str, radius: float = 2.0, **settings: object) -> list[Point]:
-    """Return the ends (Z, X) of the motions of a program."""
-    moves = motions(text, **{"radius": radius, **settings})
-    return [(move.end[2], move.end[0]) for move in moves]
 
 
 def close(found: list[Point], expected: list[Point]) -> bool:
@@ -227,10 +221,6 @@ def test_g28_is_an_exit_move() -> None:
     assert close(found, [(10, 2), (30, 2), (40, 10), (60, 50), (30, 3), (20, 3), (10, 3)])
 
 
-def test_moves_after_a_lapse_and_g40_are_uncompensated() -> None:
-    assert close(path("G41 G01 Z10 F100; Z30; M08; M08; M08; G40 X10; Z40")[1:], [(30, 2), (30, 10), (40, 10)])
-
-
 @pytest.mark.parametrize("plane", ["G17", "G18", "G19"])
 def test_the_third_axis_follows_along_the_line(plane: str) -> None:
     first, second, third = {"G17": "XYZ", "G18": "ZXY", "G19": "YZX"}[plane]
@@ -244,8 +234,6 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
 
 def test_a_fault_in_another_block_names_its_line_column_or_file(tmp_path: Path) -> None:
     short = "the line of 1.0000 mm in {} is too short for a radius of 2.0000 mm"
-    lines = refusal("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", radius=2.0)
-    assert (lines.line, lines.message.partition(" in its corners")[0]) == (4, short.format("line 3"))
     blocks = refusal("G41 G01 Z10 F100; Z30; X1; Z0; G40 X9", radius=2.0)
     assert (blocks.column, blocks.message.partition(" in its corners")[0]) == (28, short.format("column 24"))
     (tmp_path / "main.nc").write_text("G41 G01 Z10 F100\nM98 P5\nZ0\nG40 X9\nM30")
@@ -255,8 +243,6 @@ def test_a_fault_in_another_block_names_its_line_column_or_file(tmp_path: Path) 
     error = caught.value
     assert (error.file, error.line) == ("main.nc", 3)
     assert error.message.partition(" in its corners")[0] == short.format("line 3 of O5.nc")
-    own = refusal("G41 G01 Z10 F100\nG03 Z11 X1 I1 K0\nG01 X9", radius=2.0)
-    assert (own.line, " in line" in own.message) == (2, False)
 
 
 def test_m800_switches_error_detection_off_and_m801_on() -> None:
@@ -270,12 +256,6 @@ def test_m800_switches_error_detection_off_and_m801_on() -> None:
 def test_a_strict_entry_must_move_both_axes() -> None:
     assert refusal("G41 G01 Z10 F100; Z20", radius=2.0, strict_entry_both_axes=True).name == "block-format"
     assert path("G41 G01 Z10 X5 F100; Z20", strict_entry_both_axes=True)
-
-
-def test_contours_run_beside_reciprocation_of_another_axis() -> None:
-    text = "G81 Y30. J0 E6000.\n" + E1 + "\nG80"
-    lines = [m for m in motions(text, radius=2.0) if m.source in (Source.PROGRAM, Source.COMPENSATION)]
-    assert close([(m.end[2], m.end[0]) for m in lines], path(E1))
 
 
 def test_a_dress_cancels_the_compensation_which_enters_again_after_it() -> None:
@@ -299,5 +279,3 @@ def test_compensation_follows_changes_of_the_wheel_radius_in_entry_33() -> None:
             ends.append(event.end[0])
             execution.set_wheel_radius(99.0)
     assert ends == [100.0, 99.0, 99.0, 30.0]
-    with pytest.raises(ControlError):
-        execution.set_wheel_radius(-1.0)

@@ -5,19 +5,13 @@ import math
 import pytest
 
 from grind_env.control import Arc, Motion, Source
-from tests.control.harness import motions, refusal
+from tests.control.harness import motions, path
 
-Point = tuple[float, float]
 RADIUS = 2.0
 
 
 def moved(text: str, **settings: object) -> list[Motion]:
     return motions(text, **{"radius": RADIUS, **settings})
-
-
-def path(text: str, **settings: object) -> list[Point]:
-    """Return the ends (Z, X) of the motions of a program."""
-    return [(move.end[2], move.end[0]) for move in moved(text, **settings)]
 
 
 def test_example_15_3_entry_after_blocks_without_motion() -> None:
@@ -40,13 +34,6 @@ def test_moves_out_of_the_plane_count_as_blocks_without_motion() -> None:
     two, three = ("".join(f"Y{step}.\n" for step in range(1, count + 1)) for count in (2, 3))
     assert path(text.format(two))[1] == pytest.approx((10.0 - RADIUS, RADIUS))
     assert path(text.format(three))[1] == pytest.approx((10.0, RADIUS))
-
-
-@pytest.mark.parametrize("kind", ["A", "B"])
-def test_a_circular_exit_is_an_error_in_both_types(kind: str) -> None:
-    text = "G41 G01 Z10. F60.\nZ30.\nG40 G02 Z40. X10. R20."
-    error = refusal(text, radius=RADIUS, compensation_type=kind)
-    assert (error.name, error.line) == ("block-format", 3)
 
 
 @pytest.mark.parametrize("degrees", range(-170, 180, 20))

@@ -52,12 +52,6 @@ def test_the_motion_profile_is_symmetric_and_lasts_the_motion_time(
     assert ramp_time(length, speed, acceleration) <= total / 2 * (1 + 1e-12)
 
 
-def test_motions_come_in_the_order_of_their_ends() -> None:
-    events = list(execute(read(COMMON + "G81 X230. I-30. E12000.\n" + "G91 G01 Z3. F500.\nG04 P.3\n" * 9)))
-    finishes = [event.finish for event in events if isinstance(event, Motion) and not isinstance(event, Pick)]
-    assert finishes == sorted(finishes) and len(finishes) == 18 + 10
-
-
 @pytest.mark.parametrize(("feed", "last"), [(600.0, "stroke"), (0.1, "pick")])
 def test_a_pick_follows_its_stroke_whichever_ends_last(feed: float, last: str) -> None:
     events = cycles(f"G82 X230. I-30. Y-.02 J-.01 F{feed} E12000.\nM30", reversal_dwell=0.15)

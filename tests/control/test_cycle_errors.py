@@ -33,14 +33,6 @@ def test_a_faulty_cycle_word_is_refused_by_name_block_and_column(block: str, nam
     assert error.column == block.index(word) + 1
 
 
-@pytest.mark.parametrize(
-    ("block", "name"), [("G17 G82 Z5. X1. I1. F1.", "axis-conflict"), ("G01 F1. J5.", "block-format")]
-)
-def test_a_faulty_block_beside_reciprocation_is_refused(block: str, name: str) -> None:
-    error = refusal(COMMON + "G81 X230. I-30. E12000.\n" + block, start=PARKED)
-    assert (error.name, error.line) == (name, 3)
-
-
 def test_a_dress_program_counts_as_a_nesting_level() -> None:
     text = "M98 P1\nM30\nO1\nM98 P2\nM99\nO2\nM98 P3\nM99\nO3\n{}\nM99\nO5\nM99"
     cycle = "G19 G81.1 X9. E100. P5"
@@ -78,23 +70,3 @@ def test_a_cycle_remembers_words_by_the_role_of_their_axis() -> None:
     second = plans(events)[1].plan
     assert (second.axis, second.primary, second.secondary) == (2, 230.0, -30.0)
     assert (second.plunge_axis, second.primary_pick, second.depth_target) == (0, 1.0, -29.0)
-
-
-@pytest.mark.parametrize(
-    ("block", "words"),
-    [
-        ("G82 X230. Y-.1 J-.0005 F6. E12000.", "J-.0005 is no pick; it must be 0.001 or more"),
-        ("G70 G81 X9. E500.\nI9.", "both reversal points are X9;"),
-        ("G18 G82 X230. Y-.1 J-.01 F6. E12000.", "X230. has no meaning in a G82 block in G18, where Y reciprocates"),
-        ("G82 X230. Y-.1 J-.01 F6. E.0005", "E.0005 is no feedrate; it must be 0.001 or more"),
-    ],
-)
-def test_an_error_message_shows_the_word_and_the_remedy(block: str, words: str) -> None:
-    assert words in refusal(COMMON + block, start=PARKED).message
-
-
-def test_a_remembered_pick_is_named_in_the_units_in_force() -> None:
-    there = "G70 G83 X9. I-1. Y-.01 J-.01 Z2. K1. F60. E500.\n"
-    assert refusal(COMMON + there + "G83 Y-.02 Z0").message == (
-        "K1, from an earlier cycle, points away from its target; it must be negative"
-    )

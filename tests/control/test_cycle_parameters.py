@@ -2,8 +2,8 @@
 
 import pytest
 
-from grind_env.control import CycleEnd, CyclePlan, DressStart, Motion, check, read
-from tests.control.harness import COMMON, DRESS, PARKED, cycles, picks, plans, refusal, run, story, strokes
+from grind_env.control import CyclePlan, DressStart, Motion, check, read
+from tests.control.harness import COMMON, DRESS, PARKED, cycles, plans, refusal, run, story, strokes
 
 G82 = "G82 X230. I-30. Y-.02 J-.01 F60. E12000."
 G83 = "G83 X230. I-30. Y-.02 J-.02 Z20. K10. F6000. E12000."
@@ -80,48 +80,10 @@ def test_l_takes_0_to_999(word: str, spark_out: int) -> None:
     assert len(strokes(cycles(f"{G82} {word}\nM30"))) == 2 + 1 + spark_out
 
 
-@pytest.mark.parametrize("block", ["G81.1 X230. E12000.", G82.replace("G82", "G82.1"), G83.replace("G83", "G83.1")])
-def test_every_cycle_has_a_form_with_pre_dress(block: str) -> None:
-    events = cycles(f"{block} P9100\nM30")
-    causes = [event.cause for event in events if isinstance(event, DressStart)]
-    assert causes == ["pre"]
-    first = next(event for event in events if isinstance(event, Motion))
-    assert first.source.value == "dress"
-
-
-def test_p_names_the_dress_program() -> None:
-    events = cycles(f"{G82} D1 P7\nG82.1 Y-.04 P9100\nM30\nO7\nM99\n")
-    assert [(event.program, event.cause) for event in events if isinstance(event, DressStart)] == [
-        (7, "auto"),
-        (9100, "pre"),
-    ]
-
-
-def test_g81_only_reciprocates() -> None:
-    events = cycles("G81 X230. I-30. E12000. P9100\n", strokes=5)
-    assert story(events) == "X230 X-30 X230 X-30 X230"
-    assert {stroke.end[1:] for stroke in strokes(events)} == {(0.0, 0.0)}
-
-
-@pytest.mark.parametrize("block", ["G81 X230. E12000.", G82, G83])
-def test_other_axes_move_only_by_picks(block: str) -> None:
-    events = cycles(f"{block}\nM30")
-    moved = sorted((pick.axis, pick.kind) for pick in picks(events))
-    assert set(moved) <= {(1, "plunge"), (2, "cross")}
-    assert {event.source.value for event in events if isinstance(event, Motion)} <= {"cycle"}
-
-
 @pytest.mark.parametrize(("mode", "depth", "cross"), [("G90", -0.02, 20.0), ("G91", 4.98, 23.0)])
 def test_depth_and_crossover_are_absolute_or_incremental(mode: str, depth: float, cross: float) -> None:
     plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83.replace('J-.02', 'J-1.')}\nM30")
     assert (plan.depth_target, plan.cross_end) == (depth, cross)
-
-
-@pytest.mark.parametrize("mode", ["G90", "G91"])
-def test_picks_are_always_incremental(mode: str) -> None:
-    plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83} Q-.01 R5.\nM30")
-    found = (plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick)
-    assert found == (0.02, 0.01, 10.0, 5.0)
 
 
 def test_q_and_r_of_g83_are_the_secondary_picks_and_default_to_j_and_k() -> None:
@@ -164,11 +126,6 @@ def test_an_i_in_a_block_without_a_cycle_code_is_remembered() -> None:
     assert last_plan(text).secondary == -55.0
 
 
-def test_an_integrand_alone_selects_the_axis_of_g81() -> None:
-    plan = last_plan("G81 X230. I-30. E12000.\nG80\nG81 I-20.")
-    assert (plan.axis, plan.primary, plan.secondary) == (0, 230.0, -20.0)
-
-
 @pytest.mark.parametrize("block", ["G10 L2 P2 X99.", "G92 Z99.", "G04 X.1"])
 def test_reversal_data_survive_other_blocks(block: str) -> None:
     assert story(cycles(f"G81 X230. I-30. E12000.\n{block}\n", strokes=2)) == "X230 X-30"
@@ -184,16 +141,6 @@ def test_the_motion_code_outlives_a_cycle() -> None:
     events = cycles(f"G01 Z1. F600.\n{G82}\nG80\nZ2.\nM30")
     lines = [event for event in events if isinstance(event, Motion) and event.source.value == "program"]
     assert [(type(line).__name__, line.end[2]) for line in lines] == [("Line", 1.0), ("Line", 2.0)]
-
-
-def test_g00_and_g01_do_not_end_reciprocation() -> None:
-    events = cycles("G81 X230. I-30. E12000.\nG00 Z1.\nG01 Z2. F600.\nG80\nM30")
-    assert story(events) == "X230"
-    assert sum(isinstance(event, CycleEnd) for event in events) == 1
-
-
-def test_a_program_name_ends_the_program_before_it() -> None:
-    assert len(strokes(cycles("G81 X230. I-30. E12000.\nO5\nG00 Z9.\nM99\n", strokes=4))) == 4
 
 
 def test_a_check_reads_blocks_that_are_not_reached() -> None:

@@ -25,10 +25,6 @@ def test_m900_to_m904_set_the_number_of_retraced_moves(count: int) -> None:
     assert [end[0] for end in back(pre_dressed(SIX, before=f"M90{count}"))] == expected
 
 
-def test_m90x_acts_in_the_cycle_block() -> None:
-    assert [end[0] for end in back(pre_dressed(SIX, cycle="M901"))] == [1.0, 0.0]
-
-
 def test_the_number_of_retraced_moves_ends_with_the_program() -> None:
     programs = read("M901\nG81.1 Y9. E100. P7\nM30\nO7\n" + SIX + "M99\n")
     control = Control()

@@ -14,14 +14,6 @@ def test_f_is_the_speed_along_the_path() -> None:
     assert along.seconds == pytest.approx(6.0, rel=1e-4)
 
 
-def test_f_is_modal() -> None:
-    assert [move.feed for move in motions("G01 F100. X1.\nX2.\nF50.\nX3.") if isinstance(move, Line)] == [
-        100.0,
-        100.0,
-        50.0,
-    ]
-
-
 def test_an_f_in_a_g00_block_is_remembered() -> None:
     rapid, line = motions("G00 X10. F60.\nG01 X20.", rapid_feed=6000.0, acceleration=1e9)
     assert rapid.seconds == pytest.approx(0.1, rel=1e-4)

@@ -8,7 +8,6 @@ from grind_env.control import ControlError, Event, Execution
 from tests.control import fuzz_examine
 from tests.control.fuzz_cases import Case
 from tests.control.fuzz_examine import attempt, examine
-from tests.soak.part import Tried
 
 PROGRAMS = 3000
 ENDS = """
@@ -55,26 +54,21 @@ def break_control(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
     monkeypatch.setattr(Execution, "__next__", failing)
 
 
-def found(monkeypatch: pytest.MonkeyPatch, how: str) -> Tried:
+@pytest.mark.parametrize(
+    ("how", "kind"),
+    [
+        ("no place", "no place"),
+        ("a motion has impossible numbers", "a motion has impossible numbers"),
+        ("a motion does not begin where the one before ended", "a motion does not begin where the one before ended"),
+        ("crash", "ZeroDivisionError in "),
+        ("slow", "TooSlowError"),
+    ],
+)
+def test_broken_promises_crashes_and_slow_programs_are_detected(
+    how: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fuzz_examine, "SLOW", 0.1 if how == "slow" else fuzz_examine.SLOW)
     break_control(monkeypatch, how)
     tried = examine(Case(LONG, {"block_delete": True}))
-    assert tried.end == "fallen" and LONG.rstrip() in tried.details
-    return tried
-
-
-PROMISES = ["no place", "a motion has impossible numbers", "a motion does not begin where the one before ended"]
-
-
-@pytest.mark.parametrize("how", PROMISES)
-def test_broken_promises_are_detected(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert found(monkeypatch, how).kind == how
-
-
-def test_crashes_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    finding = found(monkeypatch, "crash")
-    assert finding.kind.startswith("ZeroDivisionError in ") and "Traceback" in finding.details
-
-
-def test_slow_programs_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fuzz_examine, "SLOW", 0.1)
-    assert found(monkeypatch, "slow").kind.startswith("TooSlowError")
+    assert tried.end == "fallen" and tried.kind.startswith(kind)
+    assert LONG.rstrip() in tried.details and ("Traceback" in tried.details) == (how in ("crash", "slow"))

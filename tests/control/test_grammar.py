@@ -56,24 +56,6 @@ def test_b9_the_integrand_of_g81_is_read_in_the_last_mode() -> None:
     assert (start.plan.primary, start.plan.secondary) == (40.0, 15.0)
 
 
-@pytest.mark.parametrize(
-    ("text", "name", "column"),
-    [
-        ("X012345.", "number-format", 1),
-        ("G70 X12345.", "number-format", 5),
-        ("G00 X.", "number-format", 5),
-        ("X1 O5", "block-format", 4),
-        ("O100000", "out-of-range", 1),
-        ("M98 P2 X1\nM30\nO2\nM99", "block-format", 8),
-        ("F.0005", "out-of-range", 1),
-        ("F1 G17 G02 X1 K5", "block-format", 15),
-    ],
-)
-def test_refusals_name_the_column(text: str, name: str, column: int) -> None:
-    error = refusal(text)
-    assert (error.name, error.column) == (name, column)
-
-
 def test_a_refusal_lists_exactly_the_known_g_codes() -> None:
     listed = refusal("G05").message.partition("; ")[2].removesuffix(" are").replace("G", "")
     ranges = [(part.partition(" to ")[0], part.rpartition(" to ")[2]) for part in listed.split(", ")]
@@ -94,19 +76,6 @@ def test_g70_reads_later_words_in_inches_with_four_decimals() -> None:
     assert move.inch
 
 
-def test_an_error_in_a_later_block_names_line_column_and_block() -> None:
-    error = refusal("G00 X1\n\n  N70 Y1 ; Y2 Q3")
-    assert (error.line, error.column, error.block) == (3, 15, 3)
-    assert refusal("G00 X1\n  N70 Y1 Q3").block == 70
-
-
-def test_motions_before_a_faulty_block_are_made() -> None:
-    stream = execute(read("G00 X1\nX2 X3"))
-    assert next(stream).end == (1, 0, 0)
-    with pytest.raises(ControlError):
-        next(stream)
-
-
 def test_a_dwell_is_given_in_seconds_or_revolutions() -> None:
     first, second, third = motions("G04 P1.5\nG04 X2\nG95 F1. S120\nG04 P3")
     assert all(isinstance(move, Dwell) for move in (first, second, third))
@@ -120,26 +89,12 @@ def test_program_stops_and_ends_are_events() -> None:
     assert run("M03 T5 S1000 M08 G40 G54")[-1].cause == "text end"
 
 
-def test_an_endless_program_is_stopped() -> None:
-    assert refusal("G91 G00 X1\nM99", block_budget=100).name == "block-budget"
-    assert refusal("G19 G82 X9. Y-99. J-.001 E1000. F1.", block_budget=100).name == "block-budget"
-
-
-def test_feeds_are_clamped() -> None:
-    line = motions("G01 X1. F500.", maximum_feed=60.0)[0]
-    assert isinstance(line, Line) and line.feed == 60.0
-
-
 def test_increments_add_up_without_residue() -> None:
     down = "G91 G01 Y-.1 F100.\nY-.1\nY-.1\nG90 Y-.3\n"
     assert [end[1] for end in ends(down)] == [-0.1, -0.2, -0.3]
     (start,) = plans(run(f"G19 {down}G82 X9. Y-.3 J-.01 E600.\nM30"))
     assert start.plan.depth == 0.0
     assert ends("G70 G91 G00 X.1\nX.1\nX.1\nG90 X.3")[-1][0] == 7.62
-
-
-def test_a_line_that_restores_every_default_is_legal() -> None:
-    assert ends("G00 G07 G18 G39 G40 G54 G71 G90 G94 G97 S1910 X1.") == [(1.0, 0.0, 0.0)]
 
 
 def test_a_file_beside_the_program_holds_several_programs(tmp_path) -> None:

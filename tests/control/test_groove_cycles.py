@@ -11,7 +11,7 @@ from grind_env.control.block_words import read_block
 from grind_env.control.groove_cycles import GroovePlan, divided, groove_legs, groove_positions, plan_groove
 from grind_env.control.modal_state import Modes
 from grind_env.control.numbers import NumberFormat
-from tests.control.harness import ends, motions
+from tests.control.harness import motions
 
 FEED = Modes(feed=0.1)
 LETTERS = "XYZ"
@@ -140,15 +140,6 @@ def test_floating_point_residue_adds_neither_an_infeed_nor_a_groove() -> None:
     assert found == "fX12.2 rX12.25 fX12.1 rX12.15 fX12 rX12.3"
 
 
-def test_legs_carry_the_number_of_their_groove() -> None:
-    legs = list(groove_legs(plan("G77 X24 Z-20 I2 K5 D0", (25.0, 0.0, -10.0))))
-    assert [(leg.groove, leg.kind[0]) for leg in legs] == [
-        *[(1, "i"), (1, "r")],
-        *[(2, "r"), (2, "i"), (2, "r")],
-        *[(3, "r"), (3, "i"), (3, "r")],
-    ]
-
-
 @pytest.mark.parametrize("code", ["G76", "G77"])
 @pytest.mark.parametrize("plane", ["G17", "G18", "G19"])
 def test_the_groove_axes_follow_from_the_plane(code: str, plane: str) -> None:
@@ -176,12 +167,6 @@ def test_a_groove_acts_once_and_its_feed_stays_modal() -> None:
     assert infeeds[1].seconds == pytest.approx(2.5 / 1.5 + 1.5 / 1000.0)
     assert isinstance(away, Rapid) and away.end == (30.0, 0.0, -10.0)
     assert isinstance(line, Line) and line.feed == 90.0
-
-
-def test_the_retract_is_a_setting_of_the_control() -> None:
-    found = ends("G71 G94 G18 G00 X12. Z-30.\nG77 X0. I5. D.2 F90.\nM30", groove_retract=0.25)
-    assert [end[0] for end in found] == [12.0, 7.0, 7.25, 2.0, 2.25, 0.0, 0.0, 12.0]
-    assert found[-1] == (12.0, 0.0, -29.8)
 
 
 # --- errors ---------------------------------------------------------------------------------------
@@ -282,13 +267,3 @@ def test_random_grooves_are_cut_once_and_to_the_bottom(case: tuple[str, Position
     assert gaps[:-1] == pytest.approx([word["spacing"]] * len(gaps[:-1]))
     assert all(0.0 < gap <= word["spacing"] + 1e-3 for gap in gaps)
     assert here == pytest.approx((start[0], 3.0, start[2] + (word["way"] * word["distance"] + word["shift"]) / 1000))
-
-
-@given(grooving())
-def test_mirrored_grooves_are_mirror_images(case: tuple[str, Position, float, dict[str, int]]) -> None:
-    text, start, e, _ = case
-    words = [x if x[0] not in "XZD" else f"{x[0]}{-float(x[1:]):.3f}" for x in text.split()]
-    mirrored = groove_legs(plan(" ".join(words), (-start[0], start[1], -start[2]), e))
-    for leg, image in zip(groove_legs(plan(text, start, e)), mirrored, strict=True):
-        assert image.end == pytest.approx((-leg.end[0], leg.end[1], -leg.end[2]), abs=1e-9)
-        assert (image.kind, image.groove) == (leg.kind, leg.groove)

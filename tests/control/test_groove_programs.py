@@ -2,19 +2,9 @@
 
 import pytest
 
-from grind_env.control import Control, Dwell, Hold, Infeed, Motion, Rapid, execute, read
-from tests.control.harness import ends, motions, refusal
+from tests.control.harness import ends, refusal
 
 START = "G00 X25. Z-10.\n"
-
-
-def test_retracts_and_shifts_are_rapid() -> None:
-    legs = motions(START + "G77 X20. I2. D.2 F.1")[1:]
-    kinds = [type(leg) for leg in legs]
-    assert kinds == [Infeed, Rapid, Infeed, Rapid, Infeed, Rapid, Rapid]
-    assert [leg.end for leg in legs[-2:]] == [(20.0, 0.0, -9.8), (25.0, 0.0, -9.8)]
-    assert {leg.source.value for leg in legs} == {"cycle"}
-    assert not any(isinstance(leg, Dwell) for leg in legs)
 
 
 def test_the_default_retract_is_a_round_number_in_mm_and_in_inches() -> None:
@@ -36,20 +26,3 @@ def test_g76_takes_only_x_as_a_diameter() -> None:
     diameter = ends("G08 G00 X20. Z2.\nG76 X36. Z-4. I4. K2.5 D.3 F7.")
     assert diameter == radius
     assert sorted({end[0] for end in radius}) == [10.0, 10.3, 14.0, 14.3, 18.0, 18.3]
-
-
-def test_feedhold_stops_within_a_groove() -> None:
-    control = Control()
-    events = []
-    for event in execute(read(START + "G77 X20. I2. D0 F1."), control):
-        events.append(event)
-        if isinstance(event, Motion) and event.end[0] == 23.5:
-            control.feedhold()
-        if isinstance(event, Hold):
-            control.resume()
-    xs = [
-        event.end[0] if isinstance(event, Motion) else event.cause
-        for event in events
-        if isinstance(event, Motion | Hold)
-    ]
-    assert xs == [25.0, 23.0, 23.5, "feedhold", 21.0, 21.5, 20.0, 25.0]

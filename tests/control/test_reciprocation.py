@@ -2,7 +2,7 @@ from itertools import islice, pairwise
 
 import pytest
 
-from grind_env.control import CycleStart, Line, Motion, Stroke, execute, read
+from grind_env.control import CycleStart, Line, Motion, execute, read
 from tests.control.harness import cycle_ends, cycles, picks, plans, run, story, strokes
 
 
@@ -36,12 +36,6 @@ def test_words_of_the_table_axis_only_move_its_reversal_points() -> None:
     events = cycles("G81 X230. I-30. E12000.\nG00 X100. Z1.\nM01\nG91 I-10. X50. E6000.\n", strokes=4)
     assert story(events) == "X100 X-40 X20 X-40"
     assert [stroke.feed for stroke in strokes(events)] == [12000.0, 6000.0, 6000.0, 6000.0]
-
-
-def test_a_change_acts_after_the_stroke_in_progress() -> None:
-    events = cycles("G81 X230. I-30. E12000.\nG04 P.5\nX100. E6000.\n", strokes=3)
-    assert story(events) == "X230 X-30 X100"
-    assert [stroke.feed for stroke in strokes(events)] == [12000.0, 6000.0, 6000.0]
 
 
 def test_a_new_f_does_not_change_the_e_of_running_strokes() -> None:
@@ -85,11 +79,6 @@ def test_the_middle_of_a_stroke_includes_a_slow_pick() -> None:
     assert cycle_ends(events)[0].time == max(picks(events)[1].finish, strokes(events)[-1].finish)
 
 
-def test_strokes_follow_each_other_without_a_pause() -> None:
-    made = strokes(cycles("G82 X230. I-30. Y-.1 J-.01 F6. E12000. L3\nM30"))
-    assert all(a.finish == b.begin for a, b in pairwise(made))
-
-
 def test_the_reversal_dwell_is_part_of_the_stroke() -> None:
     made = strokes(cycles("G81 X230. I-30. E12000.\n", strokes=3, reversal_dwell=0.15))
     assert [stroke.seconds for stroke in made] == pytest.approx([1.55] * 3)
@@ -97,20 +86,10 @@ def test_the_reversal_dwell_is_part_of_the_stroke() -> None:
     assert picks(events)[0].begin == pytest.approx(strokes(events)[0].finish - 0.25)
 
 
-def test_a_short_stroke_never_reaches_its_feed() -> None:
-    (stroke,) = strokes(cycles("G81 X-20. I-30. E24000.\n", strokes=1))
-    assert stroke.seconds == pytest.approx(2 * (10 / 2000) ** 0.5)
-
-
 def test_a_cycle_at_the_primary_point_starts_with_a_stroke_without_length() -> None:
     events = cycles("G82 X-30. I230. Y-.01 J-.01 F6. E12000.\nM30")
     assert story(events) == "X-30 y-0.01 X230"
     assert strokes(events)[0].seconds == 0.0
-
-
-def test_g81_reciprocates_the_axis_of_its_word_in_g17() -> None:
-    (stroke,) = strokes(run("G17 G81 Y40. E600.", strokes=1))
-    assert isinstance(stroke, Stroke) and stroke.axis == 1 and stroke.end == (0.0, 40.0, 0.0)
 
 
 def test_g82_takes_its_roles_from_the_plane() -> None:

@@ -32,15 +32,3 @@ def test_a_cycle_can_be_changed_before_it_is_executed() -> None:
             plans.append(event.plan)
     assert [(plan.feed, plan.dresses) for plan in plans] == [(9000.0, 1), (9000.0, 0)]
     assert plans[0].text == "G82 X230. I-30. Y-.02 J-.01 E9000 F60. P9100 D1"
-
-
-def test_a_changed_block_keeps_its_expressions() -> None:
-    text = COMMON + "G82 X[#1+30] I-30. Y-.02 J-.01 E12000. F60.\nM30"
-    stream = execute(read(text), Control(start=PARKED, announce_cycles=True, variables={1: 200.0}))
-    plans = []
-    for event in stream:
-        if isinstance(event, CycleAhead):
-            stream.choose(E="9000")
-        elif isinstance(event, CycleStart):
-            plans.append(event.plan)
-    assert [(plan.feed, plan.primary) for plan in plans] == [(9000.0, 230.0)]

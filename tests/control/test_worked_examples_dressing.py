@@ -2,7 +2,7 @@ import itertools
 
 import pytest
 
-from grind_env.control import Arc, Control, ControlError, Motion, Source, dress_program_moves, execute, read
+from grind_env.control import Arc, Control, Motion, Source, dress_program_moves, execute, read
 from tests.control.harness import dress_moves, motions, picks, run, story, strokes
 
 D1 = "O1000\nN1 G00 X50.\nN2 Z100.\nN3 G01 X45. F5.\nN4 Z90.\nN5 X50.\nN6 M99\n"
@@ -145,10 +145,3 @@ def test_the_way_back_carries_the_block_of_the_m99() -> None:
 def test_a_way_back_without_a_link_needs_no_feed() -> None:
     text = "G81.1 Z40. K0 E200. P7\nM30\nO7\nG00 X50.\nG01\nM99"
     assert legs(dress_moves(run(text)), Source.RETRACE) == [(0, 0, None)]
-    with pytest.raises(ControlError, match="the way back under G01 has no F"):
-        run(text.replace("G01\n", "M00\nG00 X40.\nX30.\nX20.\nX10.\nG01\n"))
-
-
-def test_pre_auto_and_operator_dresses_do_not_consume_each_other() -> None:
-    text = "G17\nG00 Z40.\nG82.1 Z0 K40. X-.2 I-.1 E2400. F60. P1000 D1\nM30\n" + D1
-    assert story(run(text, operator_dress_at=(1.0,))) == "pre Z0 x-0.1 auto operator Z40 x-0.2 Z0"

@@ -14,7 +14,6 @@ from grind_env.machine.grind import grind as run_grind
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job.job_file import load_job
 from grind_env.machine.part.stroke_record import STROKE_ROW
-from grind_env.machine.part.unsimulated_cuts import runs
 from grind_env.render.limit_causes import shares
 from grind_env.render.record_tables import COLUMNS, print_record
 from tests.command import status as grind
@@ -156,12 +155,6 @@ def test_the_shares_of_the_size_error_add_up(name: str, capsys: pytest.CaptureFi
     assert wear + growth + deflection + rest == pytest.approx(part["size_error"])
     # a part that is ground hot is too thin when it is cold
     assert wear > 0.0 and growth < 0.0 and deflection > 0.0 and rest == pytest.approx(0.0, abs=1e-9)
-
-
-def test_consecutive_part_numbers_are_joined() -> None:
-    assert runs([1]) == "1"
-    assert runs([1, 2]) == "1, 2"
-    assert runs([1, 3, 4, 5, 6, 9]) == "1, 3 to 6, 9"
 
 
 def test_run_skips_blocks_with_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,36 +57,8 @@ def by_moves(strokes: Sequence[tuple[int, int]]) -> str:
     return "".join(lines)
 
 
-def by_tables(strokes: Sequence[tuple[int, int]]) -> str:
-    """Return a G81 for each of these strokes."""
-    lines = []
-    for number, (deeper, feed) in enumerate(strokes):
-        ends = ("X230. I-30.", "X-30. I230.")[number % 2]
-        lines.append(f"G91 G01 Y-{0.001 * deeper:.3f} F500.\nG90 G81 {ends} E{feed}.\nG04 P.01\nG80\n")
-    return "".join(lines)
-
-
 some_feeds = st.integers(30, 300).map(lambda hundreds: 100 * hundreds)
 some_strokes = st.lists(st.tuples(st.integers(0, 20), some_feeds), min_size=1, max_size=6)
-
-
-SHAPES: dict[str, str] = {
-    "in a loop": "#1=1\nWHILE [#1 LE 4] DO 1\nG01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nEND 1\n",
-    "by a jump": "#1=1\nN5 G01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nIF [#1 LE 4] GOTO 5\n",
-    "in a subprogram": "M98 P50 L4\n",
-    "in a macro": "".join(f"G65 P60 A.0{k} B12000.\n" for k in (1, 2, 3, 4)),
-}
-CALLED = "O50\nG91 G01 Y-.01 F60.\nG90 X230. F12000.\nX-30.\nM99\nO60\nG01 Y-#1 F60.\nX230. F#2\nX-30.\nM99\n"
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_strokes_in_loops_subprograms_and_macros_equal_flat_ones(shape: str) -> None:
-    flat = "".join(f"G01 Y-.0{k} F60.\nX230. F12000.\nX-30.\n" for k in (1, 2, 3, 4))
-    found, expected = run(f"{HEAD}{SHAPES[shape]}{AWAY}M30\n{CALLED}", job()), ground(flat)
-    for name in ("Z", "E"):
-        assert found.strokes[name] == pytest.approx(expected.strokes[name], abs=1e-12)
-    assert found.strokes["ae"] == pytest.approx(expected.strokes["ae"], rel=1e-9)
-    assert len(found.strokes) == 8 and found.unjudged == ((),)
 
 
 def test_a_wheel_that_covers_the_part_may_go_across() -> None:
@@ -113,13 +85,6 @@ def test_a_stroke_that_ends_over_the_part_grinds_the_covered_length() -> None:
     assert_same_strokes(short, cycle)
     assert short.strokes["Lw"] == 100.0 and short.parts["unground"] == 0.5
     assert "a stroke turns at X100, over the part" in short.warnings[0] and short.unjudged == ((),)
-
-
-def test_rapids_through_the_part_are_a_crash() -> None:
-    found = ground(f"{CYCLE}G80\nG00 Y1.\nG00 X-30.\nG00 Y-.2\nG00 X230.\n")
-    assert found.unjudged == ((),) and len(found.strokes) == 8
-    (warning,) = found.warnings
-    assert warning.startswith("test.nc:8: a rapid outside a cycle takes the wheel 0.15 mm into the part; ")
 
 
 @pytest.mark.parametrize(

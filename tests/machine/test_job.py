@@ -146,7 +146,6 @@ def test_stages_are_read_in_order(tmp_path: Path) -> None:
             ["stage 2: ", "0.1, ", "0.2 mm, to part.stock, 0.3 mm"],
         ),
         ("[[part.stages]]\nstock = 0.31", "part.stages.stock", ["stage 1: ", "0.31"]),
-        ("[[part.stages]]\nstock = 0.2\n[[part.stages]]", "part.stages.stock", ["stage 2: ", "missing"]),
     ],
 )
 def test_errors_in_stages_name_the_key(tmp_path: Path, stages: str, key: str, words: list[str]) -> None:

@@ -85,12 +85,6 @@ def test_every_value_of_the_setup_may_stand_in_a_job_file(tmp_path: Path) -> Non
     assert read_again(job, tmp_path) == job
 
 
-@pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
-def test_the_examples_read_again_are_the_same(name: str, tmp_path: Path) -> None:
-    job = load_job(EXAMPLES / f"{name}.toml")
-    assert read_again(job, tmp_path) == job
-
-
 @pytest.mark.parametrize(
     ("tables", "said"),
     [

@@ -262,9 +262,3 @@ def test_finishing_stock_is_left_where_only_rough_strokes_passed() -> None:
     assert short["unground"] == 0.0
     assert short["worst_error"] == pytest.approx(20.0)
     assert short["survival"] < 0.01
-
-
-def test_a_strip_out_of_reach_of_the_wheel_is_unground() -> None:
-    part = reach(CYCLE, width=50.0)
-    assert part["unground"] == pytest.approx(0.5)
-    assert part["survival"] == 0.0

@@ -47,12 +47,8 @@ def lines_of(record: GrindingRecord) -> list[tuple[int, ...]]:
 def test_feed_moves_that_plunge_over_the_part_leave_it_unjudged() -> None:
     found, plain = run(CYCLE + SLOPES), run(CYCLE + AWAY)
     (warning,) = found.warnings
-    assert warning.startswith(
-        "test.nc:7: 12 feed moves outside a cycle take the wheel over the part 0.05099 to 0.05901 mm deep, where it "
-        "grinds "
-        "(lines 7, 8) and is no stroke of the program along the table, which is not simulated, so that the part is not "
-        "judged; set the wheel to depth beside the part, and go straight along the table from there"
-    )
+    assert warning.startswith("test.nc:7: 12 feed moves outside a cycle ")
+    assert "0.05099 to 0.05901 mm deep" in warning and "set the wheel to depth beside the part" in warning
     assert lines_of(found) == [(7, 8)] and found.unjudged[0][0].why in warning
     assert found.parts["survival"][0] == 0.0 and found.cost_per_good_part == float("inf")
     assert found.strokes.tobytes() == plain.strokes.tobytes()

@@ -6,19 +6,8 @@ from typing import Any
 import pytest
 
 from grind_env.control import Control
-from grind_env.machine.job import WheelStart
 from grind_env.render.limit_causes import explain
 from tests.machine.harness import CATALOGUE, CYCLE, HEAD, job, run
-
-
-def test_a_slow_pick_warns_and_names_a_sufficient_feed() -> None:
-    slow = HEAD + CYCLE.replace("F60.", "F.5") + "M30\n"
-    record = run(slow, job())
-    assert len(record.warnings) == 1
-    assert "test.nc:3" in record.warnings[0]
-    found = re.search(r"; F(\d+) would do", record.warnings[0])
-    assert found is not None
-    assert run(slow.replace("F.5", f"F{found[1]}."), job()).warnings == ()
 
 
 def test_an_inch_program_gets_the_sufficient_feed_in_inches() -> None:
@@ -50,18 +39,6 @@ def test_a_pick_warns_if_no_feed_finishes_it_in_time() -> None:
 def test_a_slow_pick_before_a_dress_causes_no_warning() -> None:
     text = HEAD + "G82 X230. I-30. Y-.01 J-.01 F.3 E12000. P9100 D1\nM30\n"
     assert run(text, job()).warnings == ()
-
-
-def test_a_stroke_that_turns_over_the_part_warns_once() -> None:
-    record = run(HEAD + CYCLE.replace("X230.", "X150.") + "M30\n", job())
-    assert len(record.warnings) == 1
-    assert "X150" in record.warnings[0] and "X200" in record.warnings[0]
-
-
-def test_a_wheel_below_its_least_diameter_warns_once() -> None:
-    text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
-    record = run(text, job(wheel_start=WheelStart(diameter=220.01)))
-    assert sum("least diameter, 220 mm" in warning for warning in record.warnings) == 1
 
 
 def test_a_cut_outside_the_limits_of_the_model_warns_once() -> None:
@@ -164,13 +141,6 @@ def test_a_repeated_cycle_without_m00_warns_of_nothing_to_grind() -> None:
     assert warning.startswith("test.nc:7: this cycle finds nothing to grind, for the part has been ground as deep as ")
     assert "Y-0.05 before; go deeper, or put M00 before it" in warning
     assert run(text.format("M00\n"), job()).warnings == ()
-
-
-def test_a_second_infeed_to_the_same_depth_warns_of_nothing_to_grind() -> None:
-    feed = "G81 X230. I-30. E12000.\nG01 Y-.1 F1.\nG04 P5.\nG80\nG00 Y20.\nG00 X-30.\nG00 Y0\n"
-    (warning,) = warnings_of(feed * 2)
-    assert warning.startswith("test.nc:10: this cycle finds nothing to grind")
-    assert warnings_of(feed + "M00\n" + feed) == ()
 
 
 def test_a_program_that_leaves_stock_warns() -> None:

@@ -168,14 +168,6 @@ def test_a_step_lower_than_the_radius_runs_a_line_backwards() -> None:
     assert compensated(step[1], start, end, LEFT, detect=False) == (PathSegment(start, end),)
 
 
-def test_a_line_that_just_fits_has_no_length() -> None:
-    box = lines((0.0, 0.0), (10.0, 0.0), (10.0, 4.0), (0.0, 4.0))
-    start, end = corner(box[0], box[1], LEFT, False, 0.0).end, corner(box[1], box[2], LEFT, False, 0.0).end
-    (run,) = compensated(box[1], start, end, LEFT)
-    assert isinstance(run, PathSegment)
-    assert run.length == pytest.approx(0.0, abs=1e-12)
-
-
 def arc_between(first: float, last: float, rotation: int, radius: float = 10.0) -> PathArc:
     """Return an arc about the origin from one direction to another, degrees."""
     return PathArc(on(first, radius), on(last, radius), (0.0, 0.0), rotation)
@@ -235,12 +227,6 @@ def test_an_arc_trimmed_to_nothing_is_no_full_circle(radius: float, left_over: f
     arc = arc_between(0.0, 40.0, 1, radius)
     start, end = on(20.0, radius - 2.0), on(20.0 + left_over, radius - 2.0)
     assert [run.length for run in compensated(arc, start, end, LEFT)] == [pytest.approx(0.0, abs=1e-6)]
-
-
-def test_side_change_at_an_angle_joins_the_perpendicular_points() -> None:
-    junction = side_change(EAST, turned(EAST, 90.0), LEFT, RIGHT)
-    assert junction.end == pytest.approx((10.0, 2.0))
-    assert [piece.end for piece in junction.generated] == [pytest.approx((12.0, 0.0))]
 
 
 def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
