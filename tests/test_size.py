@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 65_330,
-    ("tests/*.py",): 50_100,
+    ("tests/*.py",): 50_120,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 
