@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 64_960,
-    ("tests/*.py",): 50_690,
+    ("tests/*.py",): 50_080,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

@@ -80,6 +80,23 @@ def test_l_takes_0_to_999(word: str, spark_out: int) -> None:
     assert len(strokes(cycles(f"{G82} {word}\nM30"))) == 2 + 1 + spark_out
 
 
+@pytest.mark.parametrize("block", ["G81.1 X230. E12000.", G82.replace("G82", "G82.1"), G83.replace("G83", "G83.1")])
+def test_every_cycle_has_a_form_with_pre_dress(block: str) -> None:
+    events = cycles(f"{block} P9100\nM30")
+    causes = [event.cause for event in events if isinstance(event, DressStart)]
+    assert causes == ["pre"]
+    first = next(event for event in events if isinstance(event, Motion))
+    assert first.source.value == "dress"
+
+
+def test_p_names_the_dress_program() -> None:
+    events = cycles(f"{G82} D1 P7\nG82.1 Y-.04 P9100\nM30\nO7\nM99\n")
+    assert [(event.program, event.cause) for event in events if isinstance(event, DressStart)] == [
+        (7, "auto"),
+        (9100, "pre"),
+    ]
+
+
 @pytest.mark.parametrize(("mode", "depth", "cross"), [("G90", -0.02, 20.0), ("G91", 4.98, 23.0)])
 def test_depth_and_crossover_are_absolute_or_incremental(mode: str, depth: float, cross: float) -> None:
     plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83.replace('J-.02', 'J-1.')}\nM30")
