@@ -37,6 +37,13 @@ def test_the_override_acts_in_both_feed_modes(mode: str) -> None:
     assert seconds == pytest.approx([1.0, 4.0])
 
 
+def test_no_override_passes_the_maximum_feed() -> None:
+    control = Control(acceleration=1e9, maximum_feed=600.0)
+    control.override(200.0)
+    moves = [event for event in execute(read("G01 X10. F400."), control) if isinstance(event, Motion)]
+    assert moves[0].seconds == pytest.approx(1.0)
+
+
 def test_feed_per_revolution_is_clamped_to_the_maximum() -> None:
     line = motions("S1000 G95 G01 X10. F2.", maximum_feed=600.0)[0]
     assert isinstance(line, Line) and line.feed == 600.0

@@ -61,6 +61,14 @@ def test_a_correct_program_causes_no_message(tmp_path: Path, capsys: pytest.Capt
     assert messages_of(PROGRAM.replace("P9100", "P9100 D1"), JOB, tmp_path, capsys) == []
 
 
+def test_a_wheel_that_wears_below_its_least_diameter_is_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = JOB.replace("[diamond]", "[wheel]\ndiameter = 220.00001\n\n[diamond]")
+    (sentence,) = messages_of(PROGRAM, job, tmp_path, capsys)
+    assert "smaller than its least diameter, 220 mm; begin with a larger one" in sentence
+
+
 def test_there_are_at_least_40_different_mistakes() -> None:
     assert len(MISTAKES) >= 40
     assert len({mistake["title"] for mistake in MISTAKES}) == len(MISTAKES)
