@@ -84,13 +84,13 @@ class Variables:
                 held[number] = value
 
     def begin_notes(self) -> None:
-        """Begin a dress: note the values that it reads and has not assigned itself."""
+        """Begin a dress: note the values that it reads and has not assigned itself, and those that it leaves."""
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:
-        notes, self._found = self._found or {}, None
+        read, self._found = self._found or {}, None
         self._dressed |= self._written
-        return notes
+        return read | {(level, number): self._values_of(level).get(number) for level, number in self._written}
 
     def agree(self, notes: Notes) -> bool:
         return all(self._values_of(level).get(number) == value for (level, number), value in notes.items())

@@ -270,6 +270,16 @@ def test_a_dress_program_is_executed_until_it_leaves_the_tables_unchanged(write:
     assert last.end == expected.end
 
 
+@pytest.mark.parametrize(("between", "write"), [("#500=9", ""), ("", "#500=#500+4\n"), ("#501=0", "#501=5\n")])
+def test_a_dress_program_is_executed_again_if_its_variables_have_changed(between: str, write: str) -> None:
+    dress = DRESS.replace("G01", f"{write}G04 P#500\nG01")
+    text = f"#500=1\n#501=1\n{COMMON}{CYCLE} D2\n{between}\nG82 Y-.06 D1\nG04 P#501\nM30{dress}"
+    found, stepped = run(text, start=PARKED, whole_cycles=True), run(text, start=PARKED)
+    assert [each.seconds for each in found if isinstance(each, events.Dwell)][-2:] == [
+        each.seconds for each in stepped if isinstance(each, events.Dwell)
+    ][-2:]
+
+
 def test_a_cycle_without_strokes_gives_no_strokes_event() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
