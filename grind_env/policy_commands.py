@@ -58,7 +58,7 @@ def evaluate(
     split: Split = "all",
     first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds, instead of --seeds.")] = None,
     plant: Plant = None,
-    model: Annotated[str | None, typer.Option(help="Machine that planners assume; default: model.")] = None,
+    model: Annotated[str | None, typer.Option(help="Machine that planners assume; default: the task's.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     other_part: OtherPart = False,

@@ -78,7 +78,7 @@ def test_the_regression_finds_a_power_law() -> None:
 
 @pytest.mark.nightly
 def test_the_adviser_scraps_few_parts_on_a_soft_machine() -> None:
-    rail = StudyMachine("soft:1", PROGRAMS["rail"])
+    rail = StudyMachine("soft:2", PROGRAMS["rail"])
     model, simulation = StudyMachine("model", rail.program).simulation(40), rail.simulation(40)
     policy: Any = policy_for(None, model)
     # the policy of the model alone burns more than one part in ten

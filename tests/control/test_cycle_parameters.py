@@ -2,7 +2,7 @@
 
 import pytest
 
-from grind_env.control import CyclePlan, DressStart, Motion, check, read
+from grind_env.control import CycleEnd, CyclePlan, DressStart, Motion, check, read
 from tests.control.harness import COMMON, DRESS, PARKED, cycles, plans, refusal, run, story, strokes
 
 G82 = "G82 X230. I-30. Y-.02 J-.01 F60. E12000."
@@ -99,8 +99,10 @@ def test_p_names_the_dress_program() -> None:
 
 @pytest.mark.parametrize(("mode", "depth", "cross"), [("G90", -0.02, 20.0), ("G91", 4.98, 23.0)])
 def test_depth_and_crossover_are_absolute_or_incremental(mode: str, depth: float, cross: float) -> None:
-    plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83.replace('J-.02', 'J-1.')}\nM30")
+    plan = last_plan(f"G00 Y5. Z3.\n{mode} {G83.replace('J-.02', 'J-1.')} Q-.01 R5.\nM30")
     assert (plan.depth_target, plan.cross_end) == (depth, cross)
+    found = plan.primary_pick, plan.secondary_pick, plan.primary_cross_pick, plan.secondary_cross_pick
+    assert found == (1.0, 0.01, 10.0, 5.0)
 
 
 def test_q_and_r_of_g83_are_the_secondary_picks_and_default_to_j_and_k() -> None:
@@ -158,6 +160,12 @@ def test_the_motion_code_outlives_a_cycle() -> None:
     events = cycles(f"G01 Z1. F600.\n{G82}\nG80\nZ2.\nM30")
     lines = [event for event in events if isinstance(event, Motion) and event.source.value == "program"]
     assert [(type(line).__name__, line.end[2]) for line in lines] == [("Line", 1.0), ("Line", 2.0)]
+
+
+def test_g00_and_g01_do_not_end_reciprocation() -> None:
+    events = cycles("G81 X230. I-30. E12000.\nG00 Z1.\nG01 Z2. F600.\nG80\nM30")
+    assert story(events) == "X230"
+    assert sum(isinstance(event, CycleEnd) for event in events) == 1
 
 
 def test_a_check_reads_blocks_that_are_not_reached() -> None:

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grind_env.policies.problem_lookup import find_problem
 from grind_env.shop.advise.adviser import policy_for
 from grind_env.shop.advise.adviser_policy import PROVED, AdviserPolicy
 from grind_env.shop.advise.operator_readings import readings_of
+from grind_env.shop.advise.rehearsal import as_programmed, ground
 from tests.examples import few
 from tests.foreign.shop import SHOPS, PowerLaw, cost, depths_of, plans, shift, volumes_of
 from tests.foreign.tools import advised_shift
@@ -62,6 +64,19 @@ def test_burns_lower_E_and_reports_of_no_burn_allow_more_heat() -> None:
     silent, cool = (adviser_after([*parts, finished | more])[0].policy for more in ({}, {"burn": 0}))
     assert isinstance(silent, AdviserPolicy) and isinstance(cool, AdviserPolicy)
     assert cool.rules[0].allowed[0] > 1.1 * silent.rules[0].allowed[0]
+
+
+def test_a_rehearsal_reads_as_many_parts_as_burnt_as_burn(tmp_path: Path) -> None:
+    job = (
+        PLATE.with_suffix(".toml")
+        .read_text()
+        .replace("[setup]", "[setup]\nmaterial_overrides = {tempering_rise = 120}")
+    )
+    (tmp_path / "part.toml").write_text(job)
+    simulation: Any = find_problem(str(PLATE), str(tmp_path / "part.toml"), 30).simulation()
+    shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(5)]
+    burnt = sum(bool(each.burn) for shift in shifts for each in shift.readings)
+    assert burnt == pytest.approx(sum(shift.scrap.sum() for shift in shifts), abs=12.0)
 
 
 def test_the_model_leads_only_after_its_forecasts_have_held() -> None:

@@ -13,7 +13,7 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, Ot
 def advise(
     program: ProgramFile,
     job: JobFile = None,
-    policy: Annotated[str | None, typer.Option(help="Other adviser: E12000D0, a rule, an agent file."), FILE] = None,
+    policy: Annotated[str | None, typer.Option(help="Other adviser: E12000D0, my_rule:MyRule, a file."), FILE] = None,
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,

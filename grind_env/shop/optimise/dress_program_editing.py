@@ -31,7 +31,7 @@ from grind_env.shop.optimise.word_editing import (
 )
 
 _same = partial(math.isclose, rel_tol=1e-6)
-"""Whether two values are equal; words are decimal numbers, and inches exact."""
+"""Function that compares two values of words up to rounding."""
 
 
 class DressTextError(GrindError):
