@@ -67,16 +67,13 @@ def test_burns_lower_E_and_reports_of_no_burn_allow_more_heat() -> None:
 
 
 def test_a_rehearsal_reads_as_many_parts_as_burnt_as_burn(tmp_path: Path) -> None:
-    job = (
-        PLATE.with_suffix(".toml")
-        .read_text()
-        .replace("[setup]", "[setup]\nmaterial_overrides = {tempering_rise = 120}")
-    )
+    soft = "[setup]\nmaterial_overrides = {tempering_rise = 100}"
+    job = PLATE.with_suffix(".toml").read_text().replace("[setup]", soft)
     (tmp_path / "part.toml").write_text(job)
     simulation: Any = find_problem(str(PLATE), str(tmp_path / "part.toml"), 30).simulation()
     shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(5)]
     burnt = sum(bool(each.burn) for shift in shifts for each in shift.readings)
-    assert burnt == pytest.approx(sum(shift.scrap.sum() for shift in shifts), abs=12.0)
+    assert burnt == pytest.approx(sum(shift.scrap.sum() for shift in shifts), abs=14.0)
 
 
 def test_the_model_leads_only_after_its_forecasts_have_held() -> None:
