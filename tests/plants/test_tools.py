@@ -71,7 +71,7 @@ def test_optimise_searches_on_the_model_and_computes_costs_on_the_plant() -> Non
     assert on_model.quantity("cost").before != on_plant.quantity("cost").before
     for found, plant in ((on_model, None), (on_plant, PLANT)):
         record = grind_file(PLATE, plant=plant)
-        cost = run_data(record, record.job, "")["cost"] / len(record.parts)
+        cost = run_data(record, "")["cost"] / len(record.parts)
         assert found.quantity("cost").expected[0] == pytest.approx(cost, rel=1e-6)
     assert all(each.price is None for each in on_plant.limits)
     assert f"judged on {PLANT}" in tables.heading(on_plant) and tables.as_data(on_plant)["plant"] == PLANT

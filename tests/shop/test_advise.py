@@ -23,7 +23,7 @@ from grind_env.shop.advise.rehearsal import read
 from grind_env.shop.advise.variables_file import write_values
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, rollout, saved_agent
 
-RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
+RULE = {"E": (12_000.0, 9_000.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
 
 
 def look_ahead(kinds: int) -> Policy:
@@ -32,7 +32,7 @@ def look_ahead(kinds: int) -> Policy:
 
 
 POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
-    "power_threshold": lambda problem, folder: PowerThreshold(E=26.0, upper=32.0, lower=0.9, share=0.3),
+    "power_threshold": lambda problem, folder: PowerThreshold(E=26_000.0, upper=32.0, lower=0.9, share=0.3),
     "adaptive_rule": lambda problem, folder: AdaptiveRule(**RULE, gS=-0.1, wS=0.2),
     "belief_rule": lambda problem, folder: BeliefRule(**RULE, gK=-0.2, wK=0.3),
     "look_ahead": lambda problem, folder: look_ahead(len(problem.simulation().task.kinds)),
@@ -42,7 +42,6 @@ POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
 }
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(("program", "parts", "names"), [(RAIL, 4, ("look_ahead", "agent")), (PLATE, 7, POLICIES)])
 def test_the_adviser_repeats_the_decisions_of_its_policy_in_the_environment(
     program: Path, parts: int, names: Iterable[str], tmp_path: Path

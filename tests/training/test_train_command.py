@@ -100,7 +100,7 @@ def test_training_on_a_program_without_a_script_warns_that_it_is_slow(
     few = {"steps": 8, "envs": 2, "rollout": 4, "minibatches": 1}
     monkeypatch.setattr(gru_ppo, "train", lambda problem, settings, *given: train(problem, replace(settings, **few), 0))
     status, said, told = grind("train", part, "--parts", 1, *QUICK)
-    assert status == 3 and "\nempirical_rule in" in said and "the program as it is" in said
+    assert status == 3 and "\nadviser in" in said and "the program as it is" in said
     assert told.startswith("the control executes part step by step: 10,000 blocks may take hours; fewer --steps")
 
 
