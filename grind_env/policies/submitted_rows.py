@@ -16,7 +16,7 @@ import numpy as np
 from grind_env.array_types import Array
 from grind_env.dataclass_json import FormError, formed, parsed
 from grind_env.envs.distribution_splits import EVERY
-from grind_env.envs.task_names import CORE, environment_id, shipped_names
+from grind_env.envs.task_names import CORE, MODULE_NAMES, environment_id, task_names
 from grind_env.files import read_bytes, read_text, shown, write_atomically
 from grind_env.kernel.random import WORD
 from grind_env.message_text import quoted
@@ -68,7 +68,7 @@ class SubmittedRow:
     format: int = FORMAT
 
     def __post_init__(self) -> None:
-        if self.id not in map(environment_id, shipped_names()):
+        if self.id not in map(environment_id, (*task_names(), *MODULE_NAMES)):
             raise FormError(f"id is {quoted(self.id)}, but must be that of an environment of the package")
         if not 2 <= len(self.costs) <= MOST_EPISODES or not 0 <= self.first_seed < MOST_SEED:
             raise FormError(f"it must have 2 to {MOST_EPISODES} costs, and a first seed from 0 to 2^63 - 1")

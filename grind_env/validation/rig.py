@@ -5,8 +5,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
 
-from scipy.optimize import brentq
-
 from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
@@ -15,6 +13,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.loops.cycle import grown_of
 from grind_env.machine.record import GrindingRecord
+from grind_env.optional_libraries import needing
 from grind_env.process import equations as eq
 from grind_env.process.catalogue import Catalogue
 from grind_env.process.catalogue_parameters import USUAL_HEIGHT, stroke_parameters
@@ -39,6 +38,8 @@ def crossing(function: Callable[[float], float], low: float, high: float) -> flo
     """Return where a rising function passes zero; the nearer end if there is no zero between `low` and `high`."""
     if function(low) >= 0.0 or function(high) <= 0.0:
         return low if function(low) >= 0.0 else high
+    with needing("shop", "the validation needs"):
+        from scipy.optimize import brentq
     return float(brentq(function, low, high, xtol=1e-14))
 
 

@@ -22,6 +22,9 @@ DRAWN = {
     "hidden.wear": ("g_ratio",),
     "hidden.convection": ("convection",),
     "hidden.roughness_scale": ("wheel_roughness",),
+    "hidden.diamond_flat": ("diamond_flat",),
+    "hidden.dressed_density": ("diamond_flat",),
+    "hidden.dressed_roughness": ("diamond_flat",),
 }
 """Spreads that vary each hidden entry; without them, a task has a constant value there."""
 

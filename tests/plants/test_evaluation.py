@@ -119,7 +119,7 @@ def test_commands_name_the_machine(tmp_path: Path, grind: Grind) -> None:
     assert lines[0].endswith(",plant") and all(line.endswith(f",{plant}") for line in lines[1:])
     plain = json.loads(grind("run", program, "--json", "--plant", "model")[1])
     assert plain["plant"] == "model" and plain["cost"] != shown["cost"]
-    assert f"played.nc, on {PLANT}" in grind("run", program, "--plant", PLANT)[1]
+    assert f"played.nc, not calibrated, on {PLANT}\n" in grind("run", program, "--plant", PLANT)[1]
 
 
 def test_commands_reject_an_unknown_plant(grind: Grind) -> None:

@@ -266,7 +266,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
     for more, first in (("", "not calibrated"), (f"\n[catalogue.uncertainty]\n{TABLE}", "calibrated")):
         job.write_text(text + more)
         status("optimise", EXAMPLES / "plate_g82.nc", "--job", job, *words)
-        assert capsys.readouterr().out.startswith(f"plate_g82.nc, {first}, batches of 2 parts")
+        assert f"\nplate_g82.nc, {first}, batches of 2 parts" in capsys.readouterr().out
         assert f"plate_g82.nc, {first}, batches" in report.read_text(encoding="utf-8")
         found = optimise(EXAMPLES / "plate_g82.nc", job, **FEW | {"budget": 0.0})
         assert tables.as_data(found)["calibration"] == ("written by hand" if more else None)

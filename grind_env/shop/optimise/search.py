@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 from grind_env.array_types import Array
 from grind_env.optional_libraries import needing
 
+with needing("shop", "the search needs"):
+    from scipy.optimize import differential_evolution
+
 Point = tuple[int, ...]
 
 PER_VARIABLE, LEAST_POPULATION, MOST_POPULATION = 10, 24, 120
@@ -136,8 +139,6 @@ class Search:
         return self.ranked[0]
 
     def _evolve(self, start: Point, seed: int, generations: int) -> None:
-        with needing("shop", "the search needs"):
-            from scipy.optimize import differential_evolution
         free = [k for k, count in enumerate(self.counts) if count > 1]
         size = min(max(PER_VARIABLE * len(free), LEAST_POPULATION), MOST_POPULATION)
 
