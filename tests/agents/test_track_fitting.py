@@ -56,7 +56,7 @@ def test_a_changed_model_differs_in_the_changed_constants_only() -> None:
 def test_a_fit_to_a_log_finds_the_changed_constant() -> None:
     model, truth = model_of(PLATES), np.zeros(len(CONSTANTS))
     truth[ROUGH] = 2.0
-    shifts = ground(changed(model, truth), "E6000D1", range(10))
+    shifts = ground(changed(model, truth), "E6000D1", range(20))
     z = fitted(model, shifts, np.zeros(len(CONSTANTS)))
     assert z[ROUGH] == pytest.approx(2.0, abs=0.5) and np.abs(np.delete(z, ROUGH)).max() < 1.0
     before, best, after = (np.square(residuals(changed(model, each), shifts)).sum() for each in (0.0 * z, truth, z))

@@ -158,18 +158,18 @@ def test_the_calibrated_agent_is_trained_after_two_shifts(monkeypatch: pytest.Mo
 
 @pytest.mark.nightly
 def test_retraining_on_a_fitted_model_lowers_the_cost_on_its_machine() -> None:
-    settings = Settings(steps=300_000, envs=64)
-    agent = policy_of(*train(PLATES, settings, 0), PLATES, "gru")
+    settings, costs = Settings(steps=300_000, envs=64), list[float]()
     z = np.zeros(len(CONSTANTS))
     z[ROUGH] = 2.0
-    machine, policy = changed(MODEL, z), RobustCalibrated(agent)
+    machine, seeds = changed(MODEL, z), episode_seeds("validation", 128)
     shifts = ground(machine, "E6000D1", range(2))
-    for shift in shifts:
-        policy.begin(MODEL, 1)
-        policy.learn(shift)
-    seeds = episode_seeds("validation", 128)
-    before, after = (run_seeds(each, machine, seeds).cost.mean() for each in (agent, policy.agent))
-    assert after < 0.98 * before
+    for seed in (0, 1):
+        policy = RobustCalibrated(agent := policy_of(*train(PLATES, settings, seed), PLATES, "gru"))
+        for shift in shifts:
+            policy.begin(MODEL, 1)
+            policy.learn(shift)
+        costs += [run_seeds(each, machine, seeds).cost.mean() for each in (agent, policy.agent)]
+    assert sum(costs[1::2]) < 0.98 * sum(costs[::2])
 
 
 def test_adapters_by_name() -> None:

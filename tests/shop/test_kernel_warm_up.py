@@ -20,7 +20,7 @@ from tests.shop.programs import EXAMPLES, JOB
 UNRELATED = "correlation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 SMALL = (
     "from grind_env.process.catalogue import load_catalogue; from grind_env.validation import Rig; "
-    "use = lambda: Rig(load_catalogue()).fresh(); "
+    "use = lambda: Rig(load_catalogue()).fresh().grind(); "
 )
 
 
@@ -51,11 +51,11 @@ def test_warmed_up_code_runs_without_the_compiler(tmp_path: Path) -> None:
 
     code = (
         "from grind_env.shop import kernel_warm_up as w; from grind_env.cli import main; "
-        "w.uses = lambda: {'a dress': use}; main(['warm-up'])"
+        "w.uses = lambda: {'a stroke': use}; main(['warm-up'])"
     )
     first, last = run(SMALL + code).splitlines()
     made = sorted((tmp_path / "kernels").glob("*.nbc"))
-    assert made and first.startswith("a dress ") and first.endswith(f" {len(made)} new")
+    assert made and first.startswith("a stroke ") and first.endswith(f" {len(made)} new")
     assert last == f"{len(made)} kernels in {tmp_path / 'kernels'}"
     no_compiler = "import numba.core.compiler as compiler; compiler.CompilerBase.__init__ = None; "
     run(no_compiler + SMALL + "use()")
