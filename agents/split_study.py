@@ -29,12 +29,9 @@ class SplitScore(NamedTuple):
     task: str
     split: str
     who: str
-    score: Interval
-    """Score: 0 is the best fixed plan on all contexts, 100 is hindsight."""
-    cost: Interval
-    """Cost per good part, $."""
-    scrap: float
-    """Share of the parts that are scrap."""
+    score: Interval  #: score: 0 is the best fixed plan on all contexts, 100 is hindsight
+    cost: Interval  #: cost per good part, $
+    scrap: float  #: share of the parts that are scrap
 
 
 def study(asked: StudyOptions) -> Study:

@@ -65,8 +65,7 @@ class RecipeRow:
     scrap: float
     E: float
     D: float
-    cpu_seconds: float
-    """CPU time of imports, training and judging on one core, s."""
+    cpu_seconds: float  #: CPU time of imports, training and judging on one core, s
     wall_seconds: float
 
 

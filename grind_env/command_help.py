@@ -73,8 +73,7 @@ class HelpfulCommand(TyperCommand):
 class HelpfulGroup(TyperGroup):
     """Command list in groups, with the whole first line of each command's help."""
 
-    groups: ClassVar[dict[str, str]] = {}
-    """Names of commands by the group in which the help shows them."""
+    groups: ClassVar[dict[str, str]] = {}  #: names of commands by the group in which the help shows them
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         for group, names in (self.groups or {"Commands": " ".join(self.commands)}).items():

@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 64_960,
-    ("tests/*.py",): 50_080,
+    ("grind_env/*.py", "agents/*.py"): 64_180,
+    ("tests/*.py",): 50_050,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

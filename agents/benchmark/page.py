@@ -64,16 +64,12 @@ class TaskRoom(NamedTuple):
     """Room between the best known policy on measurements and the planner on the true state."""
 
     task: str
-    best_known: str
-    """The best policy that sees measurements."""
+    best_known: str  #: the best policy that sees measurements
     score: Interval
     budget: str
-    on_state: Interval | None
-    """Score of the planner on the true state."""
-    room: Interval | None
-    """Points of the planner on the true state over the best known policy."""
-    searched: Interval | None
-    """Points over 100 of hindsight with more search."""
+    on_state: Interval | None  #: score of the planner on the true state
+    room: Interval | None  #: points of the planner on the true state over the best known policy
+    searched: Interval | None  #: points over 100 of hindsight with more search
 
 
 def room(task: str, of: Sampled) -> TaskRoom | None:
@@ -115,8 +111,7 @@ class AgentVerdict(NamedTuple):
     agent: str
     score: Interval
     rule: str
-    over: Interval
-    """Points over the best rule or planner."""
+    over: Interval  #: points over the best rule or planner
 
 
 def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:

@@ -48,15 +48,12 @@ class Replication(NamedTuple):
 
     task: str
     policy: str
-    seed: int | None
-    """Training seed."""
+    seed: int | None  #: training seed
     on: str
-    first: int
-    """First seed of the set."""
+    first: int  #: first seed of the set
     published: float
     low: float
-    high: float
-    """Ends of the 95 % prediction interval of the published row for the mean of as many other episodes."""
+    high: float  #: ends of the 95 % prediction interval of the published row for the mean of as many other episodes
     found: float
 
     @property

@@ -36,32 +36,25 @@ class Result:
 
     task: str
     policy: str
-    kind: str
-    """`scripted`, `planner` or `learned`."""
+    kind: str  #: `scripted`, `planner` or `learned`
     sees: str
-    seed: int | None
-    """Training seed."""
+    seed: int | None  #: training seed
     episodes: int
-    cost_per_good_part: float | None = None
-    """Cost per good part, $, with the ends of its interval in the next fields."""
+    cost_per_good_part: float | None = None  #: cost per good part, $, with the ends of its interval in the next fields
     cost_per_good_part_low: float | None = None
     cost_per_good_part_high: float | None = None
+    #: score: 0 is the best fixed plan, 100 the hindsight planner; where both cost the same, `cost_ratio` is used
     score: float | None = None
-    """Score: 0 is the best fixed plan, 100 the hindsight planner; where both cost the same, `cost_ratio` is used."""
     score_low: float | None = None
     score_high: float | None = None
-    cost_ratio: float | None = None
-    """Ratio of the cost of an episode to the cost of the best fixed plan."""
+    cost_ratio: float | None = None  #: ratio of the cost of an episode to the cost of the best fixed plan
     cost_ratio_low: float | None = None
     cost_ratio_high: float | None = None
-    scrap: float
-    """Share of the parts that are scrap."""
-    E_mean: float
-    """Mean E over all blocks, mm/min."""
-    D_mean: float
-    """Mean D, dress executions per block."""
+    scrap: float  #: share of the parts that are scrap
+    E_mean: float  #: mean E over all blocks, mm/min
+    D_mean: float  #: mean D, dress executions per block
+    #: number of episodes of the split `interpolation`, as in the next columns; the columns above are of `all`
     interpolation_episodes: int
-    """Number of episodes of the split `interpolation`, as in the next columns; the columns above are of `all`."""
     interpolation_cost_per_good_part: float | None = None
     interpolation_cost_per_good_part_low: float | None = None
     interpolation_cost_per_good_part_high: float | None = None
@@ -73,27 +66,19 @@ class Result:
     interpolation_cost_ratio_high: float | None = None
     interpolation_scrap: float | None
     interpolation_seeds: str | None
-    plants_episodes: int = 0
-    """Number of episodes on held-out machines; the next columns are of these machines, too."""
+    plants_episodes: int = 0  #: number of episodes on held-out machines; the next columns are of these machines, too
     plants_cost_per_good_part: float | None = None
     plants_cost_per_good_part_low: float | None = None
     plants_cost_per_good_part_high: float | None = None
     plants_scrap: float | None = None
     plants_seeds: str | None = None
-    trained_on: str | None
-    """Split of the contexts of the training."""
-    steps: int | None
-    """Number of steps of the training."""
-    train_seconds: float | None
-    """CPU time of the training, s."""
-    model: str | None = None
-    """Knowledge of the simulator's equations in a decision: `none`, `nominal` or `exact`."""
-    blocks: int | None = None
-    """Number of blocks ground for training or tuning, without validation."""
-    decision_ms: float | None = None
-    """CPU time of a decision, ms."""
-    digest: str = ""
-    """Hash of all inputs of the row; a row with an equal hash is not run again."""
+    trained_on: str | None  #: split of the contexts of the training
+    steps: int | None  #: number of steps of the training
+    train_seconds: float | None  #: CPU time of the training, s
+    model: str | None = None  #: knowledge of the simulator's equations in a decision: `none`, `nominal` or `exact`
+    blocks: int | None = None  #: number of blocks ground for training or tuning, without validation
+    decision_ms: float | None = None  #: CPU time of a decision, ms
+    digest: str = ""  #: hash of all inputs of the row; a row with an equal hash is not run again
     task_version: int
     seeds: str
     commit: str
@@ -103,16 +88,14 @@ class Result:
     numba: str
     stable_baselines3: str
     torch: str
-    cost: Episodes
-    """Cost of every episode, $, shape (episodes,); single precision."""
-    good: Episodes
-    """Expected good parts of every episode."""
+    cost: Episodes  #: cost of every episode, $, shape (episodes,); single precision
+    good: Episodes  #: expected good parts of every episode
     interpolation_cost: Episodes
     interpolation_good: Episodes
     plants_cost: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
     plants_good: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
+    #: learning curve: steps of the training, and the score on validation seeds after them
     curve_steps: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
-    """Learning curve: steps of the training, and the score on validation seeds after them."""
     curve_score: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
 
     @property

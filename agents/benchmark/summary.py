@@ -32,19 +32,15 @@ class PolicySummary:
     sees: str
     model: str | None
     runs: int
-    cost: Interval
-    """Cost per good part, $."""
+    cost: Interval  #: cost per good part, $
     scrap: float
     score: Interval | None
-    ratio: Interval | None
-    """Ratio of the cost to the cost of the best fixed plan."""
-    over: Interval | None
-    """Points over the best rule or planner with the same inputs, paired."""
+    ratio: Interval | None  #: ratio of the cost to the cost of the best fixed plan
+    over: Interval | None  #: points over the best rule or planner with the same inputs, paired
+    #: score in the split `interpolation`; the next field is the cost ratio in this split
     interpolation_score: Interval | None
-    """Score in the split `interpolation`; the next field is the cost ratio in this split."""
     interpolation_ratio: Interval | None
-    plants_cost: Interval | None
-    """Cost per good part on held-out machines, $."""
+    plants_cost: Interval | None  #: cost per good part on held-out machines, $
     plants_scrap: float | None
     blocks: float | None
     decision_ms: float | None

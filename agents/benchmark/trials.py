@@ -36,8 +36,7 @@ class BenchmarkTrial:
 class BenchmarkStudy(Study):
     """Study of cells; published rows are not run again."""
 
-    finished: dict[str, Result]
-    """Published rows by their digests."""
+    finished: dict[str, Result]  #: published rows by their digests
 
     def digest(self, trial: BenchmarkTrial) -> str:
         return digest(trial)

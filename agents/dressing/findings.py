@@ -51,29 +51,21 @@ class DressFinding:
     """Cost of one dress strategy on the evaluation episodes of a task."""
 
     task: str
+    #: `interval`, `plan` (the best of all intervals, by the training episodes), `dresser`, `passes` or `decision`
     question: str
-    """`interval`, `plan` (the best of all intervals, by the training episodes), `dresser`, `passes` or `decision`."""
     policy: str
     sees: str
-    every: int
-    """Number of blocks from dress to dress in a fixed plan; 0 for a policy that decides."""
-    lead: float
-    """Dress lead, mm per wheel revolution."""
-    depth: float
-    """Dress depth, mm per pass."""
+    every: int  #: number of blocks from dress to dress in a fixed plan; 0 for a policy that decides
+    lead: float  #: dress lead, mm per wheel revolution
+    depth: float  #: dress depth, mm per pass
     passes: int
-    overlap: float
-    """Overlap ratio with an unworn diamond."""
-    E: float
-    """Mean table speed, mm/min."""
-    D: float
-    """Mean D, dress executions per block."""
-    cost: float
-    """Cost per good part, $; the next two fields are the ends of its 95 % interval."""
+    overlap: float  #: overlap ratio with an unworn diamond
+    E: float  #: mean table speed, mm/min
+    D: float  #: mean D, dress executions per block
+    cost: float  #: cost per good part, $; the next two fields are the ends of its 95 % interval
     cost_low: float
     cost_high: float
-    scrap: float
-    """Share of the parts that are scrap."""
+    scrap: float  #: share of the parts that are scrap
 
 
 def intervals(simulation: Simulation) -> list[int]:

@@ -48,14 +48,10 @@ class Gap:
     what: str
     policy: str
     sees: Sees
-    cost: Interval
-    """Cost per step of the best fixed plan, $, with the terminal cost, like `reference_cost`."""
-    against: str
-    """Policy from which the saving is counted."""
-    saving: Interval
-    """Saving of the mean cost of an episode, %."""
-    score: Interval
-    """Score: 0 is the best fixed plan, 100 hindsight."""
+    cost: Interval  #: cost per step of the best fixed plan, $, with the terminal cost, like `reference_cost`
+    against: str  #: policy from which the saving is counted
+    saving: Interval  #: saving of the mean cost of an episode, %
+    score: Interval  #: score: 0 is the best fixed plan, 100 hindsight
 
 
 @dataclass(frozen=True, slots=True)

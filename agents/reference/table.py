@@ -27,16 +27,11 @@ class ScoreRow:
 
     policy: str
     sees: Sees
-    cost: Interval
-    """Cost per good part, $."""
-    scrap: float
-    """Share of the parts that are scrap."""
-    speed: float
-    """Mean E, mm/min."""
-    executions: float
-    """Mean D, dress executions per step."""
-    score: Interval
-    """Score: 0 is the best fixed plan, 100 the hindsight planner."""
+    cost: Interval  #: cost per good part, $
+    scrap: float  #: share of the parts that are scrap
+    speed: float  #: mean E, mm/min
+    executions: float  #: mean D, dress executions per step
+    score: Interval  #: score: 0 is the best fixed plan, 100 the hindsight planner
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:

@@ -54,10 +54,9 @@ class SafetyTrial:
     seed: int
     steps: int
     episodes: int
-    folder: Path = field(default=RUNS, repr=False, compare=False)
-    """Folder of the files of trained agents."""
+    folder: Path = field(default=RUNS, repr=False, compare=False)  #: folder of the files of trained agents
+    #: True to train again although the file of the agent exists
     fresh: bool = field(default=False, repr=False, compare=False)
-    """True to train again although the file of the agent exists."""
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"
@@ -72,17 +71,14 @@ class SafetyRow:
     seed: int
     steps: int
     episodes: int
-    budget: float
-    """Share of the parts that may be scrap."""
+    budget: float  #: share of the parts that may be scrap
     episode_return: float
     return_low: float
     return_high: float
-    scrap: float
-    """Share of the parts that are scrap."""
+    scrap: float  #: share of the parts that are scrap
     scrap_low: float
     scrap_high: float
-    power: float
-    """Share of the blocks over the power limit; the next fields are shares of the blocks, too."""
+    power: float  #: share of the blocks over the power limit; the next fields are shares of the blocks, too
     stall: float
     size: float
     Ra: float

@@ -26,8 +26,7 @@ class Constant(NamedTuple):
     """Fitted number: a factor on symbols of the process model, or an exponent of the free term."""
 
     symbols: tuple[str, ...]
-    spread: float
-    """Standard deviation of the prior: of the logarithm of a factor, or of an exponent itself."""
+    spread: float  #: standard deviation of the prior: of the logarithm of a factor, or of an exponent itself
 
 
 CONSTANTS = (

@@ -69,8 +69,8 @@ class FineTuned(Trained):
     """
 
     name: ClassVar[str] = "fine_tuned"
+    #: observations, actions and costs of the blocks of each shift
     shifts: list[tuple[Any, ...]] = field(default_factory=list, repr=False)
-    """Observations, actions and costs of the blocks of each shift."""
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0), repr=False)
     robust: Agent | None = field(default=None, repr=False)
 

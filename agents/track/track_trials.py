@@ -21,13 +21,10 @@ class TrackTrial:
     """Runs of an adapter on a machine."""
 
     plant: str
-    adapter: str
-    """Name of the adapter, or `SCALES` or `TRAINED`."""
+    adapter: str  #: name of the adapter, or `SCALES` or `TRAINED`
     seeds: tuple[int, ...]
-    training: int = 0
-    """Seed of a training on the machine."""
-    folder: Path = field(default=RUNS, repr=False, compare=False)
-    """Folder of the files of trained agents."""
+    training: int = 0  #: seed of a training on the machine
+    folder: Path = field(default=RUNS, repr=False, compare=False)  #: folder of the files of trained agents
 
     def __str__(self) -> str:
         seeds = f"seed {self.seeds[0]}" if len(self.seeds) == 1 else f"{len(self.seeds)} seeds"

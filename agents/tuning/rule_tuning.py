@@ -159,8 +159,7 @@ class TuningRun:
     problem: Problem
     policy: str
     seed: int
-    folder: Path | None
-    """Folder of the cache; None for a run on a node, which cannot reach the cache."""
+    folder: Path | None  #: folder of the cache; None for a run on a node, which cannot reach the cache
     evaluations: int
     episodes: int
     fresh: bool

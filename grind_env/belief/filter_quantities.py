@@ -38,12 +38,9 @@ class Signals(NamedTuple):
     mean_power: Any
     first_power: Any
     peak_power: Any
-    speed: Any
-    """E of the last block, mm/min."""
-    executions: Any
-    """D of the last block."""
-    pre_dress: Any
-    """1 if the last block began with a dress."""
+    speed: Any  #: E of the last block, mm/min
+    executions: Any  #: D of the last block
+    pre_dress: Any  #: 1 if the last block began with a dress
     diameter: Any
     new_lot: Any
 
@@ -51,30 +48,22 @@ class Signals(NamedTuple):
 class Judged(NamedTuple):
     """Flags and limits by which the filter judges a block."""
 
-    ends_part: float
-    """1 if the block finishes a part."""
-    counts_all: float
-    """1 if heat counts over all plunges."""
-    rise: float
-    """Limit of the temperature rise, K."""
-    power: float
-    """Limit of the power, W."""
+    ends_part: float  #: 1 if the block finishes a part
+    counts_all: float  #: 1 if heat counts over all plunges
+    rise: float  #: limit of the temperature rise, K
+    power: float  #: limit of the power, W
 
 
 class Belief(NamedTuple):
     """Belief of the present wheel and the lot of the coming block, shape (N,) each; spreads are standard deviations."""
 
-    wear_flat: Any
-    """Mean of the wear-flat area A."""
+    wear_flat: Any  #: mean of the wear-flat area A
     wear_flat_spread: Any
-    growth: Any
-    """Mean log of the dulling rate of lot and wheel."""
+    growth: Any  #: mean log of the dulling rate of lot and wheel
     growth_spread: Any
-    pressure: Any
-    """Mean log of the factor on the wear-flat pressure."""
+    pressure: Any  #: mean log of the factor on the wear-flat pressure
     pressure_spread: Any
-    burnt: Any
-    """Probability that the last block burnt the part."""
+    burnt: Any  #: probability that the last block burnt the part
 
 
 WHEEL = Hidden._fields.index("wheel_growth")

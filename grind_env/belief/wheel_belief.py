@@ -36,20 +36,15 @@ class BeliefError(GrindError):
 class Model(Protocol):
     """Interface of the filter to the task that it follows; `envs.filter_members` implements it."""
 
-    base: Table
-    """Nominal parameters, shape (any, fields of `StrokeParameters`)."""
-    sigmas: Hidden
-    """Scales of the hidden numbers."""
-    ageing: float
-    """Log convection that the coolant loses with every part."""
-    noise: float
-    """Factor on the noise of the sensors."""
+    base: Table  #: nominal parameters, shape (any, fields of `StrokeParameters`)
+    sigmas: Hidden  #: scales of the hidden numbers
+    ageing: float  #: log convection that the coolant loses with every part
+    noise: float  #: factor on the noise of the sensors
+    #: simulation of the members; `read` returns observations in physical units, `clear` starts members anew
     simulation: Any
-    """Simulation of the members; `read` returns observations in physical units, `clear` starts members anew."""
+    #: branches of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block
     branches: Any
-    """Branches of the simulation: `coming_rows`, `first_wheels`, and `load`, which gives members their next block."""
-    dress: tuple[float, float]
-    """Traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed."""
+    dress: tuple[float, float]  #: traverse feed of the diamond, mm/s, and depth, mm, with which a new wheel is dressed
 
     def base_rows(self, rows: Numbers) -> Numbers:
         """Return the row in `base` for each of these rows in the table of kinds, shape (N,)."""
@@ -77,16 +72,11 @@ class Model(Protocol):
 class Forecast(NamedTuple):
     """Expected readings of the last block, by member, each shape (N, M)."""
 
-    mean_power: Any
-    """Mean power, W; 0 where there is nothing to read."""
-    peak_power: Any
-    """Peak power, W."""
-    size_error: Any
-    """Size error, um."""
-    roughness: Any
-    """Ratio of Ra to its limit."""
-    burn_ratio: Any
-    """Highest burn ratio of the block (`equations.burn_ratio`); 0 where no heat counts."""
+    mean_power: Any  #: mean power, W; 0 where there is nothing to read
+    peak_power: Any  #: peak power, W
+    size_error: Any  #: size error, um
+    roughness: Any  #: ratio of Ra to its limit
+    burn_ratio: Any  #: highest burn ratio of the block (`equations.burn_ratio`); 0 where no heat counts
 
 
 def hypercube(rows: int, members: int) -> Table:

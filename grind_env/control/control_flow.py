@@ -68,12 +68,9 @@ class Loop(NamedTuple):
 class Round(NamedTuple):
     """State of the variables at a jump back."""
 
-    values: tuple[object, int]
-    """Values of all variables, and the number of reads of system variables so far."""
-    span: int
-    """Number of jumps for which the state is kept."""
-    left: int
-    """Number of these jumps still to come."""
+    values: tuple[object, int]  #: values of all variables, and the number of reads of system variables so far
+    span: int  #: number of jumps for which the state is kept
+    left: int  #: number of these jumps still to come
 
 
 @dataclass(slots=True)
@@ -96,10 +93,8 @@ class Call:
 class Landmarks(NamedTuple):
     """Targets of jumps in a program; indices ascend."""
 
-    labels: Mapping[int, Sequence[int]]
-    """Indices of the blocks with an N number."""
-    ends: Mapping[int, Sequence[int]]
-    """Indices of the blocks END 1, END 2 and END 3."""
+    labels: Mapping[int, Sequence[int]]  #: indices of the blocks with an N number
+    ends: Mapping[int, Sequence[int]]  #: indices of the blocks END 1, END 2 and END 3
 
 
 def execute_statement(block: Block, call: Call, variables: Variables) -> None:

@@ -62,16 +62,11 @@ def grind(plan: CyclePlan, interruptions: Interruptions) -> Iterator[Event]:
 class UntimedStrokes(NamedTuple):
     """The strokes of a cycle without their times."""
 
-    plunge: tuple[float, ...]
-    """Coordinate of the plunge axis in the middle of each stroke, mm."""
-    cross: tuple[float, ...]
-    """Coordinate of the third axis in the middle of each stroke, mm."""
-    picks: tuple[tuple[float, ...], ...]
-    """Times of the picks that follow each stroke, s."""
-    dresses: tuple[int, ...]
-    """Number of auto-dresses due after each stroke."""
-    end: Position
-    """Position after the last pick, mm; the coordinate of the table is that at the start."""
+    plunge: tuple[float, ...]  #: coordinate of the plunge axis in the middle of each stroke, mm
+    cross: tuple[float, ...]  #: coordinate of the third axis in the middle of each stroke, mm
+    picks: tuple[tuple[float, ...], ...]  #: times of the picks that follow each stroke, s
+    dresses: tuple[int, ...]  #: number of auto-dresses due after each stroke
+    end: Position  #: position after the last pick, mm; the coordinate of the table is that at the start
 
 
 @functools.lru_cache(maxsize=64)

@@ -178,8 +178,7 @@ class Infeed(Motion):
 class Instant:
     """An event without duration."""
 
-    time: float
-    """Time of the event, s."""
+    time: float  #: time of the event, s
 
 
 @dataclass(frozen=True, slots=True)

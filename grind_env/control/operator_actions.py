@@ -37,8 +37,7 @@ class Panel:
     dress_requested: bool = False
     held: bool = False  # feedhold
     single_block: bool = False
-    override: float = 1.0
-    """Factor on every feed; 0 holds the axes."""
+    override: float = 1.0  #: factor on every feed; 0 holds the axes
     interrupts: deque[Interrupt] = field(default_factory=deque)  # requests not yet served
 
     @property

@@ -71,10 +71,8 @@ class ActionColumn(NamedTuple):
     name: str
     low: float
     high: float
-    whole: bool
-    """Whether it must be a whole number."""
-    legal: str
-    """Rule that the number must meet, for messages."""
+    whole: bool  #: whether it must be a whole number
+    legal: str  #: rule that the number must meet, for messages
 
 
 class ActionCodec:

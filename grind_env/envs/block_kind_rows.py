@@ -25,8 +25,7 @@ class KindRow(NamedTuple):
     scrap: float
     starts_part: float
     ends_part: float
-    counts_all: float
-    """1 if heat counts over all plunges, because a rise allowance is given."""
+    counts_all: float  #: 1 if heat counts over all plunges, because a rise allowance is given
     rise: float
     power: float
     roughness: float

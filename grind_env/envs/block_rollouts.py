@@ -28,27 +28,19 @@ NOMINAL_STOCK = KindRow._fields.index("stock")
 class Branches(ABC):
     """Data and methods to try single blocks of a problem on branches of an episode."""
 
+    #: nominal stroke parameters, shape (any, fields of `StrokeParameters`): one row, or one for each kind row
     base: Table
-    """Nominal stroke parameters, shape (any, fields of `StrokeParameters`): one row, or one for each kind row."""
-    nominal: Table
-    """Nominal stroke parameters of each kind, shape (kinds, fields of `StrokeParameters`)."""
-    kind_of_row: Numbers
-    """Number of the kind of each row of `Simulation.kinds`."""
-    dress_price: float
-    """Price of a dress execution, $; 0 without a dress program."""
+    nominal: Table  #: nominal stroke parameters of each kind, shape (kinds, fields of `StrokeParameters`)
+    kind_of_row: Numbers  #: number of the kind of each row of `Simulation.kinds`
+    dress_price: float  #: price of a dress execution, $; 0 without a dress program
+    #: traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed
     usual_dress: tuple[float, float]
-    """Traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed."""
-    change_seconds: float
-    """Time of a wheel change, s."""
-    second_price: float
-    """Price of a second of the machine, $/s."""
-    own_speeds: Table | None
-    """E of the program in blocks of each kind, mm/min, shape (kinds,); None for a task."""
+    change_seconds: float  #: time of a wheel change, s
+    second_price: float  #: price of a second of the machine, $/s
+    own_speeds: Table | None  #: E of the program in blocks of each kind, mm/min, shape (kinds,); None for a task
 
-    materials: int = 1
-    """Number of rows of a kind: one for each material."""
-    _ends: Sequence[bool]
-    """True for each block of the nominal sequence that ends a part."""
+    materials: int = 1  #: number of rows of a kind: one for each material
+    _ends: Sequence[bool]  #: True for each block of the nominal sequence that ends a part
 
     @abstractmethod
     def seconds(self, rows: Numbers, speeds: Table) -> Table:

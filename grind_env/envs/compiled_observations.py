@@ -20,14 +20,11 @@ from grind_env.machine.loops.row_io import OWN_FROM, read_wheel
 class Layout(NamedTuple):
     """Sources of the entries of an observation."""
 
+    #: index into `Readings` of every entry, shape (entries,); -1 for an entry that is no reading
     columns: NDArray[np.int64]
-    """Index into `Readings` of every entry, shape (entries,); -1 for an entry that is no reading."""
-    kinds: int
-    """Number of flags of the coming kind; the same number of flags of the following kind comes next."""
-    first_kind: int
-    """Index of the first of these flags."""
-    materials: NDArray[np.int64]
-    """Index of the entry of every material of the catalogue; -1 for none."""
+    kinds: int  #: number of flags of the coming kind; the same number of flags of the following kind comes next
+    first_kind: int  #: index of the first of these flags
+    materials: NDArray[np.int64]  #: index of the entry of every material of the catalogue; -1 for none
 
 
 class Scaling(NamedTuple):
@@ -37,8 +34,7 @@ class Scaling(NamedTuple):
     """
 
     layout: Layout
-    offset: NDArray[np.float64]
-    """Offset of each entry, shape (entries,), like the next three."""
+    offset: NDArray[np.float64]  #: offset of each entry, shape (entries,), like the next three
     scale: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]

@@ -26,19 +26,15 @@ class Shop(NamedTuple):
     wheel_price: float
     dress_price: float
     reference_cost: float
-    least_diameter: float
-    """Diameter below which the wheel is changed, mm; 0 for never."""
-    wheel_width: float
-    """Width of the whole wheel, mm."""
+    least_diameter: float  #: diameter below which the wheel is changed, mm; 0 for never
+    wheel_width: float  #: width of the whole wheel, mm
     new_diameter: float
     change_seconds: float
+    #: decrease of the diameter by a dress execution, mm; 0 if each block has its own dress program
     execution_depth: float = 0.0
-    """Decrease of the diameter by a dress execution, mm; 0 if each block has its own dress program."""
-    late_price: float = 0.0
-    """Price of lateness, $/h."""
+    late_price: float = 0.0  #: price of lateness, $/h
     change_price: float = 0.0
-    materials: float = 1.0
-    """Number of materials: tables have a row for each kind in each material."""
+    materials: float = 1.0  #: number of materials: tables have a row for each kind in each material
 
 
 class Outcome(NamedTuple):
@@ -54,49 +50,31 @@ class Outcome(NamedTuple):
     scrap_cost: float
     handover_cost: float
     late_cost: float
-    change_cost: float
-    """Price of a new wheel, $."""
-    cost: float
-    """Sum of the terms above, $."""
-    reward: float
-    """Ratio of minus `cost` to the reference cost of a block."""
-    good: float
-    """Probability that the part that this block finished is good; 0 if it finished none."""
-    finished: float
-    """1 if the block finished a part."""
-    seconds: float
-    """Time of the block, with loading and wheel change, s."""
-    burn_ratio: float
-    """Highest burn ratio of a plunge: 1 at the threshold of burning."""
-    rise: float
-    """Highest temperature rise that counts, K."""
-    peak_power: float
-    """Highest power of the spindle, W: at most the power limit, even under a higher load."""
-    peak_torque: float
-    """Ratio of the highest torque to the torque at which the spindle stalls."""
+    change_cost: float  #: price of a new wheel, $
+    cost: float  #: sum of the terms above, $
+    reward: float  #: ratio of minus `cost` to the reference cost of a block
+    good: float  #: probability that the part that this block finished is good; 0 if it finished none
+    finished: float  #: 1 if the block finished a part
+    seconds: float  #: time of the block, with loading and wheel change, s
+    burn_ratio: float  #: highest burn ratio of a plunge: 1 at the threshold of burning
+    rise: float  #: highest temperature rise that counts, K
+    peak_power: float  #: highest power of the spindle, W: at most the power limit, even under a higher load
+    peak_torque: float  #: ratio of the highest torque to the torque at which the spindle stalls
     roughness: float
     size_error: float
-    power_ratio: float
-    """Ratio of the highest load to the power limit."""
-    roughness_ratio: float
-    """Ratio of Ra of the surface to its limit; 0 without a limit."""
+    power_ratio: float  #: ratio of the highest load to the power limit
+    roughness_ratio: float  #: ratio of Ra of the surface to its limit; 0 without a limit
 
 
 class Found(NamedTuple):
     """Results of a block that its `Tally` does not have."""
 
-    good: float
-    """Probability that the part is good so far; the mean of several parts that one block finished."""
-    size_error: float
-    """Stock left where the part is farthest from its size, um."""
-    change: float
-    """1 if the wheel is changed, else 0."""
-    handover: float
-    """Price of handing over the wheel, $."""
-    pick: float
-    """Largest depth that a stroke added, mm."""
-    taper: float = 0.0
-    """Taper of the part as gauged, um."""
+    good: float  #: probability that the part is good so far; the mean of several parts that one block finished
+    size_error: float  #: stock left where the part is farthest from its size, um
+    change: float  #: 1 if the wheel is changed, else 0
+    handover: float  #: price of handing over the wheel, $
+    pick: float  #: largest depth that a stroke added, mm
+    taper: float = 0.0  #: taper of the part as gauged, um
 
 
 read_shop, write_outcome, read_found = column_reader(Shop), column_writer(Outcome), column_reader(Found)

@@ -49,13 +49,11 @@ RENAMED = {"train": "inner", "test": "interpolation"}
 class Draws(NamedTuple):
     """A split as the compiled code reads it; `reach`, `stock` and `noise` are the factors of `Split`."""
 
-    bits: float
-    """Ranges as bits of a number: bit k for the range of index k; 0 for all ranges."""
+    bits: float  #: ranges as bits of a number: bit k for the range of index k; 0 for all ranges
     reach: float
     stock: float
     noise: float
-    foreign: float
-    """1 if wheel and material come from outside the task."""
+    foreign: float  #: 1 if wheel and material come from outside the task
 
 
 def draws_of(split: Split) -> Draws:

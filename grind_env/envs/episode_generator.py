@@ -26,21 +26,15 @@ used = replacer(WheelState, "A", "V")
 class Opening(NamedTuple):
     """Start of the episodes of a task."""
 
-    diameter: float
-    """Diameter of the wheel where nothing is drawn, mm."""
+    diameter: float  #: diameter of the wheel where nothing is drawn, mm
     least_diameter: float
-    execution_depth: float
-    """Diameter that one dress execution takes off, mm."""
-    least_left: float
-    """Fewest dress executions left; NaN if the diameter is not drawn."""
+    execution_depth: float  #: diameter that one dress execution takes off, mm
+    least_left: float  #: fewest dress executions left; NaN if the diameter is not drawn
     most_left: float
-    lead: float
-    """Lead of the dress before the first block, mm."""
+    lead: float  #: lead of the dress before the first block, mm
     depth: float
-    wear_flat_area: float
-    """Wear-flat area A as a fraction of the wheel face; NaN for a freshly dressed wheel."""
-    volume: float
-    """Volume ground since the dress before the first block, mm3/mm."""
+    wear_flat_area: float  #: wear-flat area A as a fraction of the wheel face; NaN for a freshly dressed wheel
+    volume: float  #: volume ground since the dress before the first block, mm3/mm
 
 
 @entry

@@ -39,52 +39,30 @@ from grind_env.kernel.row_accessors import column_reader, column_writer
 class TapeRow(NamedTuple):
     """Random numbers of one block on the tape; noise is standard normal times `Spread.measurement`."""
 
-    kind: float
-    """Index of the block kind."""
-    stock: float
-    """True stock, mm, on the resolution of the control (1 um)."""
-    gauged: float
-    """Pre-gauged stock, mm."""
-    new_lot: float
-    """1 if the part begins a new lot."""
-    kA: float
-    """Factor on the wear-flat growth."""
-    pm: float
-    """Factor on the wear-flat pressure."""
-    hf: float
-    """Factor on the convection."""
-    fc: float
-    """Factor on the fracture force."""
-    Gref: float
-    """Factor on the G-ratio."""
-    ra_scale: float
-    """Factor on the roughness, of wheel and part."""
-    part_ra: float
-    """Factor on the roughness, of the part alone."""
-    mean_noise: float
-    """Noise of the mean power, both relative and absolute; no unit."""
-    first_noise: float
-    """Noise of the first power; no unit."""
-    peak_noise: float
-    """Noise of the peak power; no unit."""
-    size_noise: float
-    """Noise of the size gauge; no unit."""
-    roughness_noise: float
-    """Noise of the roughness gauge; no unit."""
-    wheel_noise: float
-    """Noise of the gauged wheel diameter; no unit."""
-    material: float
-    """Index of the material among `catalogue.materials`."""
+    kind: float  #: index of the block kind
+    stock: float  #: True stock, mm, on the resolution of the control (1 um)
+    gauged: float  #: pre-gauged stock, mm
+    new_lot: float  #: 1 if the part begins a new lot
+    kA: float  #: factor on the wear-flat growth
+    pm: float  #: factor on the wear-flat pressure
+    hf: float  #: factor on the convection
+    fc: float  #: factor on the fracture force
+    Gref: float  #: factor on the G-ratio
+    ra_scale: float  #: factor on the roughness, of wheel and part
+    part_ra: float  #: factor on the roughness, of the part alone
+    mean_noise: float  #: noise of the mean power, both relative and absolute; no unit
+    first_noise: float  #: noise of the first power; no unit
+    peak_noise: float  #: noise of the peak power; no unit
+    size_noise: float  #: noise of the size gauge; no unit
+    roughness_noise: float  #: noise of the roughness gauge; no unit
+    wheel_noise: float  #: noise of the gauged wheel diameter; no unit
+    material: float  #: index of the material among `catalogue.materials`
+    #: the factor `kA` after a wheel change; every wheel after the first has the factors of the spare wheel
     spare_kA: float
-    """The factor `kA` after a wheel change; every wheel after the first has the factors of the spare wheel."""
-    spare_ra_scale: float
-    """The factor `ra_scale` after a wheel change."""
-    due: float
-    """Next due date, s after the start of the episode; 0 in a task without due dates."""
-    work: float
-    """Nominal time of this block and of the later blocks up to the next due date, s."""
-    is_due: float
-    """1 for the last block before a due date."""
+    spare_ra_scale: float  #: the factor `ra_scale` after a wheel change
+    due: float  #: next due date, s after the start of the episode; 0 in a task without due dates
+    work: float  #: nominal time of this block and of the later blocks up to the next due date, s
+    is_due: float  #: 1 for the last block before a due date
 
 
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
@@ -112,57 +90,37 @@ class Origin(NamedTuple):
 
     key_0: float
     key_1: float
-    blocks: float
-    """Number of blocks after which the episode ends."""
-    drawn: float
-    """Number of rows drawn so far."""
-    ranges: float
-    """Ranges of the split: bit k for the range of index k; 0 for all ranges."""
-    reach: float
-    """Factor on the logarithmic standard deviations of wear and pressure."""
-    stocks: float
-    """Factor on the stock of every part that is not fixed."""
+    blocks: float  #: number of blocks after which the episode ends
+    drawn: float  #: number of rows drawn so far
+    ranges: float  #: ranges of the split: bit k for the range of index k; 0 for all ranges
+    reach: float  #: factor on the logarithmic standard deviations of wear and pressure
+    stocks: float  #: factor on the stock of every part that is not fixed
     material: float
     stock: float
     kA: float
     pm: float
     ra_scale: float
     slack: float
-    noise: float
-    """Factor on the noise, from the context or else from the split."""
-    wheel_kA: float
-    """Factor of the first wheel on the wear-flat growth."""
-    spare_kA: float
-    """Factor of every later wheel on the wear-flat growth."""
-    wheel_ra: float
-    """Factor of the first wheel on the roughness."""
-    spare_ra: float
-    """Factor of every later wheel on the roughness."""
-    hf: float
-    """Factor on the convection of the coolant at the start."""
-    ageing: float
-    """Log of the convection lost with every part, no unit."""
-    fc: float
-    """Factor on the fracture force."""
-    Gref: float
-    """Factor on the G-ratio."""
+    noise: float  #: factor on the noise, from the context or else from the split
+    wheel_kA: float  #: factor of the first wheel on the wear-flat growth
+    spare_kA: float  #: factor of every later wheel on the wear-flat growth
+    wheel_ra: float  #: factor of the first wheel on the roughness
+    spare_ra: float  #: factor of every later wheel on the roughness
+    hf: float  #: factor on the convection of the coolant at the start
+    ageing: float  #: log of the convection lost with every part, no unit
+    fc: float  #: factor on the fracture force
+    Gref: float  #: factor on the G-ratio
 
 
 class Carried(NamedTuple):
     """Values passed from the last drawn row to the next."""
 
-    kA: float
-    """Factor of the lot on the wear-flat growth."""
-    pm: float
-    """Factor of the lot on the wear-flat pressure."""
-    part_ra: float
-    """Factor of the part on the roughness."""
-    parts: float
-    """Number of parts begun after the first."""
-    due: float
-    """Next due date, s."""
-    stock: float
-    """Stock of the part, mm."""
+    kA: float  #: factor of the lot on the wear-flat growth
+    pm: float  #: factor of the lot on the wear-flat pressure
+    part_ra: float  #: factor of the part on the roughness
+    parts: float  #: number of parts begun after the first
+    due: float  #: next due date, s
+    stock: float  #: stock of the part, mm
 
 
 SOURCE = len(Origin._fields) + len(Carried._fields)
@@ -178,18 +136,12 @@ write_carried = column_writer(Carried, len(Origin._fields))
 class DrawnKind(NamedTuple):
     """Numbers of a block kind from which its tape rows are drawn."""
 
-    stock: float
-    """Nominal stock, mm."""
-    least_stock: float
-    """Smallest ratio of drawn stock to nominal stock."""
-    starts_part: float
-    """1 if the block starts a part."""
-    material: float
-    """Index among the materials of the task."""
-    seconds: float
-    """Nominal time, for the due dates, s."""
-    part: float
-    """Index of the part that decides its random numbers; negative to use the index of the block."""
+    stock: float  #: nominal stock, mm
+    least_stock: float  #: smallest ratio of drawn stock to nominal stock
+    starts_part: float  #: 1 if the block starts a part
+    material: float  #: index among the materials of the task
+    seconds: float  #: nominal time, for the due dates, s
+    part: float  #: index of the part that decides its random numbers; negative to use the index of the block
 
 
 read_drawn_kind = column_reader(DrawnKind)
@@ -218,18 +170,12 @@ class Sigmas(NamedTuple):
     convection: float
     coolant_ageing: float
     diamond_flat: float
-    ageing: float
-    """Log convection lost with every part, no unit."""
-    due_blocks: float
-    """Number of blocks up to a due date; 0 in a task without due dates."""
-    least_slack: float
-    """Smallest ratio of the time to a due date to the nominal time."""
-    most_slack: float
-    """Largest ratio of the time to a due date to the nominal time."""
-    whole_micrometres: float
-    """1 if stocks are on the resolution of the control."""
-    new_wheels: float
-    """1 if wheels after the first one have factors of their own."""
+    ageing: float  #: log convection lost with every part, no unit
+    due_blocks: float  #: number of blocks up to a due date; 0 in a task without due dates
+    least_slack: float  #: smallest ratio of the time to a due date to the nominal time
+    most_slack: float  #: largest ratio of the time to a due date to the nominal time
+    whole_micrometres: float  #: 1 if stocks are on the resolution of the control
+    new_wheels: float  #: 1 if wheels after the first one have factors of their own
 
 
 read_sigmas, read_wheel = column_reader(Sigmas), column_reader(OtherWheel)

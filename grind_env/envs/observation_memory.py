@@ -29,8 +29,7 @@ class WrapperError(GrindError):
 class EpisodeMemory(Protocol):
     """Memory of N episodes, which gives one flat observation for each."""
 
-    space: spaces.Box[np.float32]
-    """Space of one episode."""
+    space: spaces.Box[np.float32]  #: space of one episode
 
     def begin(self, n: int) -> None:
         """Begin N episodes with the next observations."""

@@ -21,17 +21,15 @@ NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 class SurfaceStore(NamedTuple):
     """Functions for one way to store the surfaces of parts."""
 
-    surfaces: str
-    """Field of `EpisodeArrays` with the surfaces."""
+    surfaces: str  #: field of `EpisodeArrays` with the surfaces
+    #: function of `machine.script.replay` that returns the compiled grinding of blocks
     blocks_of: Callable[[Process], Callable[..., None]]
-    """Function of `machine.script.replay` that returns the compiled grinding of blocks."""
-    lay: Callable[..., None]
-    """`lay(surfaces, i, zones)`: puts a new part on machine i."""
+    lay: Callable[..., None]  #: `lay(surfaces, i, zones)`: puts a new part on machine i
+    #: `gauge(surfaces, i, stock)`: returns the part on machine i, with its size where it is farthest from `stock`, mm,
+    #: and its taper, um
     gauge: Callable[..., tuple[PartState, float]]
-    """`gauge(surfaces, i, stock)`: returns the part on machine i, with its size where it is farthest from `stock`, mm,
-    and its taper, um."""
+    #: `error(episodes, i, spreads)`: returns the gauging error of the taper after the coming block of episode i, um
     error: Callable[..., float]
-    """`error(episodes, i, spreads)`: returns the gauging error of the taper after the coming block of episode i, um."""
 
 
 @inlined

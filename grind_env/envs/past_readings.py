@@ -33,29 +33,22 @@ class History(NamedTuple):
     peak_power: float
     size_error: float
     roughness: float
+    #: ratio to its limit of a gauged roughness that the shop does not know yet; negative if there is none
     gauged: float
-    """Ratio to its limit of a gauged roughness that the shop does not know yet; negative if there is none."""
     since_gauged: float
-    volume: float
-    """Volume ground since the last dress, mm3/mm: depth from the pre-gauge times length."""
+    volume: float  #: volume ground since the last dress, mm3/mm: depth from the pre-gauge times length
     blocks_since_dress: float
     dresses: float
     parts: float
-    survival: float
-    """Probability that the part in work is still good."""
-    stalled: float
-    """1 if the spindle has stalled on the part in work."""
-    pre_dress: float
-    """1 if the last block began with a dress."""
-    clock: float
-    """Time since the start of the episode, s."""
+    survival: float  #: probability that the part in work is still good
+    stalled: float  #: 1 if the spindle has stalled on the part in work
+    pre_dress: float  #: 1 if the last block began with a dress
+    clock: float  #: time since the start of the episode, s
     wheel_changes: float
-    diameter: float
-    """Wheel diameter in the shop's book, mm: dresses are subtracted at once, wear when it is gauged."""
+    diameter: float  #: wheel diameter in the shop's book, mm: dresses are subtracted at once, wear when it is gauged
+    #: True wheel diameter before the block, mm; not observed, but it limits how much wear and dresses can remove
     found_diameter: float
-    """True wheel diameter before the block, mm; not observed, but it limits how much wear and dresses can remove."""
-    taper: float
-    """Gauged taper of the last finished part, um; 0 for a part that the wheel covers."""
+    taper: float  #: gauged taper of the last finished part, um; 0 for a part that the wheel covers
 
 
 read_memory, write_memory = column_reader(History), column_writer(History)

@@ -45,10 +45,8 @@ class Passage(NamedTuple):
     """A cycle block in the sequence of a program, which must not depend on choices."""
 
     source: SourceText
-    part: int
-    """Number of the part, from 1."""
-    finished: int
-    """Number of parts that are taken off before the next block."""
+    part: int  #: number of the part, from 1
+    finished: int  #: number of parts that are taken off before the next block
 
 
 class PassageError(GrindError):

@@ -12,12 +12,10 @@ from grind_env.machine.record import GrindingRecord
 class Written(NamedTuple):
     """An episode for the machine: `machine.grind` runs it to the same record."""
 
-    program: str
-    """The part program."""
-    job: Job
-    """Its job, with the wheel, the lots and the stocks of the episode."""
+    program: str  #: the part program
+    job: Job  #: its job, with the wheel, the lots and the stocks of the episode
+    #: times of the control, s, at which the operator asks for a dress while the program runs
     requests: tuple[float, ...] = ()
-    """Times of the control, s, at which the operator asks for a dress while the program runs."""
 
 
 class ProgramWriter(ABC):

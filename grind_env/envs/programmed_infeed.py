@@ -22,35 +22,23 @@ from grind_env.machine.loops.concurrent_strokes import DRESSES, ENDS, GOES_ON, F
 class Infeed(NamedTuple):
     """The infeed of a G81 block. Depths are mm from the touched-off surface, where the wheel stands at first."""
 
-    travel: float
-    """Time of a stroke without its reversal dwell, s."""
-    dwell: float
-    """Reversal dwell, s."""
-    rate: float
-    """Feed of the infeed, F/60, mm/s."""
-    acceleration: float
-    """Acceleration of the infeed, mm/s2."""
-    target: float
-    """Depth Y, mm; a whole number of um, like the ends of the infeed blocks."""
-    requests: float
-    """Number of dresses that the operator asks for."""
-    sparkout: float
-    """Number of strokes after the first one at full depth; at least 1."""
+    travel: float  #: time of a stroke without its reversal dwell, s
+    dwell: float  #: reversal dwell, s
+    rate: float  #: feed of the infeed, F/60, mm/s
+    acceleration: float  #: acceleration of the infeed, mm/s2
+    target: float  #: depth Y, mm; a whole number of um, like the ends of the infeed blocks
+    requests: float  #: number of dresses that the operator asks for
+    sparkout: float  #: number of strokes after the first one at full depth; at least 1
 
 
 class Segment(NamedTuple):
     """One infeed block and the dwell after it."""
 
-    start: float
-    """Depth at the start of the infeed, mm."""
-    end: float
-    """Depth at the end of the infeed, mm."""
-    seconds: float
-    """Time of the infeed, s."""
-    strokes: float
-    """Number of strokes from the start of the infeed to the dress, or to G80."""
-    dwell: float
-    """Programmed dwell after the infeed, s; whole ms."""
+    start: float  #: depth at the start of the infeed, mm
+    end: float  #: depth at the end of the infeed, mm
+    seconds: float  #: time of the infeed, s
+    strokes: float  #: number of strokes from the start of the infeed to the dress, or to G80
+    dwell: float  #: programmed dwell after the infeed, s; whole ms
 
 
 @entry

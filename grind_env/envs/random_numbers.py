@@ -80,10 +80,8 @@ def spread(sigma: float, z: float) -> float:
 class Drawn(NamedTuple):
     """Random numbers of a block: three random words, and from `stock` on standard normal numbers."""
 
-    lot: float
-    """Word that decides whether a part begins a lot."""
-    kA: float
-    """Word for a factor of the lot, like `pm`."""
+    lot: float  #: word that decides whether a part begins a lot
+    kA: float  #: word for a factor of the lot, like `pm`
     pm: float
     stock: float
     gauge: float

@@ -55,8 +55,7 @@ class Fixed(NamedTuple):
     `fc`, `Gref`, `hf`, `coolant_ageing`, `slack` and `noise` are factors, as `CONTEXT_FACTORS` says.
     """
 
-    material: float = math.nan
-    """Index of the material of all kinds among the materials of the task."""
+    material: float = math.nan  #: index of the material of all kinds among the materials of the task
     stock: float = math.nan
     kA: float = math.nan
     pm: float = math.nan

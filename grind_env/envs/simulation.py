@@ -70,20 +70,16 @@ class Simulation(ABC):
     unfixable: Mapping[str, str]  #: factors that a context cannot fix, each with the reason
     shops: Table  #: numbers of the task, shape (1, fields of `Shop`)
     whole_program: bool = False  #: as in `Episodes`; tapes are then always full
-    tables: ScriptTables
-    """Tables of the script."""
+    tables: ScriptTables  #: tables of the script
     _generator: Any
     _scaling: Scaling
-    _lead: Table
-    """As in `step_arrays.Tables`, like the next ones."""
+    _lead: Table  #: as in `step_arrays.Tables`, like the next ones
     _base: Table
     _cooler: Table
     _infeed: float = 0.0
     _approach: float = 0.0
-    _covered: bool
-    """Whether the wheel covers the parts."""
-    _extra_state: tuple[float, ...]
-    """Memory of process and gauge at the start."""
+    _covered: bool  #: whether the wheel covers the parts
+    _extra_state: tuple[float, ...]  #: memory of process and gauge at the start
     _heat: int
 
     @property

@@ -20,16 +20,11 @@ KIND, MATERIAL, STOCK = (TapeRow._fields.index(name) for name in ("kind", "mater
 class StageSoFar(NamedTuple):
     """Results of a part since its last judgement, and times of the machine."""
 
-    torque: float
-    """Ratio of the highest torque of a stroke to the torque at which the spindle stalls."""
-    rise: float
-    """Highest temperature rise that counts, K."""
-    gone: float
-    """Time of the program since the last part was taken off, s."""
-    gauged: float
-    """1 if the wear of the wheel is known, else 0."""
-    rested: float
-    """Time since the last stroke, or since a wheel change after this stroke, s."""
+    torque: float  #: ratio of the highest torque of a stroke to the torque at which the spindle stalls
+    rise: float  #: highest temperature rise that counts, K
+    gone: float  #: time of the program since the last part was taken off, s
+    gauged: float  #: 1 if the wear of the wheel is known, else 0
+    rested: float  #: time since the last stroke, or since a wheel change after this stroke, s
 
 
 read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
@@ -46,75 +41,48 @@ class Tables(NamedTuple):
     rest_times: Any
     motions: Any
     zones: Any
-    kinds: Any
-    """Numbers of the kind of each row, shape (rows, fields of `KindRow`)."""
-    base: Any
-    """Parameters of each possible machine, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
-    cooler: Any
-    """Limits of temperature of each machine less those of the rows, K, shape (machines, 1 or rows)."""
-    shops: Any
-    """Numbers of the task or job, shape (1, fields of `Shop`)."""
-    drawn: Any
-    """Numbers of the kinds for draws of tape rows, shape (kinds, fields of `DrawnKind`)."""
-    spreads: Any
-    """Spreads for draws of tape rows, shape (1, fields of `Sigmas`)."""
+    kinds: Any  #: numbers of the kind of each row, shape (rows, fields of `KindRow`)
+    base: Any  #: parameters of each possible machine, shape (machines, 1 or rows, fields of `StrokeParameters`)
+    cooler: Any  #: limits of temperature of each machine less those of the rows, K, shape (machines, 1 or rows)
+    shops: Any  #: numbers of the task or job, shape (1, fields of `Shop`)
+    drawn: Any  #: numbers of the kinds for draws of tape rows, shape (kinds, fields of `DrawnKind`)
+    spreads: Any  #: spreads for draws of tape rows, shape (1, fields of `Sigmas`)
+    #: depth below the surface at which the cycle of a row begins that grinds the stock on the tape, mm, shape (rows,);
+    #: negative for a row with depths in the script
     lead: Any
-    """Depth below the surface at which the cycle of a row begins that grinds the stock on the tape, mm, shape (rows,);
-    negative for a row with depths in the script."""
-    infeed: float
-    """F of a G81 that grinds the stock on the tape, mm/s; else 0."""
-    approach: float
-    """Time of the program up to its first block, s."""
-    parameters: Any
-    """Room for the parameters of the machines, shape (N, fields of `StrokeParameters`)."""
-    places: Any
-    """Room for the places of the blocks, shape (N, fields of `BlockPlace`)."""
-    rows: Any
-    """Room for the script rows of the blocks, shape (N,), int64."""
-    settings: Any
-    """Room for the settings of the blocks, shape (N, fields of `BlockSettings`)."""
-    cycles: Any
-    """Room for the cycles of the blocks, shape (N, `CYCLE_FIELDS`)."""
+    infeed: float  #: F of a G81 that grinds the stock on the tape, mm/s; else 0
+    approach: float  #: time of the program up to its first block, s
+    parameters: Any  #: room for the parameters of the machines, shape (N, fields of `StrokeParameters`)
+    places: Any  #: room for the places of the blocks, shape (N, fields of `BlockPlace`)
+    rows: Any  #: room for the script rows of the blocks, shape (N,), int64
+    settings: Any  #: room for the settings of the blocks, shape (N, fields of `BlockSettings`)
+    cycles: Any  #: room for the cycles of the blocks, shape (N, `CYCLE_FIELDS`)
 
 
 class EpisodeArrays(NamedTuple):
     """The state of N episodes, as in `Episodes`; all but schedule, machine and forces are updated."""
 
-    tape: Any
-    """Shape (N, rows, fields of `TapeRow`)."""
-    block: Any
-    """Number of the coming block, shape (N,), int64."""
-    wheels: Any
-    """Shape (N, fields of `WheelState`, of `own` of the process, and of `own` of the gauge)."""
-    parts: Any
-    """Parts as gauged, shape (N, fields of `PartState`)."""
-    memory: Any
-    """Shape (N, fields of `History`)."""
-    source: Any
-    """Shape (N, SOURCE)."""
-    schedule: Any
-    """Shape (N, blocks), int16."""
-    stages: Any
-    """Shape (N, fields of `StageSoFar`)."""
-    surfaces: Any
-    """Surfaces of parts in zones, shape (N, zones, fields of `Zone`)."""
-    machine: Any
-    """Number of the machine of each episode, shape (N,), int64."""
-    forces: Any
-    """Factor on the forces in each row of the script, shape (N, 1 or rows)."""
+    tape: Any  #: shape (N, rows, fields of `TapeRow`)
+    block: Any  #: number of the coming block, shape (N,), int64
+    wheels: Any  #: shape (N, fields of `WheelState`, of `own` of the process, and of `own` of the gauge)
+    parts: Any  #: parts as gauged, shape (N, fields of `PartState`)
+    memory: Any  #: shape (N, fields of `History`)
+    source: Any  #: shape (N, SOURCE)
+    schedule: Any  #: shape (N, blocks), int16
+    stages: Any  #: shape (N, fields of `StageSoFar`)
+    surfaces: Any  #: surfaces of parts in zones, shape (N, zones, fields of `Zone`)
+    machine: Any  #: number of the machine of each episode, shape (N,), int64
+    forces: Any  #: factor on the forces in each row of the script, shape (N, 1 or rows)
 
 
 class Choices(NamedTuple):
     """Choices for the coming block of N episodes; each of shape (N,) but for the settings."""
 
-    speeds: Any
-    """E, mm/min."""
-    executions: Any
-    """D."""
-    pre_dresses: Any
-    """1 for a dress before the first plunge, else 0."""
+    speeds: Any  #: E, mm/min
+    executions: Any  #: D
+    pre_dresses: Any  #: 1 for a dress before the first plunge, else 0
+    #: all settings, shape (N, fields of `BlockSettings`); no rows if the other words are those of the script
     settings: Any
-    """All settings, shape (N, fields of `BlockSettings`); no rows if the other words are those of the script."""
 
 
 class Scratch:

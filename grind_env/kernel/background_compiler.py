@@ -35,8 +35,8 @@ class Background:
     """The background process that compiles for this process."""
 
     process: ClassVar[subprocess.Popen[bytes] | None] = None
+    #: whether a kernel could be sent; a key is a kernel with the types of its arguments
     sent: ClassVar[dict[Any, bool]] = {}
-    """Whether a kernel could be sent; a key is a kernel with the types of its arguments."""
     queue: ClassVar[SimpleQueue[bytes]] = SimpleQueue()
 
     @classmethod

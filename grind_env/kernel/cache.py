@@ -65,8 +65,7 @@ class KernelCache:
     `serialize.dumps`, `rtsys.initialize`, and the call of a dispatcher's `compile` under `global_compiler_lock`.
     """
 
-    announced: ClassVar[bool] = False
-    """Whether this process has announced a compilation."""
+    announced: ClassVar[bool] = False  #: whether this process has announced a compilation
 
     def __init__(self, kernel: Any, folder: Path) -> None:
         self._kernel, self.folder = kernel, folder

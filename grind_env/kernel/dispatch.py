@@ -37,14 +37,11 @@ WRITTEN: dict[Any, FunctionType] = {}
 class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
     """An entry before its compilation. Afterwards numba's class replaces this one, so that calls are as fast."""
 
-    at_once: ClassVar[bool] = False
-    """Whether the first call compiles an entry."""
+    at_once: ClassVar[bool] = False  #: whether the first call compiles an entry
+    #: function that makes the stand-in for plain Python; None without one. `runs_alone` sets it
     alone: Callable[[], Any] | None = None
-    """Function that makes the stand-in for plain Python; None without one. `runs_alone` sets it."""
-    spent: float = 0.0
-    """CPU-seconds of plain calls so far."""
-    due: float = 0.0
-    """CPU-seconds of plain calls at which `_pays` is called next."""
+    spent: float = 0.0  #: CPU-seconds of plain calls so far
+    due: float = 0.0  #: CPU-seconds of plain calls at which `_pays` is called next
 
     def __call__(self, *args: Any) -> Any:
         if not (Entry.at_once or self.overloads or (self.spent >= self.due and self._pays(args))):
@@ -77,8 +74,7 @@ class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
 class Inlined(CPUDispatcher):  # type: ignore[misc]  # numba has no types
     """An inlined function that Python calls: plain Python for few calls, compiled code for many."""
 
-    spent: float = 0.0
-    """CPU-seconds of plain calls so far."""
+    spent: float = 0.0  #: CPU-seconds of plain calls so far
 
     def __call__(self, *args: Any) -> Any:
         """Run the function, which changes no argument."""

@@ -40,8 +40,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
     """
 
     under_way: ClassVar[int] = 0
-    collects: ClassVar[bool] = False
-    """Whether garbage collection was on before the compilation."""
+    collects: ClassVar[bool] = False  #: whether garbage collection was on before the compilation
 
     def compile_extra(self, function: Any) -> Any:
         if KernelCompiler.under_way == 0:

@@ -156,6 +156,7 @@ class EventConsumer(ABC):
     @abstractmethod
     def end(self, event: events.ProgramEnd) -> None: ...
 
+    #: handler for each type of event; other events only move the axes
     HAPPENINGS: ClassVar[Mapping[type[Any], Callable[[Any, Any], None]]] = {
         events.CycleStart: _start_cycle,
         events.Stroke: lambda self, event: self._stroke(as_cycle_strokes(event), event.number or 0),
@@ -168,4 +169,3 @@ class EventConsumer(ABC):
         events.ProgramStop: _stop,
         events.ProgramEnd: lambda self, event: self.end(event),
     }
-    """Handler for each type of event; other events only move the axes."""

@@ -19,15 +19,11 @@ class EntryKey(NamedTuple):
     """A key of an entry."""
 
     key: str
-    symbol: str
-    """Symbol in the process model and the literature."""
+    symbol: str  #: symbol in the process model and the literature
     unit: str
-    legal: str
-    """Legal range, or the legal words."""
-    default: str
-    """Default; empty if an entry must give the key, itself or by its base."""
-    meaning: str
-    """Meaning; empty if the name says it."""
+    legal: str  #: legal range, or the legal words
+    default: str  #: default; empty if an entry must give the key, itself or by its base
+    meaning: str  #: meaning; empty if the name says it
 
 
 def keys_of(kind: type[Entry]) -> list[EntryKey]:

@@ -31,12 +31,9 @@ class PublishedSeries(NamedTuple):
     """Published numbers, and numbers of the model at the same points."""
 
     name: str
-    published: Array
-    """Published numbers, shape (points,); NaN where nothing is published."""
-    model: Array
-    """Numbers of the model, shape (machines, points); the first machine is that of the catalogue."""
-    factor: Any = 1.0
-    """Factor by which the published numbers are uncertain."""
+    published: Array  #: published numbers, shape (points,); NaN where nothing is published
+    model: Array  #: numbers of the model, shape (machines, points); the first machine is that of the catalogue
+    factor: Any = 1.0  #: factor by which the published numbers are uncertain
 
     def over_mean(self) -> "PublishedSeries":
         """Return the series with published numbers and model divided by their own geometric means."""

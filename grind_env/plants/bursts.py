@@ -20,10 +20,9 @@ class BurstsOwn(NamedTuple):
     bursts_at: float = 1.0
     bursts_takes: float = 1.0
     bursts_spread: float = 0.0
-    bursts_threshold: float = 1.0
-    """Owed renewal at which grains pull out in this block."""
+    bursts_threshold: float = 1.0  #: owed renewal at which grains pull out in this block
+    #: owed renewal of the face: minus the logarithm of the share of the old face that it would leave
     bursts_owed: float = 0.0
-    """Owed renewal of the face: minus the logarithm of the share of the old face that it would leave."""
 
 
 renewing, pull_out = replacer(StrokeConstants, "per_dr"), replacer(WheelState, "A", "lam")

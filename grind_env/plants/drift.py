@@ -22,12 +22,9 @@ class DriftOwn(NamedTuple):
     drift_dulls: float = 0.0
     drift_presses: float = 0.0
     drift_idles: float = 0.0
-    drift_dulling: float = 0.0
-    """Logarithm of the factor on kA."""
-    drift_pressure: float = 0.0
-    """Logarithm of the factor on pm."""
-    drift_idle: float = 0.0
-    """Idle power above its value at the start of the shift, W."""
+    drift_dulling: float = 0.0  #: logarithm of the factor on kA
+    drift_pressure: float = 0.0  #: logarithm of the factor on pm
+    drift_idle: float = 0.0  #: idle power above its value at the start of the shift, W
 
 
 wandered = replacer(None, "drift_dulling", "drift_pressure", "drift_idle")

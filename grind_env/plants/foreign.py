@@ -29,8 +29,8 @@ LEAST = 1e-9
 class ForeignOwn(NamedTuple):
     """Memory of the process; `ranges.toml` describes the fields."""
 
+    #: tangential force over the package's at the nominal point; 0 for all laws of the package
     foreign_force: float = 0.0
-    """Tangential force over the package's at the nominal point; 0 for all laws of the package."""
     foreign_f: float = 1.0
     foreign_ra: float = 1.0
     foreign_e: float = 0.5

@@ -31,14 +31,13 @@ THINNEST = 0.005
 class TextbookOwn(NamedTuple):
     """Memory of the process; `ranges.toml` describes the fields."""
 
-    textbook_force: float = 0.0
-    """Force over the package's at the nominal point; 0 for the package's laws."""
+    textbook_force: float = 0.0  #: force over the package's at the nominal point; 0 for the package's laws
     textbook_slides: float = 0.5
     textbook_a: float = 0.0
     textbook_s: float = 1.0
     textbook_heat: float = 1.0
+    #: ratio of the temperature that the workpiece tolerates to the package's; shown rises are divided by this ratio
     textbook_burns: float = 1.0
-    """Ratio of the temperature that the workpiece tolerates to the package's; shown rises are divided by this ratio."""
     textbook_dulls: float = 1.0
     textbook_n: float = 0.0
     textbook_m: float = 0.0

@@ -16,8 +16,7 @@ class ThermalOwn(NamedTuple):
     thermal_grows: float = 0.0
     thermal_drifts: float = 0.0
     thermal_warms: float = 3600.0
-    thermal_grown: float = 0.0
-    """Growth up to the block before, um."""
+    thermal_grown: float = 0.0  #: growth up to the block before, um
 
 
 nearer = replacer(WheelState, "W")

@@ -58,16 +58,11 @@ def episode_seeds(seeds: str, count: int) -> range:
 class Evaluation:
     """Decisions and costs of a policy, episode by episode."""
 
-    cost: Array
-    """Cost of each episode, $, shape (N,)."""
-    good: Array
-    """Expected number of good parts, shape (N,)."""
-    finished: Array
-    """Number of parts finished, shape (N,)."""
-    speeds: Array
-    """E, mm/min, shape (N, steps); NaN after the end of a shorter episode."""
-    executions: Array
-    """D, the number of dress executions, shape (N, steps); NaN after the end of a shorter episode."""
+    cost: Array  #: cost of each episode, $, shape (N,)
+    good: Array  #: expected number of good parts, shape (N,)
+    finished: Array  #: number of parts finished, shape (N,)
+    speeds: Array  #: E, mm/min, shape (N, steps); NaN after the end of a shorter episode
+    executions: Array  #: D, the number of dress executions, shape (N, steps); NaN after the end of a shorter episode
 
     @property
     def cost_per_good_part(self) -> Interval:
@@ -145,14 +140,12 @@ def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episode
 class Step(NamedTuple):
     """Step of N episodes: observation before the step, choice and outcomes."""
 
-    observation: NDArray[np.float32]
-    """Scaled observation, no unit, shape (N, entries)."""
+    observation: NDArray[np.float32]  #: scaled observation, no unit, shape (N, entries)
+    #: E in mm/min and D, a number of executions, and a pre-dress (1) where there is one, each shape (N,)
     choice: tuple[Array, ...]
-    """E in mm/min and D, a number of executions, and a pre-dress (1) where there is one, each shape (N,)."""
+    #: outcomes in the units of `Outcome`, shape (N, fields of `Outcome`); 0 for an episode that was over
     outcomes: Array
-    """Outcomes in the units of `Outcome`, shape (N, fields of `Outcome`); 0 for an episode that was over."""
-    over: NDArray[np.bool_]
-    """Whether an episode was over before the step, shape (N,)."""
+    over: NDArray[np.bool_]  #: whether an episode was over before the step, shape (N,)
 
 
 def steps(

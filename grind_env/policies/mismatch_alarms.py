@@ -45,14 +45,10 @@ class WatchedReading(NamedTuple):
     read: Any
     forecast: Any
     spread: Any
-    limit: Any
-    """Limit that the reading must not exceed."""
-    near: Any
-    """Value above which a surprise counts."""
-    sign: Any
-    """-1 where the size error is negative, else 1."""
-    new: Any
-    """Whether the reading belongs to this block."""
+    limit: Any  #: limit that the reading must not exceed
+    near: Any  #: value above which a surprise counts
+    sign: Any  #: -1 where the size error is negative, else 1
+    new: Any  #: whether the reading belongs to this block
 
 
 NAMES = ("peak power", "mean power", "size error", "Ra")

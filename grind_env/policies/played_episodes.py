@@ -16,24 +16,16 @@ from grind_env.policies.problem_lookup import Problem
 class Played:
     """Result of a played episode."""
 
-    program: str
-    """Part program with its dress program, as `machine.grind` runs it."""
-    job: Job
-    """Job of the program, with the wheel, lots and stocks of the episode."""
+    program: str  #: part program with its dress program, as `machine.grind` runs it
+    job: Job  #: job of the program, with the wheel, lots and stocks of the episode
+    #: times of the control, s, at which the operator asks for a dress while the program runs
     requests: tuple[float, ...]
-    """Times of the control, s, at which the operator asks for a dress while the program runs."""
-    cost: float
-    """Cost of the episode, $."""
-    handover: float
-    """Part of `cost` for the wheel's state after the last block, $, which no run of the program shows."""
-    good: float
-    """Expected number of good parts."""
-    finished: int
-    """Number of finished parts."""
-    dresses: int
-    """Number of dress executions."""
-    seconds: float
-    """Time on the machine, s."""
+    cost: float  #: cost of the episode, $
+    handover: float  #: part of `cost` for the wheel's state after the last block, $, which no run of the program shows
+    good: float  #: expected number of good parts
+    finished: int  #: number of finished parts
+    dresses: int  #: number of dress executions
+    seconds: float  #: time on the machine, s
 
 
 def stepped(

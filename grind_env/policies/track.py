@@ -57,12 +57,9 @@ class Learner(Policy, Protocol):
 class TrackRuns(NamedTuple):
     """Costs and parts of runs on a machine, arrays of shape (runs, shifts)."""
 
-    cost: Array
-    """Cost per block, $, with scrap at its expected price."""
-    scrap: Array
-    """Expected number of bad parts."""
-    parts: Array
-    """Number of finished parts."""
+    cost: Array  #: cost per block, $, with scrap at its expected price
+    scrap: Array  #: expected number of bad parts
+    parts: Array  #: number of finished parts
 
 
 class TrackMachine:

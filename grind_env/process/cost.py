@@ -27,25 +27,18 @@ MOST_HANDOVER_DRESSES = 4.0
 class Rates(NamedTuple):
     """Prices."""
 
-    hourly: float
-    """Machine and labour, $/h."""
-    wheel: float
-    """Wheel, $/mm3."""
-    dress: float
-    """Dresser, $ per execution."""
+    hourly: float  #: machine and labour, $/h
+    wheel: float  #: wheel, $/mm3
+    dress: float  #: dresser, $ per execution
 
 
 class Limits(NamedTuple):
     """Limits of a good part."""
 
-    rise: float
-    """Highest temperature rise, K."""
-    power: float
-    """Power limit of the spindle, W above idle; a spindle that needs more slows."""
-    roughness: float
-    """Highest Ra, um; 0 for none."""
-    size: float
-    """Tolerance on the size error, um; 0 for none."""
+    rise: float  #: highest temperature rise, K
+    power: float  #: power limit of the spindle, W above idle; a spindle that needs more slows
+    roughness: float  #: highest Ra, um; 0 for none
+    size: float  #: tolerance on the size error, um; 0 for none
 
 
 @inlined

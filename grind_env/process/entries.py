@@ -65,12 +65,12 @@ class Entry:
         CatalogueError: A field is no number within its range, or a pair of `ASCENDING` is not in order.
     """
 
+    #: pairs of fields of which the first must be less than the second
     ASCENDING: ClassVar[tuple[tuple[str, str], ...]] = ()
-    """Pairs of fields of which the first must be less than the second."""
 
     name: str
+    #: other names of the entry, such as its name in a standard
     aliases: tuple[str, ...] = field(default=(), compare=False, repr=False)
-    """Other names of the entry, such as its name in a standard."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.aliases, list | tuple) or not all(isinstance(each, str) for each in self.aliases):

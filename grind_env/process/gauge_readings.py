@@ -30,11 +30,11 @@ QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))
 class Gauge(NamedTuple):
     """Meter and gauges of a shop."""
 
+    #: `read(truth, own, seconds, noise) -> shown, own`, compiled and called after every block; `seconds` is the time of
+    #: the shift at the end of the block, `own` the memory of process and gauge
     read: Callable[..., Any]
-    """`read(truth, own, seconds, noise) -> shown, own`, compiled and called after every block; `seconds` is the time of
-    the shift at the end of the block, `own` the memory of process and gauge."""
+    #: memory of the gauges, as `Process.own`; its field names must differ from those of the process
     own: type[Any] = Nothing
-    """Memory of the gauges, as `Process.own`; its field names must differ from those of the process."""
 
 
 @inlined

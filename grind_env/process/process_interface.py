@@ -26,23 +26,17 @@ class Nothing(NamedTuple):
 class Moment(NamedTuple):
     """The start of a cycle block."""
 
-    number: float
-    """Number of cycle blocks before this one in the shift."""
-    seconds: float
-    """Time since the start of the shift, s."""
-    place: float
-    """Coordinate of the middle of the part along the table, mm."""
-    E: float
-    """Commanded table speed, mm/min."""
+    number: float  #: number of cycle blocks before this one in the shift
+    seconds: float  #: time since the start of the shift, s
+    place: float  #: coordinate of the middle of the part along the table, mm
+    E: float  #: commanded table speed, mm/min
 
 
 class Drive(NamedTuple):
     """True speed and dwell of the table in a cycle block."""
 
-    share: float
-    """Ratio of the true table speed to the commanded E."""
-    dwell: float
-    """Dwell at a reversal point, s."""
+    share: float  #: ratio of the true table speed to the commanded E
+    dwell: float  #: dwell at a reversal point, s
 
 
 class Process(NamedTuple):
@@ -51,33 +45,33 @@ class Process(NamedTuple):
     Times are whole ms: a program run and an episode round times differently, but then get the same bits.
     """
 
+    #: memory besides the wheel: a named tuple type of floats; its defaults hold when a shift begins. A wheel change
+    #: does not reset the memory
     own: type[Any]
-    """Memory besides the wheel: a named tuple type of floats; its defaults hold when a shift begins. A wheel change
-    does not reset the memory."""
+    #: constants of the strokes of a cycle, made by `constants`: a named tuple type of floats with `stall_time`
     held: type[Any]
-    """Constants of the strokes of a cycle, made by `constants`: a named tuple type of floats with `stall_time`."""
+    #: `constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm
     constants: Callable[..., Any]
-    """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
+    #: `stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`, as `stroke_and_dress.grind_stroke`.
+    #: `seconds` is the time up to the next stroke, reversal dwell included; `Z` includes the growth of the part
+    #: (`grown`). A stroke in the air acts as `idle`. Growth of the machine is subtracted from `wheel.W`, which touching
+    #: off and gauging set to 0
     stroke: Callable[..., Any]
-    """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`, as `stroke_and_dress.grind_stroke`.
-    `seconds` is the time up to the next stroke, reversal dwell included; `Z` includes the growth of the part (`grown`).
-    A stroke in the air acts as `idle`. Growth of the machine is subtracted from `wheel.W`, which touching off and
-    gauging set to 0."""
+    #: `dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke_and_dress.dress_wheel`
     dress: Callable[..., Any]
-    """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke_and_dress.dress_wheel`."""
+    #: `idle(wheel, own, p, seconds, loads) -> wheel, own`: effect of a time without a stroke: a dress, a wait, the way
+    #: to the next block, or a change of the part (`loads` is true). None for no effect
     idle: Callable[..., Any] | None = None
-    """`idle(wheel, own, p, seconds, loads) -> wheel, own`: effect of a time without a stroke: a dress, a wait, the way
-    to the next block, or a change of the part (`loads` is true). None for no effect."""
+    #: `before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: called before a cycle block, after the wheel is
+    #: touched off or gauged; `drive` has the values of the control. Changes of wheel and own stay; p and drive hold
+    #: only in the block. None for no effect
     before: Callable[..., Any] | None = None
-    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: called before a cycle block, after the wheel is
-    touched off or gauged; `drive` has the values of the control. Changes of wheel and own stay; p and drive hold only
-    in the block. None for no effect."""
+    #: `grown(own, held) -> mm`: thermal growth of the part in height. Gauging does not find this growth, because it
+    #: measures wheel and part as they are. None for no growth
     grown: Callable[..., Any] | None = None
-    """`grown(own, held) -> mm`: thermal growth of the part in height. Gauging does not find this growth, because it
-    measures wheel and part as they are. None for no growth."""
+    #: fields of `own` that belong to the part: a part to which strokes come back gets its own values again, changed by
+    #: the time between
     of_part: tuple[str, ...] = ()
-    """Fields of `own` that belong to the part: a part to which strokes come back gets its own values again, changed by
-    the time between."""
 
     def __reduce__(self) -> Any:
         """Pickle the package's process by name, with the functions compiled there."""
@@ -87,17 +81,15 @@ class Process(NamedTuple):
 class Hook(NamedTuple):
     """A function that is called before every cycle block, with any process."""
 
-    before: Callable[..., Any]
-    """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`, as in `Process`."""
-    own: type[Any] = Nothing
-    """Memory of the hook: a named tuple type of floats with defaults, as `Process.own`."""
+    before: Callable[..., Any]  #: `before(wheel, own, p, drive, moment) -> wheel, own, p, drive`, as in `Process`
+    own: type[Any] = Nothing  #: memory of the hook: a named tuple type of floats with defaults, as `Process.own`
 
 
 class PartHeat(NamedTuple):
     """Heat memory of the package's process for the part in work: see `equations.part_slab`."""
 
+    #: part of the slowest mode in the mean temperature above the hall, K; that temperature is the sum of the modes
     dT_1: float = 0.0
-    """Part of the slowest mode in the mean temperature above the hall, K; that temperature is the sum of the modes."""
     dT_2: float = 0.0
     dT_3: float = 0.0
     dT_4: float = 0.0

@@ -44,12 +44,9 @@ class Limit(NamedTuple):
 class Span(NamedTuple):
     """Successive strokes of one execution of a block."""
 
-    first: int
-    """Index of the first stroke, from 0."""
-    after: int
-    """Index after the last stroke."""
-    label: str
-    """N word or line of the block: `N50`, `line 7`."""
+    first: int  #: index of the first stroke, from 0
+    after: int  #: index after the last stroke
+    label: str  #: N word or line of the block: `N50`, `line 7`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

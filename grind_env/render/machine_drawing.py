@@ -37,16 +37,12 @@ class Placement(NamedTuple):
     """Places of the objects in the panel, px."""
 
     panel: Box
-    centre: Point
-    """Centre of the wheel."""
+    centre: Point  #: centre of the wheel
     new_radius: float
     radius: float
-    surface: float
-    """y of the finished surface."""
-    top: float
-    """y of the upper edge of the stock that is still on the part."""
-    part: Box
-    """The part without this stock."""
+    surface: float  #: y of the finished surface
+    top: float  #: y of the upper edge of the stock that is still on the part
+    part: Box  #: the part without this stock
 
 
 def placement(view: EpisodePicture, panel: Box) -> Placement:

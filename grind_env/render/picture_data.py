@@ -23,50 +23,31 @@ class Extent:
     """Extent of an episode: constant values that set the scales of its pictures."""
 
     title: str
-    blocks: int
-    """Cycle blocks of the episode."""
-    parts: int
-    """Number of parts that these blocks finish."""
-    new_diameter: float
-    """New diameter of the wheel, mm."""
-    lowest_speed: float
-    """Lowest E, mm/min."""
-    highest_speed: float
-    """Highest E, mm/min."""
-    most_executions: int
-    """Highest D."""
-    longest: float
-    """Length of the longest part, mm."""
-    thickest: float
-    """Stock that fills the height for stock in the picture, mm."""
+    blocks: int  #: cycle blocks of the episode
+    parts: int  #: number of parts that these blocks finish
+    new_diameter: float  #: new diameter of the wheel, mm
+    lowest_speed: float  #: lowest E, mm/min
+    highest_speed: float  #: highest E, mm/min
+    most_executions: int  #: highest D
+    longest: float  #: length of the longest part, mm
+    thickest: float  #: stock that fills the height for stock in the picture, mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroundBlock:
     """A cycle block that has been ground."""
 
-    speed: float
-    """E, mm/min."""
-    executions: int
-    """D, number of dresses."""
-    power: float
-    """Highest power above idle, W."""
-    torque: float
-    """Ratio of the highest torque to the torque at which the spindle stalls."""
-    rise: float
-    """Highest temperature rise that counts, K."""
-    roughness: float
-    """Ra after the block, um."""
-    size_error: float
-    """Stock left after the block, um."""
-    limits: Limits
-    """Limits of the part."""
-    cost: float
-    """Cost of the block, $."""
-    finished: bool
-    """Whether the block finished a part."""
-    good: float
-    """Probability that the finished part is good; 0 if the block finished none."""
+    speed: float  #: E, mm/min
+    executions: int  #: D, number of dresses
+    power: float  #: highest power above idle, W
+    torque: float  #: ratio of the highest torque to the torque at which the spindle stalls
+    rise: float  #: highest temperature rise that counts, K
+    roughness: float  #: Ra after the block, um
+    size_error: float  #: stock left after the block, um
+    limits: Limits  #: limits of the part
+    cost: float  #: cost of the block, $
+    finished: bool  #: whether the block finished a part
+    good: float  #: probability that the finished part is good; 0 if the block finished none
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -80,12 +61,9 @@ class Workpiece:
     """The part on the table: its kind, and the stock still on it."""
 
     name: str
-    length: float
-    """Length of the part, mm."""
-    stock: float
-    """Stock before the block, mm."""
-    left: float
-    """Stock still on the part, mm; below 0 if the part is too thin."""
+    length: float  #: length of the part, mm
+    stock: float  #: stock before the block, mm
+    left: float  #: stock still on the part, mm; below 0 if the part is too thin
 
     @property
     def description(self) -> str:
@@ -96,16 +74,11 @@ class Workpiece:
 class PictureInstant:
     """An instant within a block, for an animation; a picture without one shows the machine at rest."""
 
-    table: float
-    """Position of the table, from -1 at the secondary to 1 at the primary reversal point."""
-    spin: float
-    """Number of turns of the wheel."""
-    dressing: bool
-    """Whether the diamond is at the wheel."""
-    speed: float
-    """E of the block that is running, mm/min."""
-    executions: int
-    """D of the block that is running, number of dresses."""
+    table: float  #: position of the table, from -1 at the secondary to 1 at the primary reversal point
+    spin: float  #: number of turns of the wheel
+    dressing: bool  #: whether the diamond is at the wheel
+    speed: float  #: E of the block that is running, mm/min
+    executions: int  #: D of the block that is running, number of dresses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,12 +86,10 @@ class EpisodePicture:
     """One picture of an episode."""
 
     extent: Extent
-    ground: tuple[GroundBlock, ...]
-    """The blocks ground so far."""
+    ground: tuple[GroundBlock, ...]  #: the blocks ground so far
     wheel: WheelState
     part: Workpiece
-    text: str
-    """Text of the last block or, with `instant`, of the running block; empty before the first block."""
+    text: str  #: text of the last block or, with `instant`, of the running block; empty before the first block
     instant: PictureInstant | None = None
 
     @property

@@ -79,8 +79,7 @@ MOST_ROWS = 60
 class PartTable(NamedTuple):
     """A table with a row for each part, or for successive equal parts."""
 
-    fields: tuple[str, ...]
-    """Fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
+    fields: tuple[str, ...]  #: fields of `record.PART_ROW`, a column each, or `STATION`; the first is the number
     headings: tuple[str, ...]
     rows: list[list[Cell]]
 
@@ -88,12 +87,9 @@ class PartTable(NamedTuple):
 class Fault(NamedTuple):
     """A limit that parts exceed, or another cause why they are not good."""
 
-    words: str
-    """The cause, as `cause_words` names it."""
-    sentence: str
-    """Sentence with the limit and the parts."""
-    why: str
-    """Place, amount and the word to change; empty if nothing more is known."""
+    words: str  #: the cause, as `cause_words` names it
+    sentence: str  #: sentence with the limit and the parts
+    why: str  #: place, amount and the word to change; empty if nothing more is known
 
 
 def part_table(record: GrindingRecord) -> PartTable:

@@ -29,8 +29,7 @@ class Series:
 class RuleLine(NamedTuple):
     """A dashed line across a graph."""
 
-    axis: Literal["x", "y"]
-    """Axis of the coordinate `at`."""
+    axis: Literal["x", "y"]  #: axis of the coordinate `at`
     at: float
     text: str = ""
 

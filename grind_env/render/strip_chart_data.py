@@ -21,15 +21,11 @@ class Strip(NamedTuple):
 
     name: str
     unit: str
-    form: str
-    """Format of a value."""
+    form: str  #: format of a value
     values: Sequence[float]
-    limits: Sequence[float]
-    """Limits of each value; 0 for none."""
-    bottom: float
-    """Value of the lower edge; if it is above 0, the scale is logarithmic."""
-    top: float
-    """Value of the upper edge."""
+    limits: Sequence[float]  #: limits of each value; 0 for none
+    bottom: float  #: value of the lower edge; if it is above 0, the scale is logarithmic
+    top: float  #: value of the upper edge
 
     def height(self, value: float) -> float:
         """Return the height of a value in the strip, from 0 at the lower to 1 at the upper edge."""

@@ -35,10 +35,9 @@ TRIALS = 32
 class Programmed:
     """A plan that a shop can write into its part program; by default the program as it is."""
 
-    ratio: float = 1.0
-    """Ratio of E to the E of the program."""
+    ratio: float = 1.0  #: ratio of E to the E of the program
+    #: interval of dressed parts, dressed in the first block that takes a dress; None for the dresses of the program
     every: int | None = None
-    """Interval of dressed parts, dressed in the first block that takes a dress; None for the dresses of the program."""
     sees: Sees = "measurements"
     speeds: Array = field(init=False, repr=False)
     executions: Array = field(init=False, repr=False)

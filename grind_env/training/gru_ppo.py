@@ -55,39 +55,30 @@ class Settings:
     memory: Memory = "gru"
     steps: int = 1_000_000
     envs: int = 128
+    #: steps of an environment between two updates: one episode of most tasks, so that gradients cover all of it
     rollout: int = 60
-    """Steps of an environment between two updates: one episode of most tasks, so that gradients cover all of it."""
     minibatches: int = 8
     epochs: int = 4
-    learning_rate: float = 2e-3
-    """Learning rate at the start: a factor on each step of the optimiser."""
-    gamma: float = 0.97
-    """Discount factor: a reward counts less by this factor with each step into the future."""
+    learning_rate: float = 2e-3  #: learning rate at the start: a factor on each step of the optimiser
+    gamma: float = 0.97  #: discount factor: a reward counts less by this factor with each step into the future
+    #: lambda of generalised advantages: a factor on the errors of the values with each step into the future
     gae_lambda: float = 0.9
-    """Lambda of generalised advantages: a factor on the errors of the values with each step into the future."""
-    clip: float = 0.2
-    """Largest distance from 1 at which a ratio of new to old likelihood counts."""
-    entropy: float = 0.003
-    """Factor on the entropy; like the learning rate, this factor falls linearly to 0."""
-    value: float = 0.5
-    """Factor on the error of the critic."""
-    guess: float = 0.5
-    """Factor on the error of the guess of the hidden values."""
-    alike: float = 1.0
-    """Number of levels of E over which the logit of one level spreads, as a standard deviation."""
-    norm: float = 0.5
-    """Largest norm of the gradient; a longer gradient is scaled down by a factor."""
+    clip: float = 0.2  #: largest distance from 1 at which a ratio of new to old likelihood counts
+    entropy: float = 0.003  #: factor on the entropy; like the learning rate, this factor falls linearly to 0
+    value: float = 0.5  #: factor on the error of the critic
+    guess: float = 0.5  #: factor on the error of the guess of the hidden values
+    alike: float = 1.0  #: number of levels of E over which the logit of one level spreads, as a standard deviation
+    norm: float = 0.5  #: largest norm of the gradient; a longer gradient is scaled down by a factor
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
+    #: number of episodes on a machine; the GRU remembers all of them (RL^2: Duan et al., arXiv:1611.02779)
     shifts: int = 1
-    """Number of episodes on a machine; the GRU remembers all of them (RL^2: Duan et al., arXiv:1611.02779)."""
+    #: number of first updates that train only the critic, which is new when training starts with a trained actor
     critic_first: int = 0
-    """Number of first updates that train only the critic, which is new when training starts with a trained actor."""
-    budget: float | None = None
-    """Largest share of scrap parts, which a multiplier enforces; None for no limit."""
+    budget: float | None = None  #: largest share of scrap parts, which a multiplier enforces; None for no limit
+    #: largest growth of the multiplier (a factor on scrap in rewards) in an update: for scrap at twice the budget
     multiplier_rate: float = 0.5
-    """Largest growth of the multiplier (a factor on scrap in rewards) in an update: for scrap at twice the budget."""
 
     @property
     def signals(self) -> int:

@@ -25,15 +25,11 @@ class Law(NamedTuple):
     """A law of the process after a change; the fields are the columns of `laws.csv`."""
 
     name: str
-    function: str
-    """Name of the function below `grind_env.process`."""
-    old: str
-    """Text that occurs once in the source of the function."""
+    function: str  #: name of the function below `grind_env.process`
+    old: str  #: text that occurs once in the source of the function
     new: str
-    decides: str = ""
-    """The decision of a shop that the law carries; "" for none."""
-    known: str = ""
-    """Reason why fewer than `LEAST_ROWS` rows notice the law; "" if `LEAST_ROWS` rows must notice it."""
+    decides: str = ""  #: the decision of a shop that the law carries; "" for none
+    known: str = ""  #: reason why fewer than `LEAST_ROWS` rows notice the law; "" if `LEAST_ROWS` rows must notice it
 
     def original(self) -> Any:
         """Return the unchanged function of the process."""

@@ -51,16 +51,11 @@ class RigState(NamedTuple):
     """A wheel and a part after some strokes."""
 
     wheel: WheelState
-    S: float
-    """Stock removed, mm."""
-    Rs: float
-    """Roughness of the surface, um."""
-    Z: float
-    """Downfeed position, mm."""
-    worn: float
-    """Wheel volume worn on this part, mm3."""
-    part: PartHeat
-    """Heat of the part, as the process remembers it."""
+    S: float  #: stock removed, mm
+    Rs: float  #: roughness of the surface, um
+    Z: float  #: downfeed position, mm
+    worn: float  #: wheel volume worn on this part, mm3
+    part: PartHeat  #: heat of the part, as the process remembers it
 
 
 @entry

@@ -39,8 +39,7 @@ class AlloyWheel(NamedTuple):
     """Wheel of the data, with its counterpart in the catalogue."""
 
     measured: str
-    speed: float
-    """Wheel speed, m/s."""
+    speed: float  #: wheel speed, m/s
     entry: str
 
 
@@ -50,10 +49,8 @@ WHEELS = (AlloyWheel("3NQ", 45.0, "sg60j"), AlloyWheel("3NQ", 80.0, "sg60j"), Al
 class AlloyRuns(NamedTuple):
     """Runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
 
-    rate: Array
-    """Removal rate, mm3/s per mm."""
-    volume: Array
-    """Volume removed, mm3."""
+    rate: Array  #: removal rate, mm3/s per mm
+    volume: Array  #: volume removed, mm3
     wheel_wear_um: Array
     Ra_um: Array
 

@@ -16,14 +16,12 @@ TERMS = ["time", "wheel", "dress", "scrap", "handover"]
 class Published(NamedTuple):
     """Published set-up of a task."""
 
-    speed: float = 30.0
-    """Surface speed of the new wheel, m/s."""
+    speed: float = 30.0  #: surface speed of the new wheel, m/s
     width: float = 25.0
     price: float = 1e-4
     passes: int = 2
     depth: float = 0.02
-    lead: float = 0.10
-    """Dressing lead, mm per wheel revolution."""
+    lead: float = 0.10  #: dressing lead, mm per wheel revolution
     setup: float = 8.0
     load: float = 20.0
 

@@ -64,8 +64,7 @@ class Flats:
     stiffness: float = 40_000.0
     normal_force_ratio: float = 2.0
     share: float = 0.8
-    breaks: float = 0.055
-    """Share of wear flats at which grains break out as fast as they dull."""
+    breaks: float = 0.055  #: share of wear flats at which grains break out as fast as they dull
 
     def power(self, depth: float, speed: float, dull: float) -> float:
         """Return the power of the chips and of the friction of flats in contact."""
@@ -96,8 +95,7 @@ class Loading:
     stiffness: float = 25_000.0
     normal_force_ratio: float = 3.0
     share: float = 0.45
-    full: float = 1.1
-    """Additional share of power of a full wheel."""
+    full: float = 1.1  #: additional share of power of a full wheel
 
     def power(self, depth: float, speed: float, dull: float) -> float:
         """Return the power by the depth of a chip: root of the table speed times fourth root of the depth of cut."""
@@ -127,8 +125,7 @@ class Threshold:
     stiffness: float = 30_000.0
     normal_force_ratio: float = 2.4
     share: float = 0.35
-    breaks: float = 230.0
-    """Power, W per mm of width, at which grains break out as fast as they dull."""
+    breaks: float = 230.0  #: power, W per mm of width, at which grains break out as fast as they dull
 
     def power(self, depth: float, speed: float, dull: float) -> float:
         """Return the power, a straight line over the removal rate; dull grains rub more and remove less."""
@@ -163,13 +160,10 @@ class Machine:
     laws: Laws
     width: float
     seed: int
-    volume: float = 0.0
-    """Ground volume since the dress, mm3/mm."""
+    volume: float = 0.0  #: ground volume since the dress, mm3/mm
     dull: float = 0.0
-    wear: float = 0.0
-    """Radial wear since the last gauge or dress, mm."""
-    pace: float = 1.0
-    """Factor of the part's material on the dulling, 1 for a usual one."""
+    wear: float = 0.0  #: radial wear since the last gauge or dress, mm
+    pace: float = 1.0  #: factor of the part's material on the dulling, 1 for a usual one
     rng: np.random.Generator = field(init=False)
 
     def __post_init__(self) -> None:

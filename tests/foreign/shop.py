@@ -32,8 +32,7 @@ class Shop:
     laws: Callable[[], Laws]
     length: float
     width: float
-    rough: float
-    """Depth of the roughing block."""
+    rough: float  #: depth of the roughing block
     stock: float
     pick: float
     finish_pick: float
@@ -41,13 +40,11 @@ class Shop:
     E: float
     finish_E: float
     rating: float
-    stalls: float = 1.15
-    """Ratio of the stalling power to the rating."""
+    stalls: float = 1.15  #: ratio of the stalling power to the rating
     Ra: float
     tolerance: float
     scrap: float
-    burns: float
-    """Temperature rise at which parts burn, K."""
+    burns: float  #: temperature rise at which parts burn, K
 
     def part(self, E: float, finish_E: float, *, dress: int = 1, cycle: str = "G82") -> str:
         """Return the blocks of one part."""
@@ -197,10 +194,8 @@ class Part(NamedTuple):
 class Cost(NamedTuple):
     """Cost and scrap of parts."""
 
-    each: float
-    """Cost of a part with its share of scrap, $."""
-    scrap: float
-    """Share of the parts."""
+    each: float  #: cost of a part with its share of scrap, $
+    scrap: float  #: share of the parts
 
 
 def cost(shop: Shop, parts: Sequence[Part]) -> Cost:

@@ -22,12 +22,9 @@ def ground_cost(shop: Shop, program: Path, job: Path) -> float:
 class Optimised(NamedTuple):
     """True and promised costs before and after `grind optimise`, $ a part."""
 
-    before: float
-    """Cost on the machine with the program as it is."""
-    after: float
-    """Cost on the machine with the better program, if there is one."""
-    low: float
-    """Lower end of the promised interval."""
+    before: float  #: cost on the machine with the program as it is
+    after: float  #: cost on the machine with the better program, if there is one
+    low: float  #: lower end of the promised interval
     high: float
 
 

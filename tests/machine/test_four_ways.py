@@ -15,8 +15,7 @@ from tests.machine.test_feed_strokes import AWAY, HEAD, assert_same_strokes, job
 class Pass(NamedTuple):
     """Strokes of a G82: one, then one for each pick, then L more."""
 
-    pick: int
-    """Depth per pick, um."""
+    pick: int  #: depth per pick, um
     picks: int
     L: int
     E: int

@@ -32,8 +32,7 @@ class Played(NamedTuple):
     memory: Array
     outcomes: Array
     tallies: Array
-    written: Written
-    """Program and job of the first machine."""
+    written: Written  #: program and job of the first machine
 
 
 def play(plants: Sequence[Plant]) -> Played:

@@ -17,8 +17,7 @@ class Optimum(NamedTuple):
     cost: float
     speeds: Array
     executions: Array
-    runner_up: float
-    """Cost of the second-best plan."""
+    runner_up: float  #: cost of the second-best plan
 
 
 def exact_optimum(simulation: Simulation) -> Optimum:

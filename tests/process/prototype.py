@@ -24,11 +24,9 @@ class Setup:
     dresser: Dresser
     fluid: Fluid
     machine: Machine
-    wheel_speed: float
-    """Speed of the new wheel; the rpm are constant."""
+    wheel_speed: float  #: speed of the new wheel; the rpm are constant
     table_speed: float
-    width: float = 20.0
-    """Width of the part, all of it engaged."""
+    width: float = 20.0  #: width of the part, all of it engaged
     height: float = 20.0
     length: float = 200.0
 

@@ -44,10 +44,8 @@ SLOWER, RESTS, DULLS, LAGS = 0.03, 0.02, 0.5, 200.0  # share, s, 1/h, s
 class Warm(NamedTuple):
     """Memory of the process besides the wheel."""
 
-    heat: float = 0.0
-    """Temperature of the head above the hall, K."""
-    grown: float = 0.0
-    """Growth of the flats since grains last pulled out, fraction of the wheel surface."""
+    heat: float = 0.0  #: temperature of the head above the hall, K
+    grown: float = 0.0  #: growth of the flats since grains last pulled out, fraction of the wheel surface
 
 
 class Dulling(NamedTuple):
@@ -59,10 +57,8 @@ class Dulling(NamedTuple):
 class Lag(NamedTuple):
     """Memory of the meter."""
 
-    showed: float = 0.0
-    """Last reading, W."""
-    at: float = 0.0
-    """Time of the last reading, s."""
+    showed: float = 0.0  #: last reading, W
+    at: float = 0.0  #: time of the last reading, s
 
 
 remember, dull, showing = replacer(None, "heat", "grown"), replacer(None, "blocks"), replacer(None, "showed", "at")
@@ -186,12 +182,10 @@ def ground(written: Written, *, whole: bool = True) -> GrindingRun:
 class Played(NamedTuple):
     """Episode after some blocks."""
 
-    wheel: Array
-    """The wheel and the memory besides it."""
+    wheel: Array  #: the wheel and the memory besides it
     memory: History
     written: Written
-    outcomes: Outcome
-    """Fields of shape (blocks,), also in `tallies`."""
+    outcomes: Outcome  #: fields of shape (blocks,), also in `tallies`
     tallies: Tally
 
 

@@ -53,8 +53,8 @@ class Watch:
     count: int = 0
     kill: int = 0
     on: bool = False
+    #: names and contents of files that a command renamed into place, if it is not killed
     put: list[tuple[str, bytes]] = field(default_factory=list)
-    """Names and contents of files that a command renamed into place, if it is not killed."""
 
     def hear(self, event: str, arguments: tuple[object, ...]) -> None:
         """Count an audit event; kill the process if its number is reached."""

@@ -23,12 +23,9 @@ FILE = Path(__file__).with_name("ratios.toml")
 class Reference:
     """Entry of `ratios.toml` about a ratio."""
 
-    last: float
-    """Median when the file was last updated."""
-    aim: str = ""
-    """Target, as a text."""
-    most: float = math.inf
-    """Largest permitted median, on any machine."""
+    last: float  #: median when the file was last updated
+    aim: str = ""  #: target, as a text
+    most: float = math.inf  #: largest permitted median, on any machine
 
 
 def known() -> dict[str, Reference]:

@@ -36,13 +36,10 @@ PARALLEL = 1e-6
 class Passed(NamedTuple):
     """An element along which the wheel has run."""
 
-    place: Place
-    """Place of its block."""
+    place: Place  #: place of its block
     programmed: Element
-    centre: tuple[Element, ...]
-    """Path of the wheel centre along the element, with the elements generated behind it."""
-    level: float
-    """Third coordinate, mm."""
+    centre: tuple[Element, ...]  #: path of the wheel centre along the element, with the elements generated behind it
+    level: float  #: third coordinate, mm
 
 
 @dataclass(slots=True)

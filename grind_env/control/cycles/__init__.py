@@ -28,18 +28,17 @@ class Progress(Protocol):
 class Rules(NamedTuple):
     """The rules of a cycle."""
 
+    #: function from the plan of a block, and whether there is a coverage pass (PD-13), to the numbers of the cycle
     cycle_of: Callable[[CyclePlan, bool], Any]
-    """Function from the plan of a block, and whether there is a coverage pass (PD-13), to the numbers of the cycle."""
     begin: Callable[[Any], Progress]
     after_reversal: Callable[[Any, Any], Progress]
     finished: Callable[[Any, Any], bool]
-    least_strokes: Callable[[Any], float]
-    """Function from a cycle to its least number of strokes."""
+    least_strokes: Callable[[Any], float]  #: function from a cycle to its least number of strokes
+    #: function from progress and both ends of the crossover, mm, to the cross coordinate of the next stroke, mm; None
+    #: for a cycle that does not cross
     cross: Callable[[Any, float, float], float] | None = None
-    """Function from progress and both ends of the crossover, mm, to the cross coordinate of the next stroke, mm; None
-    for a cycle that does not cross."""
+    #: True if the cycle ends at a depth (G82, G83); False if its strokes continue during the next blocks (G81)
     plunges: bool = True
-    """True if the cycle ends at a depth (G82, G83); False if its strokes continue during the next blocks (G81)."""
 
 
 def _of(module: Any, **more: Any) -> Rules:

@@ -12,33 +12,22 @@ from grind_env.control.events import CyclePlan
 class PlungeCycle(NamedTuple):
     """Parameters of a G82 block."""
 
-    depth: float
-    """Total plunge depth, mm."""
-    primary_pick: float
-    """J, mm."""
-    secondary_pick: float
-    """Q, mm."""
-    at_depth: float
-    """Number of strokes at full depth: the coverage stroke and L."""
-    executions: float
-    """D, the number of auto-dresses."""
-    pre_dress: float
-    """1 for G82.1, else 0."""
+    depth: float  #: total plunge depth, mm
+    primary_pick: float  #: J, mm
+    secondary_pick: float  #: Q, mm
+    at_depth: float  #: number of strokes at full depth: the coverage stroke and L
+    executions: float  #: D, the number of auto-dresses
+    pre_dress: float  #: 1 for G82.1, else 0
 
 
 class PlungeProgress(NamedTuple):
     """Progress of a G82 cycle."""
 
-    reversal: float
-    """Number of strokes made; also the number of the reversal point reached."""
-    depth: float
-    """Depth reached, mm."""
-    left: float
-    """Number of strokes to make at full depth."""
-    dressed: float
-    """Number of auto-dresses that were due so far."""
-    dresses: float
-    """Number of dresses at this reversal, before the next stroke."""
+    reversal: float  #: number of strokes made; also the number of the reversal point reached
+    depth: float  #: depth reached, mm
+    left: float  #: number of strokes to make at full depth
+    dressed: float  #: number of auto-dresses that were due so far
+    dresses: float  #: number of dresses at this reversal, before the next stroke
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> PlungeCycle:

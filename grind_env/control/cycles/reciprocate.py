@@ -11,17 +11,14 @@ from grind_env.control.events import CyclePlan
 class ReciprocationCycle(NamedTuple):
     """Parameters of a G81 block."""
 
-    pre_dress: float
-    """1 for G81.1, else 0."""
+    pre_dress: float  #: 1 for G81.1, else 0
 
 
 class ReciprocationProgress(NamedTuple):
     """Progress of a G81 cycle."""
 
-    reversal: float
-    """Number of strokes made; also the number of the reversal point reached."""
-    dresses: float
-    """Number of dresses at this reversal, before the next stroke."""
+    reversal: float  #: number of strokes made; also the number of the reversal point reached
+    dresses: float  #: number of dresses at this reversal, before the next stroke
 
     @property
     def depth(self) -> float:

@@ -13,45 +13,28 @@ from grind_env.control.events import CyclePlan
 class TraverseCycle(NamedTuple):
     """Parameters of a G83 block."""
 
-    depth: float
-    """Total plunge depth, mm."""
-    primary_pick: float
-    """J, mm."""
-    secondary_pick: float
-    """Q, mm."""
-    width: float
-    """Distance between the ends of the crossover, mm."""
-    primary_cross_pick: float
-    """K in G17, mm."""
-    secondary_cross_pick: float
-    """R, mm."""
-    at_depth: float
-    """Number of traverses at full depth: the coverage traverse and L."""
-    executions: float
-    """D, the number of auto-dresses."""
-    pre_dress: float
-    """1 for G83.1, else 0."""
+    depth: float  #: total plunge depth, mm
+    primary_pick: float  #: J, mm
+    secondary_pick: float  #: Q, mm
+    width: float  #: distance between the ends of the crossover, mm
+    primary_cross_pick: float  #: K in G17, mm
+    secondary_cross_pick: float  #: R, mm
+    at_depth: float  #: number of traverses at full depth: the coverage traverse and L
+    executions: float  #: D, the number of auto-dresses
+    pre_dress: float  #: 1 for G83.1, else 0
 
 
 class TraverseProgress(NamedTuple):
     """Progress of a G83 cycle."""
 
-    reversal: float
-    """Number of strokes made; also the number of the reversal point reached."""
-    plunges: float
-    """Number of plunge picks made."""
-    depth: float
-    """Depth reached, mm."""
-    crossed: float
-    """Distance crossed since the last end of the crossover, mm."""
-    forward: float
-    """1 if the crossing leads away from the cross start, else 0."""
-    left: float
-    """Number of traverses to begin at full depth; -1 once the last one has ended."""
-    dressed: float
-    """Number of auto-dresses that were due so far."""
-    dresses: float
-    """Number of dresses at this reversal, before the next stroke."""
+    reversal: float  #: number of strokes made; also the number of the reversal point reached
+    plunges: float  #: number of plunge picks made
+    depth: float  #: depth reached, mm
+    crossed: float  #: distance crossed since the last end of the crossover, mm
+    forward: float  #: 1 if the crossing leads away from the cross start, else 0
+    left: float  #: number of traverses to begin at full depth; -1 once the last one has ended
+    dressed: float  #: number of auto-dresses that were due so far
+    dresses: float  #: number of dresses at this reversal, before the next stroke
 
 
 def cycle_of(plan: CyclePlan, coverage: bool) -> TraverseCycle:

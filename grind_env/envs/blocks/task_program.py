@@ -34,24 +34,16 @@ class CycleBlock(NamedTuple):
     """The cycle block of one step."""
 
     kind: Kind
-    surface: float
-    """Depth at which the block began, mm."""
-    stock: float
-    """Depth that it had to remove, mm."""
-    speed: float
-    """E, mm/min."""
-    executions: int = 0
-    """D."""
-    pre_dress: bool = False
-    """Whether the block begins with a dress (G82.1)."""
-    wheel: WheelState = NO_WHEEL
-    """Wheel at the start of the block."""
-    wheel_changes: int = 0
-    """Wheel changes of the episode before the block."""
-    extra_state: tuple[float, ...] = ()
-    """Memory of process and gauge at the start, without the wheel."""
+    surface: float  #: depth at which the block began, mm
+    stock: float  #: depth that it had to remove, mm
+    speed: float  #: E, mm/min
+    executions: int = 0  #: D
+    pre_dress: bool = False  #: whether the block begins with a dress (G82.1)
+    wheel: WheelState = NO_WHEEL  #: wheel at the start of the block
+    wheel_changes: int = 0  #: wheel changes of the episode before the block
+    extra_state: tuple[float, ...] = ()  #: memory of process and gauge at the start, without the wheel
+    #: time of a stroke and of the rest at its end, s; None for the times of the control
     stroke: tuple[float, float] | None = None
-    """Time of a stroke and of the rest at its end, s; None for the times of the control."""
 
 
 @functools.lru_cache(4096)

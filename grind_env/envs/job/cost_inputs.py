@@ -96,12 +96,9 @@ class JobMachines(NamedTuple):
     """M machines of one process, which may differ from the process of the job."""
 
     jobs: tuple[Job, ...]
-    base: Table
-    """Parameters, shape (M, 1 or blocks, fields of `StrokeParameters`)."""
-    cooler: Table
-    """Limits of temperature less those of the nominal job, K, shape (M, 1 or blocks)."""
-    starts: Table
-    """Wheel before the first block, followed by the memory of the process, shape (M, fields of both)."""
+    base: Table  #: parameters, shape (M, 1 or blocks, fields of `StrokeParameters`)
+    cooler: Table  #: limits of temperature less those of the nominal job, K, shape (M, 1 or blocks)
+    starts: Table  #: wheel before the first block, followed by the memory of the process, shape (M, fields of both)
 
 
 def machines_of(jobs: Sequence[Job], blocks: Sequence[BlockOutline], nominal: Job) -> JobMachines:

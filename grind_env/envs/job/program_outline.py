@@ -27,10 +27,8 @@ MOST_BLOCKS = 2000
 class JobChoice(NamedTuple):
     """Choice of an agent for a block."""
 
-    speed: float
-    """E, mm/min."""
-    executions: int
-    """D."""
+    speed: float  #: E, mm/min
+    executions: int  #: D
 
 
 class JobProgramError(GrindError):

@@ -28,24 +28,17 @@ NONE_GAUGED, OUTCOME_FIELDS = -1.0, len(Outcome._fields)
 class Measured(NamedTuple):
     """Readings of a block, and of the part that it finished."""
 
+    #: mean load of the spindle in the last (up to 6) full plunges since a dress, W above idle; 0 if none was read
     mean_power: float = 0.0
-    """Mean load of the spindle in the last (up to 6) full plunges since a dress, W above idle; 0 if none was read."""
+    #: mean load of the spindle in the first (up to 6) full plunges, W above idle; 0 if none was read
     first_power: float = 0.0
-    """Mean load of the spindle in the first (up to 6) full plunges, W above idle; 0 if none was read."""
-    peak_power: float = 0.0
-    """Highest load, W; 0 if none was read."""
-    size_error: float | None = None
-    """Stock left on the finished part, um."""
-    Ra: float | None = None
-    """Ra of the finished part, um; the observation shows it one part later."""
-    Ra_before: float | None = None
-    """Ra of the part before, um, if unknown until now."""
-    diameter: float | None = None
-    """Diameter of the wheel, mm."""
-    new_wheel: bool = False
-    """Whether the wheel was changed after the block."""
-    new_lot: bool = False
-    """Whether the coming part begins a new lot."""
+    peak_power: float = 0.0  #: highest load, W; 0 if none was read
+    size_error: float | None = None  #: stock left on the finished part, um
+    Ra: float | None = None  #: Ra of the finished part, um; the observation shows it one part later
+    Ra_before: float | None = None  #: Ra of the part before, um, if unknown until now
+    diameter: float | None = None  #: diameter of the wheel, mm
+    new_wheel: bool = False  #: whether the wheel was changed after the block
+    new_lot: bool = False  #: whether the coming part begins a new lot
 
 
 class MeasuredEpisode:

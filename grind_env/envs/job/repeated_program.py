@@ -74,8 +74,8 @@ class Batch(NamedTuple):
     """A program that is run for many parts, as one program."""
 
     programs: Programs
+    #: blocks of the original program, by their line in `programs`; empty if both programs are the same
     origins: Mapping[int, SourceText]
-    """Blocks of the original program, by their line in `programs`; empty if both programs are the same."""
 
     def origin(self, block: Block) -> Block:
         """Return a block as it is in the original program."""

@@ -19,14 +19,10 @@ from grind_env.machine.record import GrindingRecord
 class RunBlock(NamedTuple):
     """A cycle block with its chosen E and D."""
 
-    number: int
-    """Number of the block, from 0."""
-    speed: float
-    """E, mm/min."""
-    executions: int
-    """D."""
-    extra_state: tuple[float, ...]
-    """Memory of process and gauge at the start, without the wheel."""
+    number: int  #: number of the block, from 0
+    speed: float  #: E, mm/min
+    executions: int  #: D
+    extra_state: tuple[float, ...]  #: memory of process and gauge at the start, without the wheel
 
 
 @dataclass(frozen=True, slots=True)

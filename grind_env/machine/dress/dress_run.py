@@ -42,14 +42,10 @@ class DressProgramError(GrindError):
 class DressPlan(NamedTuple):
     """One execution of a dress program."""
 
-    passes: int
-    """Passes of the diamond over the wheel."""
-    feed: float
-    """Feed of the passes, mm/s; over the wheel's speed of rotation it is the dress lead."""
-    depth: float
-    """Infeed of a pass, mm, mean over the passes."""
-    seconds: float
-    """Time with approach, retrace and the job's set-up time, s."""
+    passes: int  #: passes of the diamond over the wheel
+    feed: float  #: feed of the passes, mm/s; over the wheel's speed of rotation it is the dress lead
+    depth: float  #: infeed of a pass, mm, mean over the passes
+    seconds: float  #: time with approach, retrace and the job's set-up time, s
 
     def __str__(self) -> str:
         passes = "1 pass" if self.passes == 1 else f"{self.passes} passes"
@@ -64,18 +60,12 @@ class DressRun(NamedTuple):
     """One execution of a dress program as it was run."""
 
     plan: DressPlan
-    axis: int
-    """Number of the reciprocating axis."""
-    motions: tuple[Motion, ...]
-    """Motions of the control, retrace included."""
-    strokes: tuple[int, ...]
-    """Indices of the passes in `motions`."""
-    control: Control
-    """Control with the tables that the program found."""
-    modes: Modes | None
-    """Modes in force when the program began; None for those of power-up."""
-    advances: bool
-    """True if the dresser advances by itself, because no pass has an infeed."""
+    axis: int  #: number of the reciprocating axis
+    motions: tuple[Motion, ...]  #: motions of the control, retrace included
+    strokes: tuple[int, ...]  #: indices of the passes in `motions`
+    control: Control  #: control with the tables that the program found
+    modes: Modes | None  #: modes in force when the program began; None for those of power-up
+    advances: bool  #: True if the dresser advances by itself, because no pass has an infeed
 
 
 def run_dress(

@@ -10,12 +10,9 @@ from grind_env.process.stroke_types import StrokeParameters
 class Sharpening(NamedTuple):
     """Coarseness of a dress; all 0 if it misses the diamond."""
 
-    lead: float
-    """Lead of the diamond, mm per wheel revolution."""
-    overlap: float
-    """Overlap ratio Ud: active width of the diamond over the lead."""
-    severity: float
-    """Severity, over that of a medium dress of 0.02 mm depth and 0.1 mm lead by a new diamond."""
+    lead: float  #: lead of the diamond, mm per wheel revolution
+    overlap: float  #: overlap ratio Ud: active width of the diamond over the lead
+    severity: float  #: severity, over that of a medium dress of 0.02 mm depth and 0.1 mm lead by a new diamond
 
 
 NO_SHARPENING = Sharpening(0.0, 0.0, 0.0)

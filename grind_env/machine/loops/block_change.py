@@ -15,11 +15,11 @@ from grind_env.process.process_interface import Drive, Moment, Process, whole_ms
 class Shift(NamedTuple):
     """Compiled functions for machine i: row i of `wheels`, with the memory of the process, and of `parameters`."""
 
+    #: `pass_time(wheels, parameters, i, seconds, loads)`: let `seconds` pass without a stroke, as `Process.idle`
     pass_time: Callable[..., None]
-    """`pass_time(wheels, parameters, i, seconds, loads)`: let `seconds` pass without a stroke, as `Process.idle`."""
+    #: `before(wheels, parameters, i, dwell, moment) -> Drive`: begin a cycle block, as `Process.before`; `dwell` is the
+    #: reversal dwell of the control, s
     before: Callable[..., Drive]
-    """`before(wheels, parameters, i, dwell, moment) -> Drive`: begin a cycle block, as `Process.before`; `dwell` is the
-    reversal dwell of the control, s."""
 
 
 @functools.cache

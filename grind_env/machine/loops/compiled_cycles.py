@@ -13,26 +13,21 @@ from grind_env.machine.loops.cycle import Stroking
 class CycleKernel(NamedTuple):
     """A cycle as the loops run it: two named tuples of floats, and compiled functions of them."""
 
-    cycle: type[Any]
-    """Type of the numbers of its rules; in a row of a table they follow those of `Stroking`."""
+    cycle: type[Any]  #: type of the numbers of its rules; in a row of a table they follow those of `Stroking`
+    #: type of its progress: `reversal` counts strokes, `dresses` the dress executions due before the next stroke
     progress: type[Any]
-    """Type of its progress: `reversal` counts strokes, `dresses` the dress executions due before the next stroke."""
-    begin: Callable[[Any], Any]
-    """`begin(cycle)`: the progress before the first stroke."""
-    after_reversal: Callable[[Any, Any], Any]
-    """`after_reversal(cycle, progress)`: the progress after the next stroke."""
-    finished: Callable[[Any, Any], bool]
-    """`finished(cycle, progress)`: whether all strokes are made."""
+    begin: Callable[[Any], Any]  #: `begin(cycle)`: the progress before the first stroke
+    after_reversal: Callable[[Any, Any], Any]  #: `after_reversal(cycle, progress)`: the progress after the next stroke
+    finished: Callable[[Any, Any], bool]  #: `finished(cycle, progress)`: whether all strokes are made
+    #: `depth(stroking, cycle, progress)`: depth of the coming stroke in the middle of the part, mm
     depth: Callable[[Stroking, Any, Any], float]
-    """`depth(stroking, cycle, progress)`: depth of the coming stroke in the middle of the part, mm."""
+    #: `edge(stroking, progress)`: cross coordinate of the wheel's edge on the minus side in that stroke, mm
     edge: Callable[[Stroking, Any], float]
-    """`edge(stroking, progress)`: cross coordinate of the wheel's edge on the minus side in that stroke, mm."""
-    lost: Callable[[Any], bool]
-    """`lost(progress)`: whether `find` has to find the coming stroke."""
+    lost: Callable[[Any], bool]  #: `lost(progress)`: whether `find` has to find the coming stroke
+    #: `find(cycle, progress, motions)`: the progress with the coming stroke, and the wait of the table, s
     find: Callable[[Any, Any, Any], Any]
-    """`find(cycle, progress, motions)`: the progress with the coming stroke, and the wait of the table, s."""
+    #: `gauged(progress)`: whether the operator gauges the part before the coming stroke ends
     gauged: Callable[[Any], bool]
-    """`gauged(progress)`: whether the operator gauges the part before the coming stroke ends."""
 
 
 def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> CycleKernel:

@@ -25,26 +25,18 @@ FULL = 0.9
 class Feeding(NamedTuple):
     """Strokes beside motions: their times, and the state from which they continue."""
 
-    pre_dress: float
-    """1 for a dress before the first stroke, else 0."""
-    first_travel: float
-    """Time of the first stroke of the cycle without the dwell at its end, s."""
-    travel: float
-    """Time of every other stroke without the dwell at its end, s."""
-    dwell: float
-    """Dwell at a reversal point, s."""
-    acceleration: float
-    """Acceleration of the motions, mm/s2."""
-    made: float
-    """Number of strokes that the cycle has made before."""
+    pre_dress: float  #: 1 for a dress before the first stroke, else 0
+    first_travel: float  #: time of the first stroke of the cycle without the dwell at its end, s
+    travel: float  #: time of every other stroke without the dwell at its end, s
+    dwell: float  #: dwell at a reversal point, s
+    acceleration: float  #: acceleration of the motions, mm/s2
+    made: float  #: number of strokes that the cycle has made before
+    #: 1 if the table does not start at its secondary point, and so makes at least one stroke; else 0
     starts_elsewhere: float
-    """1 if the table does not start at its secondary point, and so makes at least one stroke; else 0."""
+    #: 1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0
     to_secondary: float
-    """1 if the table goes on to its secondary point, where the next cycle takes over (PD-23), else 0."""
-    motion: float
-    """Row of the first motion."""
-    gauged_at: float
-    """Time in its leg at which the operator gauges the part, s; infinite without gauging."""
+    motion: float  #: row of the first motion
+    gauged_at: float  #: time in its leg at which the operator gauges the part, s; infinite without gauging
 
 
 class FeedMotion(NamedTuple):
@@ -52,44 +44,28 @@ class FeedMotion(NamedTuple):
 
     begin: float
     end: float
-    depth: float
-    """Depth of the wheel at its begin, mm, from the zero of the program."""
-    way: float
-    """Gain in depth from begin to end, mm."""
-    cross: float
-    """Cross coordinate of the wheel's edge on the minus side at its begin, mm."""
-    cross_way: float
-    """Change of `cross` from begin to end, mm."""
-    path: float
-    """Length of the path, mm; 0 for a dwell."""
-    rate: float
-    """Speed along the path, mm/s."""
-    last_begin: float
-    """Time in its leg from which on no stroke begins."""
-    leg_seconds: float
-    """Duration of its leg without the dresses after the leg."""
-    after: float
-    """`GOES_ON`, `DRESSES` or `ENDS`."""
+    depth: float  #: depth of the wheel at its begin, mm, from the zero of the program
+    way: float  #: gain in depth from begin to end, mm
+    cross: float  #: cross coordinate of the wheel's edge on the minus side at its begin, mm
+    cross_way: float  #: change of `cross` from begin to end, mm
+    path: float  #: length of the path, mm; 0 for a dwell
+    rate: float  #: speed along the path, mm/s
+    last_begin: float  #: time in its leg from which on no stroke begins
+    leg_seconds: float  #: duration of its leg without the dresses after the leg
+    after: float  #: `GOES_ON`, `DRESSES` or `ENDS`
 
 
 class FeedProgress(NamedTuple):
     """Progress of the strokes."""
 
-    reversal: float
-    """Number of strokes that the cycle has made."""
+    reversal: float  #: number of strokes that the cycle has made
     dresses: float
-    begins: float
-    """Time in the leg at which the coming stroke begins, s."""
-    middle: float
-    """Time in the leg at which the table passes the middle of the coming stroke, s."""
-    ends: float
-    """Time in the leg at which the coming stroke ends, s."""
-    row: float
-    """Index of the motion under way at `middle`."""
-    over: float
-    """1 when all strokes are made, else 0."""
-    begin: float
-    """Begin of that motion, s; this field and the next eight are copies of its fields."""
+    begins: float  #: time in the leg at which the coming stroke begins, s
+    middle: float  #: time in the leg at which the table passes the middle of the coming stroke, s
+    ends: float  #: time in the leg at which the coming stroke ends, s
+    row: float  #: index of the motion under way at `middle`
+    over: float  #: 1 when all strokes are made, else 0
+    begin: float  #: begin of that motion, s; this field and the next eight are copies of its fields
     end: float
     depth: float
     way: float
@@ -99,10 +75,8 @@ class FeedProgress(NamedTuple):
     rate: float
     last_begin: float
     acceleration: float
-    gauged_at: float
-    """Time in the leg at which the operator gauges the part, s; infinite when it is past."""
-    gauged: float
-    """1 if the operator gauges the part before the coming stroke ends, else 0."""
+    gauged_at: float  #: time in the leg at which the operator gauges the part, s; infinite when it is past
+    gauged: float  #: 1 if the operator gauges the part before the coming stroke ends, else 0
 
 
 read_motion, write_motion = column_reader(FeedMotion), column_writer(FeedMotion)

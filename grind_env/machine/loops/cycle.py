@@ -22,81 +22,50 @@ class Stroking(NamedTuple):
     rules follow, as in `control.cycles`.
     """
 
-    speed: float
-    """Highest table speed over the part, mm/s (see `Pace`)."""
-    slow: float
-    """Table speed at the slow node, mm/s (see `Pace`)."""
-    slow_share: float
-    """Share of the ground length at the slow node (see `Pace`)."""
-    slow_time: float
-    """Share of the time over the part at the slow node (see `Pace`)."""
-    first_seconds: float
-    """Time of the first stroke, from the start point to the primary point, s."""
-    stroke_seconds: float
-    """Time of every other stroke, s."""
-    set_out: float
-    """Time of the first stroke without a wait before it, s."""
-    start: float
-    """Depth at which the wheel stands when the cycle begins, mm."""
+    speed: float  #: highest table speed over the part, mm/s (see `Pace`)
+    slow: float  #: table speed at the slow node, mm/s (see `Pace`)
+    slow_share: float  #: share of the ground length at the slow node (see `Pace`)
+    slow_time: float  #: share of the time over the part at the slow node (see `Pace`)
+    first_seconds: float  #: time of the first stroke, from the start point to the primary point, s
+    stroke_seconds: float  #: time of every other stroke, s
+    set_out: float  #: time of the first stroke without a wait before it, s
+    start: float  #: depth at which the wheel stands when the cycle begins, mm
+    #: height of the touched-off surface above the zero of `start`, mm; a depth below that zero plus this height is a
+    #: depth below the surface
     surface: float
-    """Height of the touched-off surface above the zero of `start`, mm; a depth below that zero plus this height is a
-    depth below the surface."""
-    bottom: float
-    """Depth of a stroke at the full depth of the cycle, below the touched-off surface, mm."""
-    full_plunge: float
-    """Least gain in depth of a stroke that counts as a full plunge when power is averaged, mm."""
-    finish: float
-    """Depth of the finished surface, mm: `bottom` unless a later block goes deeper."""
-    width: float
-    """Width of the part, mm; for a part narrower than the wheel this is the engaged width b."""
-    length: float
-    """Ground length Lw, mm."""
-    dress_passes: float
-    """Number of diamond passes of one execution."""
-    dress_feed: float
-    """Traverse feed of the diamond, mm/s."""
-    dress_depth: float
-    """Depth of each pass, mm."""
-    dress_seconds: float
-    """Time of one execution with set-up, approach and retrace, s."""
-    cross_start: float
-    """Cross coordinate of the wheel's edge on the minus side where the cycle begins, mm."""
-    cross_end: float
-    """Cross coordinate of that edge where the crossover ends, mm; `cross_start` without a crossover."""
+    bottom: float  #: depth of a stroke at the full depth of the cycle, below the touched-off surface, mm
+    full_plunge: float  #: least gain in depth of a stroke that counts as a full plunge when power is averaged, mm
+    finish: float  #: depth of the finished surface, mm: `bottom` unless a later block goes deeper
+    width: float  #: width of the part, mm; for a part narrower than the wheel this is the engaged width b
+    length: float  #: ground length Lw, mm
+    dress_passes: float  #: number of diamond passes of one execution
+    dress_feed: float  #: traverse feed of the diamond, mm/s
+    dress_depth: float  #: depth of each pass, mm
+    dress_seconds: float  #: time of one execution with set-up, approach and retrace, s
+    cross_start: float  #: cross coordinate of the wheel's edge on the minus side where the cycle begins, mm
+    cross_end: float  #: cross coordinate of that edge where the crossover ends, mm; `cross_start` without a crossover
 
 
 class PartState(NamedTuple):
     """The surface under the wheel."""
 
-    Z: float
-    """Depth of the deepest stroke, mm."""
-    S: float
-    """Stock removed, mean over the length, mm."""
-    Rs: float
-    """Roughness Ra, mean over the length, um."""
-    S_step: float = 0.0
-    """Stock removed at the fast node less that at the slow one (see `pace`), mm."""
-    Rs_step: float = 0.0
-    """Roughness at the fast node less that at the slow one, um."""
+    Z: float  #: depth of the deepest stroke, mm
+    S: float  #: stock removed, mean over the length, mm
+    Rs: float  #: roughness Ra, mean over the length, um
+    S_step: float = 0.0  #: stock removed at the fast node less that at the slow one (see `pace`), mm
+    Rs_step: float = 0.0  #: roughness at the fast node less that at the slow one, um
 
 
 class Zone(NamedTuple):
     """Neighbouring strips that are under the wheel only together, so that all have the same state."""
 
-    S: float
-    """Stock removed, mm."""
-    Rs: float
-    """Roughness Ra, um."""
-    reached: float
-    """Depth of the deepest stroke so far, mm."""
-    centre: float
-    """Cross coordinate of the middle of its first strip, mm."""
-    strips: float
-    """Number of strips; 0 for an empty zone, which is never under the wheel."""
-    S_step: float = 0.0
-    """Stock removed at the fast node less that at the slow one, mm."""
-    Rs_step: float = 0.0
-    """Roughness at the fast node less that at the slow one, um."""
+    S: float  #: stock removed, mm
+    Rs: float  #: roughness Ra, um
+    reached: float  #: depth of the deepest stroke so far, mm
+    centre: float  #: cross coordinate of the middle of its first strip, mm
+    strips: float  #: number of strips; 0 for an empty zone, which is never under the wheel
+    S_step: float = 0.0  #: stock removed at the fast node less that at the slow one, mm
+    Rs_step: float = 0.0  #: roughness at the fast node less that at the slow one, um
 
 
 with_wear = replacer(WheelState, "W")
@@ -105,15 +74,15 @@ with_wear = replacer(WheelState, "W")
 class CycleFunctions(NamedTuple):
     """Compiled functions of a process in a cycle."""
 
+    #: `advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: make a stroke at depth `Z`, mm;
+    #: return wheel, own, part and tally after it, and the stroke at the slow and at the fast node. `seconds` holds the
+    #: time of the stroke with and without a wait before it; `b` is the engaged width, mm; `reached` is the least depth
+    #: ground under the wheel, mm; `part` is the surface in the cut. `slow_k` and `k` are the constants of the strokes
+    #: at the slow and at the fast node
     advance: Callable[..., Any]
-    """`advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, slow_k, k)`: make a stroke at depth `Z`, mm;
-    return wheel, own, part and tally after it, and the stroke at the slow and at the fast node. `seconds` holds the
-    time of the stroke with and without a wait before it; `b` is the engaged width, mm; `reached` is the least depth
-    ground under the wheel, mm; `part` is the surface in the cut. `slow_k` and `k` are the constants of the strokes at
-    the slow and at the fast node."""
+    #: `dress(stroking, wheel, own, tally, p, waited)`: make one dress execution after the table has waited `waited` s;
+    #: return wheel, own and tally after it
     dress: Callable[..., Any]
-    """`dress(stroking, wheel, own, tally, p, waited)`: make one dress execution after the table has waited `waited` s;
-    return wheel, own and tally after it."""
 
 
 @functools.cache

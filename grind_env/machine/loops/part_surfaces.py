@@ -24,48 +24,36 @@ from grind_env.machine.loops.strip_stroke import (
 class Place(NamedTuple):
     """Place of a stroke. Lengths are mm."""
 
-    Z: float
-    """Programmed depth of the stroke."""
-    depth: float
-    """Depth of the wheel, thermal growth of the part included."""
-    edge: float
-    """Cross coordinate of the wheel's edge on the minus side."""
-    end: float
-    """Cross coordinate of the wheel's edge on the plus side."""
+    Z: float  #: programmed depth of the stroke
+    depth: float  #: depth of the wheel, thermal growth of the part included
+    edge: float  #: cross coordinate of the wheel's edge on the minus side
+    end: float  #: cross coordinate of the wheel's edge on the plus side
 
 
 class Buffer(NamedTuple):
     """The buffer of the lanes without the surfaces, and compiled functions of the buffer."""
 
     lanes: int
-    rows: int
-    """Number of rows without those of the surface."""
-    stroking: Callable[..., Any]
-    """`stroking(rows, lane)`: numbers of the strokes of the cycle."""
-    wheel: Callable[..., Any]
-    """`wheel(rows, lane)`: the wheel before the coming stroke."""
-    part: Callable[..., Any]
-    """`part(rows, lane)`: the part before the coming stroke."""
-    place: Callable[..., Any]
-    """`place(rows, lane)`: place of the coming stroke."""
+    rows: int  #: number of rows without those of the surface
+    stroking: Callable[..., Any]  #: `stroking(rows, lane)`: numbers of the strokes of the cycle
+    wheel: Callable[..., Any]  #: `wheel(rows, lane)`: the wheel before the coming stroke
+    part: Callable[..., Any]  #: `part(rows, lane)`: the part before the coming stroke
+    place: Callable[..., Any]  #: `place(rows, lane)`: place of the coming stroke
+    #: `stroke(rows, lane, b, reached, part)`: make the coming stroke; arguments as of `CycleFunctions.advance`
     stroke: Callable[..., Any]
-    """`stroke(rows, lane, b, reached, part)`: make the coming stroke; arguments as of `CycleFunctions.advance`."""
 
 
 class SurfaceLanes(NamedTuple):
     """Compiled functions for one kind of surfaces; `surfaces` is their table, with an entry for each machine."""
 
-    size: Callable[..., Any]
-    """`size(surfaces)`: size of the buffer."""
-    begin: Callable[..., Any]
-    """`begin(surfaces, i)`: the part on machine i before its cycle."""
+    size: Callable[..., Any]  #: `size(surfaces)`: size of the buffer
+    begin: Callable[..., Any]  #: `begin(surfaces, i)`: the part on machine i before its cycle
+    #: `load(rows, lane, surfaces, i)`: load into a lane the zones of machine i, which are not in its `PartState`
     load: Callable[..., Any]
-    """`load(rows, lane, surfaces, i)`: load into a lane the zones of machine i, which are not in its `PartState`."""
-    store: Callable[..., Any]
-    """`store(rows, lane, surfaces, i)`: write the surface of a lane to machine i."""
+    store: Callable[..., Any]  #: `store(rows, lane, surfaces, i)`: write the surface of a lane to machine i
+    #: `advance_lanes(rows)`: make a stroke in every lane. This is a separate function, because it vectorises only with
+    #: `rows` as its only argument
     advance_lanes: Callable[..., Any]
-    """`advance_lanes(rows)`: make a stroke in every lane. This is a separate function, because it vectorises only
-    with `rows` as its only argument."""
 
 
 def covered_surface(buffer: Buffer) -> SurfaceLanes:

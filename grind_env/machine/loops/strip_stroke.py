@@ -34,24 +34,17 @@ IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
 class Contact(NamedTuple):
     """Contact of a stroke with the zones checked so far."""
 
-    tip: float
-    """Depth of the wheel face, mm."""
-    strips: float
-    """Number of strips of the part."""
-    S: float
-    """Least stock removed under the wheel, mm; infinite for a wheel beside the part."""
-    Rs: float
-    """Roughness of the first zone under the wheel, um; the next two fields belong to this zone, too."""
+    tip: float  #: depth of the wheel face, mm
+    strips: float  #: number of strips of the part
+    S: float  #: least stock removed under the wheel, mm; infinite for a wheel beside the part
+    Rs: float  #: roughness of the first zone under the wheel, um; the next two fields belong to this zone, too
     S_step: float
     Rs_step: float
-    reached: float
-    """Least depth reached under the wheel, mm; infinite for a wheel beside the part."""
-    engaged: float
-    """Number of strips in the cut."""
-    S_offset: float
-    """Sum over the strips in the cut of the stock removed beyond `S`, mm."""
+    reached: float  #: least depth reached under the wheel, mm; infinite for a wheel beside the part
+    engaged: float  #: number of strips in the cut
+    S_offset: float  #: sum over the strips in the cut of the stock removed beyond `S`, mm
+    #: sum over the strips in the cut of the roughness beyond `Rs`, um; the next two fields are sums in the same way
     Rs_offset: float
-    """Sum over the strips in the cut of the roughness beyond `Rs`, um; the next two fields are sums in the same way."""
     S_step_offset: float
     Rs_step_offset: float
 

@@ -40,11 +40,10 @@ IDLE = -1
 class Loops(NamedTuple):
     """The loops over the strokes of one kind of cycle."""
 
+    #: `lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: run the machines
+    #: `order[first::step]` in SIMD lanes
     lanes: Callable[..., None]
-    """`lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: run the machines
-    `order[first::step]` in SIMD lanes."""
-    advance_lanes: Callable[..., None]
-    """`advance_lanes(rows)`: make one stroke in every lane of a buffer."""
+    advance_lanes: Callable[..., None]  #: `advance_lanes(rows)`: make one stroke in every lane of a buffer
 
 
 def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:

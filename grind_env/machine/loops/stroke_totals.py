@@ -27,39 +27,29 @@ class Tally(NamedTuple):
     `power_2`, `power_3`, `power_4`, `power_5` and `power_6` are W.
     """
 
-    seconds: float
-    """Time of strokes and dresses, s."""
+    seconds: float  #: time of strokes and dresses, s
     strokes: float
     dresses: float
-    first_power: float
-    """Sum of the power of the first full plunges (up to six), W."""
-    first_count: float
-    """Number of plunges in `first_power`."""
+    first_power: float  #: sum of the power of the first full plunges (up to six), W
+    first_count: float  #: number of plunges in `first_power`
+    #: power of the latest full plunge since the last dress, W; the next fields are of the five before; 0 if none
     power_1: float
-    """Power of the latest full plunge since the last dress, W; the next fields are of the five before; 0 if none."""
     power_2: float
     power_3: float
     power_4: float
     power_5: float
     power_6: float
-    last_count: float
-    """Number of full plunges in `power_1` to `power_6`."""
-    deepened: float
-    """Total gain in depth by strokes since the last dress, mm."""
-    peak_load: float
-    """Highest load of a stroke, W."""
+    last_count: float  #: number of full plunges in `power_1` to `power_6`
+    deepened: float  #: total gain in depth by strokes since the last dress, mm
+    peak_load: float  #: highest load of a stroke, W
+    #: ratio of the highest torque of a stroke to the stall torque; from 1 on the spindle has stalled
     peak_torque: float
-    """Ratio of the highest torque of a stroke to the stall torque; from 1 on the spindle has stalled."""
-    plunge_rise: float
-    """Highest temperature rise of a plunge stroke, K."""
-    finish_rise: float
-    """Highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K."""
+    plunge_rise: float  #: highest temperature rise of a plunge stroke, K
+    finish_rise: float  #: highest temperature rise of a plunge stroke that leaves at most `FINISHING_DEPTH` to grind, K
+    #: highest burn ratio of a plunge stroke; a spark-out cuts too little for the threshold to mean anything
     burn_ratio: float
-    """Highest burn ratio of a plunge stroke; a spark-out cuts too little for the threshold to mean anything."""
-    worn: float
-    """Wheel volume worn, mm3."""
-    dressed_off: float
-    """Wheel volume dressed off, mm3."""
+    worn: float  #: wheel volume worn, mm3
+    dressed_off: float  #: wheel volume dressed off, mm3
 
 
 class Plunges(NamedTuple):

@@ -21,14 +21,10 @@ from grind_env.process.stroke_types import StrokeResult, WheelState
 class Pace(NamedTuple):
     """Speeds of the table over the part."""
 
-    speed: float
-    """Highest speed over the part, mm/s."""
-    slow: float
-    """Speed at the slow node, mm/s; equal to `speed` if the table does not accelerate over the part."""
-    slow_share: float
-    """Share of the ground length that the slow node stands for."""
-    slow_time: float
-    """Share of the time over the part that the slow node stands for."""
+    speed: float  #: highest speed over the part, mm/s
+    slow: float  #: speed at the slow node, mm/s; equal to `speed` if the table does not accelerate over the part
+    slow_share: float  #: share of the ground length that the slow node stands for
+    slow_time: float  #: share of the time over the part that the slow node stands for
 
 
 over_length = replacer(StrokeResult, "ae", "dw", "worn", "Rg", "Ra")

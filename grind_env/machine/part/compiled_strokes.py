@@ -23,25 +23,18 @@ from grind_env.process.stroke_types import StrokeParameters, StrokeResult, Wheel
 class Dressed(NamedTuple):
     """Result of a dress between strokes."""
 
-    A: float
-    """Wear-flat area after the dress."""
-    ds: float
-    """Wheel diameter after the dress, mm."""
-    removed: float
-    """Wheel volume dressed off, mm3."""
-    lead: float
-    """Lead of the diamond, mm per wheel revolution."""
-    wd: float
-    """Wear flat of the diamond before the dress, mm."""
+    A: float  #: wear-flat area after the dress
+    ds: float  #: wheel diameter after the dress, mm
+    removed: float  #: wheel volume dressed off, mm3
+    lead: float  #: lead of the diamond, mm per wheel revolution
+    wd: float  #: wear flat of the diamond before the dress, mm
 
 
 class GroundLength(NamedTuple):
     """Length of the part that strokes between two reversal points grind."""
 
-    Lw: float
-    """Ground length, mm; 0 if it is beside the part."""
-    is_full_length: bool
-    """Whether the strokes pass over the whole length of the part."""
+    Lw: float  #: ground length, mm; 0 if it is beside the part
+    is_full_length: bool  #: whether the strokes pass over the whole length of the part
 
 
 RESULT_FROM = NUMBERS_FROM + len(TableStroke._fields)

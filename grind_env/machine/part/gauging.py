@@ -16,16 +16,11 @@ from grind_env.machine.loops.stroke_totals import FINISHING_DEPTH
 class Surface(NamedTuple):
     """Gauged surface of a part."""
 
-    S: float
-    """Mean depth ground off, mm."""
-    Ra: float
-    """Mean roughness, um."""
-    size_error: float
-    """Mean of the stock left, um."""
-    taper: float
-    """Range of the depth, um."""
-    worst_error: float
-    """Stock left where the part is farthest from its size, um."""
+    S: float  #: mean depth ground off, mm
+    Ra: float  #: mean roughness, um
+    size_error: float  #: mean of the stock left, um
+    taper: float  #: range of the depth, um
+    worst_error: float  #: stock left where the part is farthest from its size, um
 
 
 def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None = None) -> Surface:

@@ -39,14 +39,10 @@ class GrooveCut(NamedTuple):
     """Result of an infeed on the part."""
 
     stroke: StrokeResult
-    b: float = 0.0
-    """Engaged width, mm."""
-    grown: float = 0.0
-    """Thermal growth of the part, mm."""
-    Lw: float = 0.0
-    """Ground length, mm."""
-    plunged: bool = False
-    """Whether it has cut."""
+    b: float = 0.0  #: engaged width, mm
+    grown: float = 0.0  #: thermal growth of the part, mm
+    Lw: float = 0.0  #: ground length, mm
+    plunged: bool = False  #: whether it has cut
 
 
 NO_CUT = GrooveCut(IDLE)

@@ -36,10 +36,8 @@ ANYWHERE = -1
 class StageResult(NamedTuple):
     """Values of a part at the end of a stage, with its limits; the fields are the arguments of `passed_limits`."""
 
-    rise: float
-    """Highest temperature rise that counts, K."""
-    torque: float
-    """Ratio of the highest torque to the stall torque."""
+    rise: float  #: highest temperature rise that counts, K
+    torque: float  #: ratio of the highest torque to the stall torque
     Ra: float
     worst_error: float
     limits: Limits

@@ -17,14 +17,10 @@ from grind_env.machine.job import Job, Part
 class Swept(NamedTuple):
     """Space swept by the wheel in strokes, mm, in machine coordinates."""
 
-    axis: int
-    """Index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z."""
-    along: tuple[float, float]
-    """Range of the centre of the wheel along the table."""
-    edges: tuple[float, float]
-    """Range of the edge of the wheel on the minus side, across the table."""
-    lowest: float
-    """Coordinate of the face of the wheel at full depth."""
+    axis: int  #: index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z
+    along: tuple[float, float]  #: range of the centre of the wheel along the table
+    edges: tuple[float, float]  #: range of the edge of the wheel on the minus side, across the table
+    lowest: float  #: coordinate of the face of the wheel at full depth
 
 
 def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:

@@ -12,31 +12,23 @@ from grind_env.process.stroke_types import StrokeResult
 class TableStroke(NamedTuple):
     """Place of a stroke of the table, or of an infeed; a record row has it before the results."""
 
-    time: float
-    """Time of the job at its start, s."""
+    time: float  #: time of the job at its start, s
     seconds: float
-    E: float
-    """Table speed, mm/min; F of an infeed."""
-    Z: float
-    """Programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm."""
-    b: float
-    """Engaged width, mm."""
-    Lw: float
-    """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
-    grown: float
-    """Thermal growth of the part, mm."""
+    E: float  #: table speed, mm/min; F of an infeed
+    Z: float  #: programmed depth below the touched-off surface at the middle of the stroke, end of the infeed, mm
+    b: float  #: engaged width, mm
+    Lw: float  #: ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well
+    grown: float  #: thermal growth of the part, mm
 
 
 class PartVerdict(NamedTuple):
     """Cost of a part, $, and its probability of being good."""
 
-    survival: float
-    """Probability that the part is good."""
+    survival: float  #: probability that the part is good
     time_cost: float
     wheel_cost: float
     dress_cost: float
-    scrap_cost: float
-    """Expected cost of scrap."""
+    scrap_cost: float  #: expected cost of scrap
     total_cost: float
 
 

@@ -21,10 +21,8 @@ class UnjudgedError(GrindError):
 class Unjudged(NamedTuple):
     """Why a part is not judged."""
 
-    lines: tuple[int, ...]
-    """Lines of the program, ascending."""
-    why: str
-    """What these lines do, and the remedy."""
+    lines: tuple[int, ...]  #: lines of the program, ascending
+    why: str  #: what these lines do, and the remedy
 
 
 def runs(numbers: Sequence[int]) -> str:

@@ -11,22 +11,14 @@ from grind_env.machine.dress.dress_run import NO_DRESS, DressPlan
 class BlockSettings(NamedTuple):
     """The settings of a cycle block. A G81 has no J and no L; without a dress program there are no passes."""
 
-    E: float
-    """Table speed, mm/min."""
-    D: float
-    """Number of auto-dress executions."""
-    J: float
-    """Plunge pick, mm; also Q in a block without a Q."""
-    L: float
-    """Number of spark-out passes."""
-    dress_passes: float
-    """Number of diamond passes of one execution."""
-    dress_feed: float
-    """Traverse feed of the diamond, mm/s."""
-    dress_depth: float
-    """Mean infeed of a pass, mm."""
-    dress_seconds: float
-    """Time of one execution, s."""
+    E: float  #: table speed, mm/min
+    D: float  #: number of auto-dress executions
+    J: float  #: plunge pick, mm; also Q in a block without a Q
+    L: float  #: number of spark-out passes
+    dress_passes: float  #: number of diamond passes of one execution
+    dress_feed: float  #: traverse feed of the diamond, mm/s
+    dress_depth: float  #: mean infeed of a pass, mm
+    dress_seconds: float  #: time of one execution, s
 
 
 class Ranges(NamedTuple):
@@ -35,10 +27,8 @@ class Ranges(NamedTuple):
     A word without a range keeps its value; with any range, D may be chosen, too.
     """
 
-    E: Sequence[float] = ()
-    """Table speed, mm/min."""
-    J: Sequence[float] = ()
-    """Plunge pick, mm."""
+    E: Sequence[float] = ()  #: table speed, mm/min
+    J: Sequence[float] = ()  #: plunge pick, mm
     L: Sequence[int] = ()
 
 

@@ -42,19 +42,15 @@ class BlockPlace(NamedTuple):
     bottom: float
     finish: float
     finish_of_other_blocks: float
-    depth: float
-    """From `start` to `bottom`, mm."""
-    pre_dress: float
-    """1 for a dress before the first stroke, else 0."""
-    motion: float
-    """Index of its first motion beside the table; `NO_BLOCK` without any."""
-    pick: float
-    """Largest gain in depth of a stroke, mm; negative if unknown: a run of the block finds it."""
+    depth: float  #: from `start` to `bottom`, mm
+    pre_dress: float  #: 1 for a dress before the first stroke, else 0
+    motion: float  #: index of its first motion beside the table; `NO_BLOCK` without any
+    pick: float  #: largest gain in depth of a stroke, mm; negative if unknown: a run of the block finds it
     share: float
     dwell: float
+    #: 1 if its cycle, once run, ended where its crossover ends, else 0; negative before the run if nobody asks, which
+    #: saves time
     across: float
-    """1 if its cycle, once run, ended where its crossover ends, else 0; negative before the run if nobody asks, which
-    saves time."""
 
 
 MOTION, PICK, ACROSS = (BlockPlace._fields.index(name) for name in ("motion", "pick", "across"))

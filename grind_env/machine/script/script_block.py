@@ -20,10 +20,9 @@ class ScriptError(GrindError):
 class RestTimes(NamedTuple):
     """The time of the program with the table at rest, s, from a cycle block to the next one."""
 
+    #: time until the operator takes off or gauges the part, or until the next block without such a stop, s
     before: float = 0.0
-    """Time until the operator takes off or gauges the part, or until the next block without such a stop, s."""
-    after: float = 0.0
-    """Time after that stop, s."""
+    after: float = 0.0  #: time after that stop, s
 
 
 @dataclass(slots=True)

@@ -43,69 +43,48 @@ class BlockRow(NamedTuple):
     are mm. The limits are `rise` in K, `power` in W, `roughness` and `size` in um.
     """
 
-    cycle: float
-    """Number of its cycle in `NUMBERS`; `NO_CYCLE` if all its strokes lie beside motions."""
-    first_length: float
-    """Distance from the start point to the primary point, mm."""
-    starts_elsewhere: float
-    """1 if the table does not start at its secondary point, else 0."""
-    stroke_length: float
-    """Distance between the reversal points, mm."""
-    off: float
-    """Distance of the middle of the part from the middle of the reversal points, mm."""
-    dwell: float
-    """Dwell at a reversal point, s."""
-    acceleration: float
-    """Acceleration of the table, mm/s2."""
+    cycle: float  #: number of its cycle in `NUMBERS`; `NO_CYCLE` if all its strokes lie beside motions
+    first_length: float  #: distance from the start point to the primary point, mm
+    starts_elsewhere: float  #: 1 if the table does not start at its secondary point, else 0
+    stroke_length: float  #: distance between the reversal points, mm
+    off: float  #: distance of the middle of the part from the middle of the reversal points, mm
+    dwell: float  #: dwell at a reversal point, s
+    acceleration: float  #: acceleration of the table, mm/s2
+    #: depth at which the wheel stands when the cycle begins, mm; the next two are as in `cycle.Stroking`, too
     start: float
-    """Depth at which the wheel stands when the cycle begins, mm; the next two are as in `cycle.Stroking`, too."""
     surface: float
     bottom: float
-    coverage: float
-    """1 if a pass over the part at full depth precedes those of L, else 0."""
-    takes_dresses: float
-    """1 if the block may have a D word, else 0."""
+    coverage: float  #: 1 if a pass over the part at full depth precedes those of L, else 0
+    takes_dresses: float  #: 1 if the block may have a D word, else 0
+    #: depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
+    #: stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block
     finish: float
-    """Depth of the deepest stroke of its stage of the part with the words of the program, mm. With another E the last
-    stroke beside an infeed, which no dwell follows, may lie elsewhere in a later block."""
+    #: depth of the deepest stroke in the other blocks of that stage and of the stages before, mm
     finish_of_other_blocks: float
-    """Depth of the deepest stroke in the other blocks of that stage and of the stages before, mm."""
-    reached: float
-    """Depth that strokes on the part have reached at the end of the block, mm."""
-    width: float
-    """Width of the part, mm."""
-    length: float
-    """Length of the part, mm."""
-    place: float
-    """Coordinate of the middle of the part along the table, mm."""
+    reached: float  #: depth that strokes on the part have reached at the end of the block, mm
+    width: float  #: width of the part, mm
+    length: float  #: length of the part, mm
+    place: float  #: coordinate of the middle of the part along the table, mm
+    #: cross coordinate of the wheel's minus edge at the begin of the crossover, mm; the next field: at its end
     cross_start: float
-    """Cross coordinate of the wheel's minus edge at the begin of the crossover, mm; the next field: at its end."""
     cross_end: float
-    motion: float
-    """Index of its first motion beside the table; `NO_BLOCK` without any."""
-    gauged_at: float
-    """Time in these motions at which the operator gauges the part, s; infinite without gauging."""
-    to_secondary: float
-    """1 if the next cycle takes over the table, else 0."""
-    starts_part: float
-    """1 if the block is the first on its part, else 0."""
-    wait: float
-    """Least time from the stop before it, at which parts are loaded or gauged, until the block begins, s."""
-    ends_part: float
-    """1 if the part is taken off after the block, else 0."""
+    motion: float  #: index of its first motion beside the table; `NO_BLOCK` without any
+    gauged_at: float  #: time in these motions at which the operator gauges the part, s; infinite without gauging
+    to_secondary: float  #: 1 if the next cycle takes over the table, else 0
+    starts_part: float  #: 1 if the block is the first on its part, else 0
+    wait: float  #: least time from the stop before it, at which parts are loaded or gauged, until the block begins, s
+    ends_part: float  #: 1 if the part is taken off after the block, else 0
+    #: 1 if the operator gauges or takes off the part after the block, so that the wheel wear is known; else 0
     gauged: float
-    """1 if the operator gauges or takes off the part after the block, so that the wheel wear is known; else 0."""
-    judged: float
-    """1 if a stage of the part ends after the block, else 0."""
-    counts_all: float
-    """1 if the heat of every plunge of the stage counts, else 0."""
+    judged: float  #: 1 if a stage of the part ends after the block, else 0
+    counts_all: float  #: 1 if the heat of every plunge of the stage counts, else 0
+    #: limit of the stage on the temperature rise, K; the next three limits are as in `process.cost.Limits`, too
     rise: float
-    """Limit of the stage on the temperature rise, K; the next three limits are as in `process.cost.Limits`, too."""
     power: float
     roughness: float
     size: float
+    #: stock to grind off by the end of the stage, mm; 0 at the end of the part, where the true stock counts
     stock: float
-    """Stock to grind off by the end of the stage, mm; 0 at the end of the part, where the true stock counts."""
 
 
 CYCLE = BlockRow._fields.index("cycle")
@@ -122,19 +101,15 @@ PlanRow: Any = namedtuple("PlanRow", PLAN)  # type: ignore[misc]
 class ScriptTables(NamedTuple):
     """A script in numbers. All fields are tables in the units of their columns."""
 
-    blocks: Array
-    """Shape (blocks, fields of `BlockRow`)."""
-    plans: Array
-    """Shape (blocks, fields of `PlanRow`)."""
-    own_settings: Array
-    """Settings of the blocks in the program, shape (blocks, fields of `BlockSettings`)."""
+    blocks: Array  #: shape (blocks, fields of `BlockRow`)
+    plans: Array  #: shape (blocks, fields of `PlanRow`)
+    own_settings: Array  #: settings of the blocks in the program, shape (blocks, fields of `BlockSettings`)
+    #: times from each block to the next one, as `ScriptBlock.rest_times`, shape (blocks, 4, fields of `RestTimes`)
     rest_times: Array
-    """Times from each block to the next one, as `ScriptBlock.rest_times`, shape (blocks, 4, fields of `RestTimes`)."""
-    motions: Array
-    """Motions of all blocks beside the moving table, shape (motions, fields of `FeedMotion`)."""
+    motions: Array  #: motions of all blocks beside the moving table, shape (motions, fields of `FeedMotion`)
+    #: a new part, shape (zones, 1 or blocks, fields of `Zone`); one zone if the wheel covers the part in every stroke.
+    #: If parts are unlike, each block has its part
     zones: Array
-    """A new part, shape (zones, 1 or blocks, fields of `Zone`); one zone if the wheel covers the part in every stroke.
-    If parts are unlike, each block has its part."""
 
 
 def tables_of(script: Script) -> ScriptTables:

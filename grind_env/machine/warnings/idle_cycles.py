@@ -29,24 +29,16 @@ class Cycle(NamedTuple):
     """Result of a cycle; depths are mm."""
 
     plan: CyclePlan
-    before: float
-    """Depth to which the part has been ground before it."""
+    before: float  #: depth to which the part has been ground before it
+    #: coordinates of the table at the ends of its last stroke, mm; None before the first one
     ends: tuple[float, float] | None = None
-    """Coordinates of the table at the ends of its last stroke, mm; None before the first one."""
-    edge: float = 0.0
-    """Cross coordinate of the wheel in its last stroke, mm."""
-    longest: float = 0.0
-    """Length of its longest stroke, mm."""
-    highest: float = math.inf
-    """Depth of its highest stroke."""
-    deepest: float = -math.inf
-    """Depth of its deepest stroke."""
-    over: bool = False
-    """Whether a stroke has passed over the part."""
-    crossed: bool = False
-    """Whether the wheel has gone across between strokes that came one by one."""
-    removed: float = 0.0
-    """Depth ground off."""
+    edge: float = 0.0  #: cross coordinate of the wheel in its last stroke, mm
+    longest: float = 0.0  #: length of its longest stroke, mm
+    highest: float = math.inf  #: depth of its highest stroke
+    deepest: float = -math.inf  #: depth of its deepest stroke
+    over: bool = False  #: whether a stroke has passed over the part
+    crossed: bool = False  #: whether the wheel has gone across between strokes that came one by one
+    removed: float = 0.0  #: depth ground off
 
     def after(self, event: CycleStrokes, rows: Array) -> "Cycle":
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]

@@ -67,12 +67,10 @@ class Description:
     memory: MemoryKind
     actions: Literal["grid"]
     network: Network
-    spaces: str
-    """`spaces_digest` of the view in training."""
+    spaces: str  #: `spaces_digest` of the view in training
+    #: `inputs_of` the training simulation, in the units of job or task; None in files without this entry
     inputs: Mapping[str, str | int | float | bool] | None = None
-    """`inputs_of` the training simulation, in the units of job or task; None in files without this entry."""
-    machines: str = ""
-    """Name of the training machines; empty in files without this entry."""
+    machines: str = ""  #: name of the training machines; empty in files without this entry
 
     def __post_init__(self) -> None:
         network, names = self.network, (self.task, self.kind, self.spaces, self.machines or "-")

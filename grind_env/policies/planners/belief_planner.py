@@ -25,12 +25,9 @@ CLEAR = 1e-3
 class CostLeft(NamedTuple):
     """Remaining cost of N episodes after the coming part."""
 
-    table: Array
-    """Table of the remaining cost, $, shape (any, nodes of the axes of `Worth`)."""
-    number: NDArray[np.int64]
-    """Index on the first axis of `table`, shape (N,)."""
-    margin: Array
-    """Spare time before the coming block, s, shape (N,)."""
+    table: Array  #: table of the remaining cost, $, shape (any, nodes of the axes of `Worth`)
+    number: NDArray[np.int64]  #: index on the first axis of `table`, shape (N,)
+    margin: Array  #: spare time before the coming block, s, shape (N,)
 
 
 @dataclass

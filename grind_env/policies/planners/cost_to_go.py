@@ -54,8 +54,7 @@ class AxisPlace(NamedTuple):
     """Places of numbers between two nodes of an axis; both fields have the shape of the numbers."""
 
     below: Numbers
-    share: Array
-    """Share of the node above."""
+    share: Array  #: share of the node above
 
 
 def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
@@ -94,20 +93,15 @@ def dullness(wheels: Array) -> Array:
 class Coming(NamedTuple):
     """Frequencies of coming blocks in episodes of a simulation, counted in a sample."""
 
-    rows: Numbers
-    """Rows of `Simulation.kinds`, in the order of the tables."""
+    rows: Numbers  #: rows of `Simulation.kinds`, in the order of the tables
+    #: index in `rows` of every row of `Simulation.kinds`; a row that does not come gets the first index of its kind
     number: Numbers
-    """Index in `rows` of every row of `Simulation.kinds`; a row that does not come gets the first index of its kind."""
-    follows: Array
-    """Probability of the second row after the first row, shape (rows, rows)."""
-    anew: Array
-    """Probability that the second row then begins a lot, shape (rows, rows)."""
-    growth: Array
-    """Log of the sampled dulling rates of lots and wheels, shape (any,)."""
-    pressure: Array
-    """Log of the sampled factors on the pressure of wear flats, shape (any,)."""
+    follows: Array  #: probability of the second row after the first row, shape (rows, rows)
+    anew: Array  #: probability that the second row then begins a lot, shape (rows, rows)
+    growth: Array  #: log of the sampled dulling rates of lots and wheels, shape (any,)
+    pressure: Array  #: log of the sampled factors on the pressure of wear flats, shape (any,)
+    #: stock over nominal stock, and `FACTORS` (first two: the belief's doubt), shape (rows, scenarios, 1 + factors)
     scenarios: Array
-    """Stock over nominal stock, and `FACTORS` (first two: the belief's doubt), shape (rows, scenarios, 1 + factors)."""
 
 
 def course(simulation: Simulation) -> Coming:
@@ -145,14 +139,10 @@ def course(simulation: Simulation) -> Coming:
 class Tried(NamedTuple):
     """Mean results of every choice in every state over scenarios; shape (rows, growth, pressure, dull, choices)."""
 
-    cost: Array
-    """Cost without the price of the wheel left behind, $."""
-    handover: Array
-    """Price of the wheel left behind if the episode ends, $."""
-    dull: Array
-    """Log of the dullness after the block."""
-    seconds: Array
-    """Time of the block, s."""
+    cost: Array  #: cost without the price of the wheel left behind, $
+    handover: Array  #: price of the wheel left behind if the episode ends, $
+    dull: Array  #: log of the dullness after the block
+    seconds: Array  #: time of the block, s
 
 
 @dataclass(frozen=True)

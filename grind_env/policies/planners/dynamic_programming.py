@@ -34,10 +34,8 @@ Index = NDArray[np.int64]
 class Surcharge(NamedTuple):
     """Surcharges of the search over the true cost, for differences within its classes of states."""
 
-    second: float = 0.0
-    """Surcharge for time, $/s, because lost time is missing at a later due date."""
-    execution: float = 0.0
-    """Surcharge for a dress execution, $, because it is missing before a wheel change."""
+    second: float = 0.0  #: surcharge for time, $/s, because lost time is missing at a later due date
+    execution: float = 0.0  #: surcharge for a dress execution, $, because it is missing before a wheel change
 
 
 def surcharges(task: Task) -> list[Surcharge]:

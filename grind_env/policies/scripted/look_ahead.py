@@ -34,14 +34,10 @@ SURVIVAL, DRESSES = (History._fields.index(name) for name in ("survival", "dress
 class Prices(NamedTuple):
     """Prices in addition to the cost of the coming block; each shape (N,)."""
 
-    wheel: Array
-    """Price of a wheel of reference dullness left behind, $."""
-    growth: Array
-    """Exponent of the price of the wheel."""
-    second: Array
-    """Price of time that is missing for due dates, $/s."""
-    execution: Array
-    """Price of a dress execution on a wheel that has to last, $."""
+    wheel: Array  #: price of a wheel of reference dullness left behind, $
+    growth: Array  #: exponent of the price of the wheel
+    second: Array  #: price of time that is missing for due dates, $/s
+    execution: Array  #: price of a dress execution on a wheel that has to last, $
 
 
 def member_roughness(task: Task, members: int) -> Array:

@@ -38,29 +38,20 @@ MEMORY = 4.0
 class Estimate(NamedTuple):
     """Estimates from the measurements before a block; each shape (N,)."""
 
-    wear_flat: Any
-    """Apparent wear-flat area: the true one times the hidden factor on the pressure."""
-    volume: Any
-    """Specific volume removed since the last dress, mm3/mm."""
-    severity: Any
-    """Log of the dulling rate over the nominal rate, mean over the lot; 0 before the first reading."""
-    stock: Any
-    """Pre-gauged stock of the coming block over its nominal stock."""
-    kind: Any
-    """Index of the kind of the coming block."""
-    pressed: Any
-    """Log of the nominal work up to the next due date over the time left; 0 in a task without due dates."""
-    thrift: Any
-    """Log of the dress executions left over the blocks left; 0 in a task whose wheel is never changed."""
+    wear_flat: Any  #: apparent wear-flat area: the true one times the hidden factor on the pressure
+    volume: Any  #: specific volume removed since the last dress, mm3/mm
+    severity: Any  #: log of the dulling rate over the nominal rate, mean over the lot; 0 before the first reading
+    stock: Any  #: pre-gauged stock of the coming block over its nominal stock
+    kind: Any  #: index of the kind of the coming block
+    pressed: Any  #: log of the nominal work up to the next due date over the time left; 0 in a task without due dates
+    thrift: Any  #: log of the dress executions left over the blocks left; 0 in a task whose wheel is never changed
 
 
 class Signals(NamedTuple):
     """Readings for the estimates, in physical units, one row per episode."""
 
-    power: Any
-    """Mean power of the last block, W; 0 without a reading."""
-    speed: Any
-    """E of the last block, mm/min."""
+    power: Any  #: mean power of the last block, W; 0 without a reading
+    speed: Any  #: E of the last block, mm/min
     pick: Any
     width: Any
     diameter: Any
@@ -77,8 +68,7 @@ class LotMemory(NamedTuple):
     """Mean severity of a lot so far."""
 
     severity: float
-    blocks: float
-    """Number of blocks in the mean."""
+    blocks: float  #: number of blocks in the mean
 
 
 read_parameters, read_signals = column_reader(StrokeParameters), column_reader(Signals)

@@ -100,14 +100,10 @@ class Requirement(NamedTuple):
 class Trade(NamedTuple):
     """Time and cost of a part with a tried program, on the lots of the search."""
 
-    cost: float
-    """Cost, $."""
-    seconds: float
-    """Time, s."""
-    share: float
-    """Highest share of limits and options that the program reaches."""
-    beyond: tuple[bool, ...] = ()
-    """Whether the program exceeds each of `LIMITS`."""
+    cost: float  #: cost, $
+    seconds: float  #: time, s
+    share: float  #: highest share of limits and options that the program reaches
+    beyond: tuple[bool, ...] = ()  #: whether the program exceeds each of `LIMITS`
 
     @property
     def keeps(self) -> bool:

@@ -47,14 +47,11 @@ class SweepError(GrindError):
 class SweepRanges(NamedTuple):
     """Ranges of a sweep, lowest to highest value; without a range the program's value stays."""
 
+    #: E of the first cycle block, mm/min; E of the other blocks keeps its ratio to it
     E: tuple[float, float] | None = None
-    """E of the first cycle block, mm/min; E of the other blocks keeps its ratio to it."""
-    every: tuple[int, int] | None = None
-    """Dress interval, in parts."""
-    lead: tuple[float, float] | None = None
-    """Lead of the dress, mm a revolution of the wheel."""
-    depth: tuple[float, float] | None = None
-    """Mean infeed of a pass, mm."""
+    every: tuple[int, int] | None = None  #: dress interval, in parts
+    lead: tuple[float, float] | None = None  #: lead of the dress, mm a revolution of the wheel
+    depth: tuple[float, float] | None = None  #: mean infeed of a pass, mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
